@@ -1,0 +1,49 @@
+# Every target makes what it needs: a machine with Python 3.11 or newer and pip is enough.
+
+PYTHON ?= python3
+RUN := .venv/bin/python
+PIP := $(RUN) -m pip --disable-pip-version-check --quiet
+
+.PHONY: demo test bench validate lint format schemas clean
+
+demo: .venv/installed
+	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
+
+test: .venv/installed-test
+	$(RUN) -m pytest -n 2
+
+bench: .venv/installed-bench
+	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
+
+validate: .venv/installed-test
+	$(RUN) -m pytest -s -m slow
+
+lint: .venv/installed-lint
+	$(RUN) -m ruff check .
+	$(RUN) -m ruff format --check .
+	$(RUN) -m mypy
+
+format: .venv/installed-lint
+	$(RUN) -m ruff check --fix .
+	$(RUN) -m ruff format .
+
+schemas: .venv/installed
+	$(RUN) -m fibrefit.study.schemas
+
+.venv/installed: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(PIP) install --editable .
+	touch $@
+
+# One rule for all extras: the stem names the extra.
+.venv/installed-%: .venv/installed
+	$(PIP) install --editable '.[$*]'
+	touch $@
+
+# The benchmarks are run by pytest and need its extra too.
+.venv/installed-bench: .venv/installed-test
+	$(PIP) install --editable '.[bench]'
+	touch $@
+
+clean:
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,146 @@
+"""Where the program runs: versions, cache directories and the settings JAX reads once, when it is imported."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from pathlib import Path
+
+#: Packages whose version can change a result; recorded with every one.
+PACKAGES = (
+    "fibrefit",
+    "numpy",
+    "scipy",
+    "pandas",
+    "jax",
+    "jaxlib",
+    "optimistix",
+    "equinox",
+    "emcee",
+    "h5py",
+    "pydantic",
+    "pint",
+    "arviz-stats",
+    "statsmodels",
+)
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, the platform and every package a result depends on.
+
+    Returns
+    -------
+    dict of str to str
+        Package name to version; ``"not installed"`` where there is none.
+    """
+    found = {"python": platform.python_version(), "platform": platform.platform()}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def cache_directory(environment: Mapping[str, str] | None = None) -> Path:
+    """Directory for files that can be made again, such as compiled programs and error logs.
+
+    ``FIBREFIT_CACHE`` names it; otherwise it is where the platform keeps such files.
+
+    Parameters
+    ----------
+    environment : mapping, optional
+        Environment variables; those of the process by default.
+
+    Returns
+    -------
+    pathlib.Path
+        The directory, which need not exist.
+    """
+    env = os.environ if environment is None else environment
+    if chosen := env.get("FIBREFIT_CACHE"):
+        return Path(chosen).expanduser()
+    if sys.platform == "win32":
+        return Path(env.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "fibrefit" / "cache"
+    if base := env.get("XDG_CACHE_HOME"):
+        return Path(base) / "fibrefit"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "fibrefit"
+    return Path.home() / ".cache" / "fibrefit"
+
+
+def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:
+    """Value of ``XLA_FLAGS`` with `wanted` added where the user has not already decided.
+
+    Parameters
+    ----------
+    wanted : iterable of str
+        Flags such as ``"--xla_cpu_multi_thread_eigen=false"``.
+    present : str
+        The value found in the environment.
+
+    Returns
+    -------
+    str
+        Flags separated by spaces; those in `present` come first and win.
+    """
+    flags = present.split()
+    decided = {flag.partition("=")[0] for flag in flags}
+    return " ".join(flags + [flag for flag in wanted if flag.partition("=")[0] not in decided])
+
+
+def configure_jax(platforms: str = "cpu", xla_flags: Iterable[str] = ()) -> None:
+    """Set double precision, the device and the compile cache; to be called before JAX is imported.
+
+    Variables the user has set are left alone, except that precision is always double: the results depend on it.
+    The settings stand in the environment, so that worker processes inherit them.
+
+    Parameters
+    ----------
+    platforms : str
+        Value of ``JAX_PLATFORMS`` where the user has set none, e.g. ``"cuda,cpu"``.
+    xla_flags : iterable of str
+        Flags for the compiler, added to the user's own.
+    """
+    os.environ["JAX_ENABLE_X64"] = "1"
+    os.environ.setdefault("JAX_PLATFORMS", platforms)
+    if flags := merge_xla_flags(xla_flags, os.environ.get("XLA_FLAGS", "")):
+        os.environ["XLA_FLAGS"] = flags
+    for name, value in _compile_cache().items():
+        os.environ.setdefault(name.upper(), value)
+    if "jax" in sys.modules:
+        _update_imported_jax()
+
+
+def _compile_cache() -> dict[str, str]:
+    """Settings of the compile cache; none when its directory cannot be written."""
+    directory = cache_directory() / "jax"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return {}
+    if not os.access(directory, os.W_OK):
+        return {}
+    return {
+        "jax_compilation_cache_dir": str(directory),
+        # Everything is worth keeping: a fit is many small programs, each below JAX's own thresholds.
+        "jax_persistent_cache_min_compile_time_secs": "0",
+        "jax_persistent_cache_min_entry_size_bytes": "-1",
+    }
+
+
+def _update_imported_jax() -> None:
+    """Bring a JAX that somebody imported first to the same settings; the device is chosen by then."""
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    for name, kind in (
+        ("jax_compilation_cache_dir", str),
+        ("jax_persistent_cache_min_compile_time_secs", float),
+        ("jax_persistent_cache_min_entry_size_bytes", int),
+    ):
+        if value := os.environ.get(name.upper()):
+            jax.config.update(name, kind(value))

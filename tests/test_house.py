@@ -1,0 +1,169 @@
+"""The layout of the code: who may import whom, and how large anything may grow."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "fibrefit"
+
+FLOORS = {
+    "core": 0,
+    "study": 1,
+    "records": 1,
+    "effects": 1,
+    "rigs": 2,
+    "simulate": 3,
+    "problem": 4,
+    "fit": 5,
+    "sample": 5,
+    "discover": 6,
+    "series": 6,
+    "store": 7,
+    "plots": 7,
+    "report": 7,
+    "workflow": 8,
+    "cli": 9,
+}
+
+#: Packages that only some of ours may import. Units live in core, next to the numbers they belong to.
+SOLE_IMPORTERS = {
+    "h5py": {"store", "records.matlab"},
+    "matplotlib": {"plots"},
+    "corner": {"plots"},
+    "optimistix": {"fit"},
+    "emcee": {"sample"},
+    "jinja2": {"report"},
+    "pydantic": {"study"},
+    "pint": {"core.units"},
+    "click": {"cli"},
+    "rich": {"cli"},
+}
+
+#: Floors that must do without JAX: its import alone takes longer than what they do.
+WITHOUT_JAX = ("study", "records", "store", "plots", "report", "cli")
+
+#: The root package and its `__main__` stand above all floors.
+ABOVE = {"", "__main__"}
+
+LONGEST_FUNCTION = 60
+LONGEST_FILE = 400
+
+
+def name_of(path: Path) -> str:
+    """Dotted name below the root: ``study/rigs.py`` is ``study.rigs``."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {name_of(path): ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def imports(module: str, *, at_import_only: bool = False) -> Iterator[str]:
+    """Dotted names `module` imports; those inside functions too, unless only import time counts."""
+    tree = MODULES[module]
+    is_package = any(other.startswith(f"{module}.") for other in MODULES)
+    for node in _statements(tree) if at_import_only else ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                here = module.split(".") if is_package else module.split(".")[:-1]
+                base = ".".join(["fibrefit", *here[: len(here) - node.level + 1], *([base] if base else [])])
+            yield base
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        yield node
+        yield from _statements(node)
+
+
+def own_imports(module: str, *, at_import_only: bool = False) -> set[str]:
+    """Modules of ours that `module` imports, by their name below the root."""
+    found = set()
+    for name in imports(module, at_import_only=at_import_only):
+        if name == "fibrefit" or name.startswith("fibrefit."):
+            below = name.removeprefix("fibrefit").removeprefix(".")
+            if below in MODULES:
+                found.add(below)
+    return found
+
+
+@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
+def test_imports_point_downwards(module: str) -> None:
+    here = module.split(".")[0]
+    assert here in FLOORS, f"{module}: give the package {here!r} a floor"
+    for other in own_imports(module) - {""}:
+        there = other.split(".")[0]
+        assert there == here or FLOORS[there] < FLOORS[here], f"{module} imports {other}: not on a lower floor"
+
+
+@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
+def test_nothing_inside_imports_the_root(module: str) -> None:
+    names = {node.module for node in ast.walk(MODULES[module]) if isinstance(node, ast.ImportFrom)}
+    plain = {a.name for node in ast.walk(MODULES[module]) if isinstance(node, ast.Import) for a in node.names}
+    assert "fibrefit" not in names | plain, f"{module} imports the package root"
+
+
+def test_no_import_cycle() -> None:
+    graph = {module: own_imports(module, at_import_only=True) - {module} for module in MODULES}
+    for start in graph:
+        seen: set[str] = set()
+        todo = set(graph[start])
+        while todo:
+            current = todo.pop()
+            seen.add(current)
+            todo |= graph[current] - seen
+        # A package may name its own modules in its __init__, and they may not lean on it in turn.
+        assert start not in seen, f"{start} reaches itself through its imports"
+
+
+@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
+def test_each_outside_package_has_its_importers(module: str) -> None:
+    for name in imports(module):
+        owners = SOLE_IMPORTERS.get(name.split(".")[0])
+        allowed = owners is None or any(module == owner or module.startswith(f"{owner}.") for owner in owners)
+        assert allowed, f"{module} imports {name}: only {', '.join(sorted(owners or ()))} may"
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] in WITHOUT_JAX))
+def test_floors_without_jax(module: str) -> None:
+    outside = {name.split(".")[0] for name in imports(module)}
+    # The doctor looks at the devices JAX finds: that is its purpose.
+    if module != "cli.doctor":
+        assert not outside & {"jax", "equinox", "optimistix"}, f"{module} imports JAX"
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_size(module: str) -> None:
+    tree = MODULES[module]
+    last = max((node.end_lineno or 0 for node in ast.walk(tree) if isinstance(node, ast.stmt)), default=0)
+    assert last <= LONGEST_FILE, f"{module} has {last} lines"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            length = (node.end_lineno or 0) - node.lineno + 1
+            assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
+def test_library_never_prints(module: str) -> None:
+    calls = {n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    assert "print" not in calls
+
+
+def test_the_reader_of_imports_sees_a_forbidden_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "def f():\n    from fibrefit.core import check\n    import h5py"
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
+    assert "core.check" in own_imports("core.errors")
+    assert "h5py" in set(imports("core.errors"))
+    assert not set(imports("core.errors", at_import_only=True))
