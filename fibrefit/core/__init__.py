@@ -1,0 +1,1 @@
+"""Words every other floor speaks: errors, units, parameters, checks."""

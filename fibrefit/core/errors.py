@@ -1,0 +1,76 @@
+"""Errors a person can act on: where, what was found, what was expected, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class FibrefitError(Exception):
+    """A failure that is explained to the person who met it.
+
+    Parameters
+    ----------
+    where : str
+        File, line, column, key or option the message is about.
+    got : str
+        What was found there.
+    expected : str
+        What would have been accepted; empty when the remedy says it all.
+    do : str
+        The next thing to try, as a sentence.
+    """
+
+    exit_code = 1
+
+    def __init__(self, where: str, got: str, expected: str = "", do: str = "") -> None:
+        self.where, self.got, self.expected, self.do = where, got, expected, do
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        text = f"{self.where}: {self.got}"
+        if self.expected:
+            text += f"; expected {self.expected}"
+        if not text.endswith((".", "?", "!")):
+            text += "."
+        return f"{text} {self.do}".rstrip()
+
+    def __reduce__(self) -> tuple:
+        return type(self), (self.where, self.got, self.expected, self.do)
+
+
+class UsageError(FibrefitError):
+    """The command line or a function call cannot be carried out as given."""
+
+    exit_code = 2
+
+
+class DataError(FibrefitError):
+    """A measurement file is not understood."""
+
+    exit_code = 3
+
+
+class StudyError(FibrefitError):
+    """A study file, or a file bound to a schema, is not valid."""
+
+    exit_code = 4
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Sentence that suggests the nearest known word; empty when none is near.
+
+    Parameters
+    ----------
+    word : str
+        The word that was not recognised.
+    known : iterable of str
+        The words that would have been.
+
+    Returns
+    -------
+    str
+        ``Did you mean "stiffness"?`` or an empty string.
+    """
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f'Did you mean "{near[0]}"?' if near else ""

@@ -1,0 +1,42 @@
+"""What a parameter means: unit, range, scale and source. Never a fitted value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """Declaration of one number a model contains.
+
+    Parameters
+    ----------
+    name : str
+        Name in the study, the results and every message; dotted for effects
+        (``guide.stribeck_friction.breakaway_excess``).
+    unit : str
+        SI unit of the value, e.g. ``"N/m"``.
+    doc : str
+        One sentence that says what it is.
+    typical : float
+        A plausible size, in `unit`; sets scales and search ranges.
+    lower, upper : float
+        Physical range, in `unit`; infinite where there is no limit.
+    null : float
+        Value at which the effect vanishes exactly, in `unit`.
+    log : bool
+        Whether the value spans decades and is searched on a logarithmic scale.
+    source : str
+        Where the law or the range comes from.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    typical: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    null: float = 0.0
+    log: bool = False
+    source: str = ""

@@ -1,0 +1,1 @@
+"""From a system of laws and a record's conditions to what the sensors would have read."""
