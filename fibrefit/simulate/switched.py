@@ -114,9 +114,7 @@ def runge_kutta(system: System, state: State, mode: Mode, span: Any, length: jax
     d2 = system.derivative(_plus(state, 0.5 * length, d1), mode, middle)
     d3 = system.derivative(_plus(state, 0.5 * length, d2), mode, middle)
     d4 = system.derivative(_plus(state, length, d3), mode, last)
-    return jax.tree.map(
-        lambda y, a, b, c, d: y + (length / 6.0) * (a + 2.0 * (b + c) + d), state, d1, d2, d3, d4
-    )
+    return jax.tree.map(lambda y, a, b, c, d: y + (length / 6.0) * (a + 2.0 * (b + c) + d), state, d1, d2, d3, d4)
 
 
 def flow(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:

@@ -1,0 +1,8 @@
+"""All kinds of rig, by the name a study calls them."""
+
+from __future__ import annotations
+
+from fibrefit.rigs.fibre_mass import FIBRE_MASS
+from fibrefit.rigs.rig import Rig
+
+RIGS: dict[str, Rig] = {rig.kind: rig for rig in (FIBRE_MASS,)}

@@ -1,0 +1,58 @@
+"""A rig: what can be measured on it, what must be known of it, and how its laws become a system that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.effects.law import Effect
+
+STANDARD_GRAVITY = 9.81
+"""In m/s^2: the value of central Europe, to which the rigs' published data refer."""
+
+Values = Mapping[str, jax.Array]
+
+
+class Start(NamedTuple):
+    """Where a record begins to move: state and mode at `time` [s], held until then."""
+
+    state: Any
+    mode: Any
+    time: jax.Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """One kind of rig.
+
+    Parameters
+    ----------
+    kind : str
+        Name in a study.
+    parameters : tuple of Parameter
+        Those of the base model, the same for all records unless asked otherwise.
+    nuisances : tuple of Parameter
+        Unknown for each record and found without being asked for.
+    conditions : tuple of Parameter
+        What must be known of a record; `typical` is the value assumed where a study is silent, NaN if it must speak.
+    channels, inputs : tuple of str
+        Measured channels that are explained, and those that drive the rig.
+    build : callable ``(values, conditions, laws, tension_law) -> System``
+    start : callable ``(system, values, conditions) -> Start``
+    observe : callable ``(system, state, mode, inputs) -> {channel: value}``
+        True value of each channel at one instant, in SI units, before any sensor.
+    """
+
+    kind: str
+    parameters: tuple[Parameter, ...]
+    nuisances: tuple[Parameter, ...]
+    conditions: tuple[Parameter, ...]
+    channels: tuple[str, ...]
+    inputs: tuple[str, ...]
+    build: Callable[[Values, Values, tuple[Effect, ...], str], Any]
+    start: Callable[[Any, Values, Values], Start]
+    observe: Callable[[Any, Any, Any, Any], dict[str, jax.Array]]

@@ -1,0 +1,116 @@
+"""A model: a rig, its tension law and the effects added to it; and what it says a record should read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.effects.law import Effect, SensorLaw, laws_of
+from fibrefit.rigs.rig import Rig, Values
+from fibrefit.simulate.switched import Solution, inputs_at, solve
+
+
+class Experiment(NamedTuple):
+    """Conditions and clock of one record, as arrays.
+
+    Parameters
+    ----------
+    times : (n_time,) in s
+        Increasing; padded at the end if need be.
+    count : () int
+        Number of samples before the padding.
+    conditions : dict of () in SI units
+        The rig's `conditions`.
+    inputs : dict of Signals
+        The rig's `inputs`.
+    """
+
+    times: jax.Array
+    count: jax.Array
+    conditions: dict[str, jax.Array]
+    inputs: dict[str, Any]
+
+
+class Response(NamedTuple):
+    """What a model says of a record.
+
+    Parameters
+    ----------
+    channels : dict of (n_time,) in SI units
+        Readings.
+    solution : Solution
+        The motion behind them.
+    """
+
+    channels: dict[str, jax.Array]
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class Model:
+    """A rig with effects; hashable, holds no values.
+
+    Parameters
+    ----------
+    rig : Rig
+    effects : tuple of Effect classes
+    tension_law : {"clamped", "heaviside"}
+    """
+
+    rig: Rig
+    effects: tuple[type[Effect], ...] = ()
+    tension_law: str = "clamped"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The base model's parameters, then those of the effects under their dotted names."""
+        return self.rig.parameters + tuple(
+            dotted_parameter(effect, parameter) for effect in self.effects for parameter in effect.parameters
+        )
+
+    def laws(self, values: Values) -> tuple[Effect, ...]:
+        """The effects with their values."""
+        return tuple(
+            effect(**{parameter.name: values[f"{effect.name}.{parameter.name}"] for parameter in effect.parameters})
+            for effect in self.effects
+        )
+
+    def respond(self, values: Values, experiment: Experiment) -> Response:
+        """Simulate one record.
+
+        Parameters
+        ----------
+        values : dict of () in SI units
+            Each of `parameters` and of the rig's nuisances.
+        experiment : Experiment
+
+        Returns
+        -------
+        Response
+        """
+        laws = self.laws(values)
+        times, conditions, inputs = experiment.times, experiment.conditions, experiment.inputs
+        system = self.rig.build(values, conditions, laws, self.tension_law)
+        start = self.rig.start(system, values, conditions)
+        solution = solve(system, start.state, start.time, start.mode, times, experiment.count, inputs)
+
+        def observe(step: jax.Array, time: jax.Array, state: Any, mode: Any) -> dict[str, jax.Array]:
+            return self.rig.observe(system, state, mode, inputs_at(inputs, times, step, time))
+
+        steps = jax.numpy.minimum(jax.numpy.arange(times.shape[0]), times.shape[0] - 2)
+        channels = jax.vmap(observe)(steps, times, solution.states, solution.modes)
+        for sensor in laws_of(SensorLaw, laws):
+            channels = sensor.measure(channels, times)
+        if "position_zero" in values:
+            channels["position"] = channels["position"] + values["position_zero"]
+        return Response(channels, solution)
+
+
+def dotted_parameter(effect: type[Effect], parameter: Parameter) -> Parameter:
+    """Declaration of an effect's parameter under the name it bears in a model."""
+    from dataclasses import replace
+
+    return replace(parameter, name=f"{effect.name}.{parameter.name}")
