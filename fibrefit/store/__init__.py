@@ -1,0 +1,22 @@
+"""Results on disk: folders written whole or not at all, summary.json, result.h5."""
+
+from __future__ import annotations
+
+from fibrefit.store.directory import ResultDirectory, default_directory
+from fibrefit.store.files import sha256_of, write_whole
+from fibrefit.store.hdf5 import Groups, Variable, read_result, write_result
+from fibrefit.store.summary import provenance, read_summary, write_summary
+
+__all__ = [
+    "Groups",
+    "ResultDirectory",
+    "Variable",
+    "default_directory",
+    "provenance",
+    "read_result",
+    "read_summary",
+    "sha256_of",
+    "write_result",
+    "write_summary",
+    "write_whole",
+]

@@ -1,0 +1,182 @@
+"""``result.h5``: groups named as ArviZ names them, dimensions as NetCDF-4 has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.store.files import whole
+from fibrefit.study.summaries import Provenance
+
+#: Arrays below this size are not worth compressing.
+SMALL = 1024
+
+_TEXT = h5py.string_dtype("utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """An array with its dimensions and unit.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Real numbers, integers, booleans or text, of any shape.
+    dims : tuple of str
+        Name of each dimension; a variable named like its only dimension holds that dimension's coordinates.
+    unit : str
+        SI unit of the values; ``"-"`` for a pure number or text.
+    doc : str
+        One sentence that says what they are.
+    """
+
+    values: np.ndarray
+    dims: tuple[str, ...] = ()
+    unit: str = "-"
+    doc: str = ""
+
+
+Groups = Mapping[str, Mapping[str, Variable]]
+
+
+def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance) -> None:
+    """Write ``result.h5``, whole or not at all.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write or replace.
+    schema : str
+        Schema of the summary beside it, e.g. ``"fibrefit/fit/1"``.
+    groups : mapping
+        Group name to variable name to `Variable`.
+    provenance : Provenance
+        Kept in a group of its own, since text that long does not fit into attributes.
+
+    Raises
+    ------
+    ValueError
+        If dimensions of a group contradict each other.
+    TypeError
+        If a variable holds anything but numbers, booleans or text.
+    """
+    with whole(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["schema"] = schema
+        file.attrs["created"] = provenance.created
+        if provenance.seed is not None:
+            file.attrs["seed"] = np.int64(provenance.seed)
+        for name, variables in {**groups, "provenance": _told(provenance)}.items():
+            _write_group(file.create_group(name), variables)
+        file.flush()
+
+
+def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, Any]]:
+    """Content of a ``result.h5``.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to read; it is not locked, so that network disks and a writer beside us do not matter.
+
+    Returns
+    -------
+    groups : dict
+        Group name to variable name to `Variable`.
+    attributes : dict
+        Of the file: ``schema``, ``created``, ``seed``.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read as HDF5.
+    """
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            groups = {name: _read_group(group) for name, group in file.items()}
+            return groups, {name: _plain(value) for name, value in file.attrs.items()}
+    except OSError as error:
+        raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
+
+
+def _told(provenance: Provenance) -> dict[str, Variable]:
+    """Provenance as variables that hold text."""
+    versions = "\n".join(f"{name} {version}" for name, version in provenance.versions.items())
+    # The layout of sha256sum, so that it can check them.
+    inputs = "\n".join(f"{digest}  {name}" for name, digest in provenance.inputs.items())
+    texts = {"resolved_study": provenance.resolved_study, "versions": versions, "inputs": inputs}
+    return {name: Variable(np.array(text, dtype=object)) for name, text in texts.items()}
+
+
+def _write_group(group: h5py.Group, variables: Mapping[str, Variable]) -> None:
+    sizes = _sizes(group.name, variables)
+    for dim, size in sizes.items():
+        coordinate = variables.get(dim) or Variable(np.arange(size), (dim,), doc="Index.")
+        _write_variable(group, dim, coordinate).make_scale(dim)
+    for name, variable in variables.items():
+        if name not in sizes:
+            dataset = _write_variable(group, name, variable)
+            for axis, dim in enumerate(variable.dims):
+                dataset.dims[axis].attach_scale(group[dim])
+
+
+def _sizes(group: str, variables: Mapping[str, Variable]) -> dict[str, int]:
+    """Size of every dimension of a group."""
+    sizes: dict[str, int] = {}
+    for name, variable in variables.items():
+        shape = np.shape(variable.values)
+        if len(shape) != len(variable.dims):
+            raise ValueError(f"{group}/{name}: {len(variable.dims)} dimensions named, {len(shape)} found")
+        for dim, size in zip(variable.dims, shape, strict=True):
+            if sizes.setdefault(dim, size) != size:
+                raise ValueError(f"{group}/{name}: dimension {dim} is {size} here and {sizes[dim]} elsewhere")
+    return sizes
+
+
+def _write_variable(group: h5py.Group, name: str, variable: Variable) -> h5py.Dataset:
+    values = np.asarray(variable.values)
+    kind = _stored_as(values, f"{group.name}/{name}")
+    packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if values.size >= SMALL else {}
+    dataset = group.create_dataset(name, data=values.astype(kind), dtype=kind, **packed)
+    dataset.attrs["units"] = variable.unit
+    if variable.doc:
+        dataset.attrs["long_name"] = variable.doc
+    if values.dtype.kind == "b":
+        dataset.attrs["dtype"] = "bool"  # as xarray marks them: NetCDF has no booleans
+    return dataset
+
+
+def _stored_as(values: np.ndarray, name: str) -> Any:
+    """Type on disk, explicit since HDF5's own defaults change."""
+    kinds = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "<i1", "U": _TEXT}
+    if values.dtype.kind in kinds:
+        return kinds[values.dtype.kind]
+    if values.dtype == object and all(isinstance(value, str) for value in values.flat):
+        return _TEXT
+    raise TypeError(f"{name}: values of type {values.dtype} cannot be stored")
+
+
+def _read_group(group: h5py.Group) -> dict[str, Variable]:
+    return {name: _read_variable(dataset) for name, dataset in group.items()}
+
+
+def _read_variable(dataset: h5py.Dataset) -> Variable:
+    is_text = h5py.check_string_dtype(dataset.dtype) is not None
+    values = np.asarray(dataset.asstr()[()] if is_text else dataset[()])
+    attributes = {name: dataset.attrs[name] for name in ("units", "long_name", "dtype") if name in dataset.attrs}
+    if attributes.get("dtype") == "bool":
+        values = values.astype(bool)
+    if dataset.is_scale:
+        dims: tuple[str, ...] = (dataset.name.rpartition("/")[2],)
+    else:
+        dims = tuple(axis[0].name.rpartition("/")[2] for axis in dataset.dims)
+    return Variable(values, dims, attributes.get("units", "-"), attributes.get("long_name", ""))
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,115 @@
+"""``summary.json``: written from its model, read back through it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from fibrefit.core.environment import versions
+from fibrefit.core.errors import DataError, StudyError
+from fibrefit.store.files import sha256_of, write_whole
+from fibrefit.study.summaries import SUMMARIES, Part, Provenance
+
+NAME = "summary.json"
+
+
+def write_summary(folder: Path, summary: Part) -> Path:
+    """Write ``summary.json`` into a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Folder of the result.
+    summary : Part
+        One of the models of `fibrefit.study.summaries`.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+    """
+    path = folder / NAME
+    write_whole(path, summary.model_dump_json(by_alias=True, indent=1) + "\n")
+    return path
+
+
+def read_summary(result: str | Path) -> Part:
+    """Summary of a result.
+
+    Parameters
+    ----------
+    result : str or pathlib.Path
+        Folder of a result, or a ``summary.json``.
+
+    Returns
+    -------
+    Part
+        Of the model its schema names, e.g. `FitSummary`.
+
+    Raises
+    ------
+    DataError
+        If there is none, or it is not JSON.
+    StudyError
+        If it does not follow its schema.
+    """
+    path = Path(result)
+    if path.is_dir():
+        path = path / NAME
+    content = _read_json(path)
+    schema = content.get("schema") if isinstance(content, dict) else None
+    model = SUMMARIES.get(schema) if isinstance(schema, str) else None
+    if model is None:
+        raise StudyError(str(path), f"schema {json.dumps(schema)}", f"one of {', '.join(SUMMARIES)}", "")
+    try:
+        return model.model_validate_json(path.read_bytes(), strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise StudyError(f"{path}, {where}", first["msg"], f"what {schema} says", "Write the result again.") from None
+
+
+def provenance(
+    resolved_study: str, inputs: Iterable[Path], *, seed: int | None = None, seconds: float | None = None
+) -> Provenance:
+    """What a result made now rests on.
+
+    Parameters
+    ----------
+    resolved_study : str
+        The study as TOML.
+    inputs : iterable of pathlib.Path
+        Every file that was read.
+    seed : int or None
+        Seed of all random numbers.
+    seconds : float or None
+        Wall time of the computation, in s.
+
+    Returns
+    -------
+    Provenance
+        With versions, digests and the time.
+    """
+    return Provenance(
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions=versions(),
+        inputs={path.as_posix(): sha256_of(path) for path in inputs},
+        resolved_study=resolved_study,
+        seed=seed,
+        seconds=seconds,
+    )
+
+
+def _read_json(path: Path) -> object:
+    try:
+        return json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise DataError(str(path), "no such file", f"a result with its {NAME}", "") from None
+    except OSError as error:
+        raise DataError(str(path), error.strerror or "cannot be read", f"a result with its {NAME}", "") from None
+    except ValueError as error:
+        raise DataError(str(path), f"not JSON: {error}", f"a {NAME} of fibrefit", "") from None

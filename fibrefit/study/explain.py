@@ -1,0 +1,96 @@
+"""Turning what pydantic found wrong into a message a person can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.study.quantity import shown
+
+#: What was expected, for the kinds of pydantic's errors whose own words say less.
+EXPECTED = {
+    "string_type": "text",
+    "bool_type": "true or false",
+    "model_type": "a table",
+    "dict_type": "a table",
+    "tuple_type": "a list",
+    "string_too_short": "some text",
+}
+
+
+def explained(error: ValidationError, raw: Any, place: Callable[[str], str]) -> StudyError:
+    """Error for the first thing that is wrong, with the number of the others.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What the models found.
+    raw : object
+        The content that was validated.
+    place : callable
+        Gives file and place for a key such as ``"records[1].lift"``.
+
+    Returns
+    -------
+    StudyError
+        To be raised by the caller.
+    """
+    details = error.errors(include_url=False)
+    # An unknown key often explains what seems to be missing beside it.
+    first = min(details, key=lambda detail: detail["type"] != "unknown_key")
+    keys = _keys(first["loc"], raw)
+    if first["type"] == "unknown_key":
+        keys.append(first["ctx"]["key"])
+    where = place(key_text(keys))
+    got, expected, do = _parts(first)
+    others = len({detail["loc"] for detail in details}) - 1
+    if others:
+        do = f"{do} There {'is one more problem' if others == 1 else f'are {others} more problems'} in it.".strip()
+    return StudyError(where, got, expected, do)
+
+
+def key_text(keys: Iterable[str | int]) -> str:
+    """Key path as written in messages and after ``--set``: ``records[1].lift``."""
+    text = ""
+    for key in keys:
+        text += f"[{key}]" if isinstance(key, int) else f".{key}"
+    return text.removeprefix(".")
+
+
+def _keys(location: tuple[str | int, ...], raw: Any) -> list[str | int]:
+    """Location without the names of alternatives that pydantic puts between the keys."""
+    keys: list[str | int] = []
+    for i, part in enumerate(location):
+        inside = (isinstance(raw, dict) and part in raw) or (
+            isinstance(raw, list) and isinstance(part, int) and part < len(raw)
+        )
+        if inside:
+            raw = raw[part]
+        if inside or (i == len(location) - 1 and isinstance(raw, dict)):
+            keys.append(part)
+    return keys
+
+
+def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
+    """What was found, what was expected and what to do, of one of pydantic's errors."""
+    kind, context, found = detail["type"], detail.get("ctx", {}), detail["input"]
+    if kind == "refused":
+        return context["got"], context["expected"], context["do"]
+    if kind == "unknown_key":
+        return "unknown key", context["expected"], context["do"]
+    if kind in ("missing", "union_tag_not_found"):
+        key = detail["loc"][-1] if kind == "missing" else context["discriminator"].strip("'")
+        return f'no "{key}"', "it to be given", ""
+    if kind in ("literal_error", "union_tag_invalid"):
+        choices = context["expected"] if kind == "literal_error" else context["expected_tags"]
+        known = [word.strip("' ") for word in choices.replace(" or ", ", ").split(",")]
+        word = context.get("tag", found)
+        do = did_you_mean(word, known) if isinstance(word, str) else ""
+        return shown(word), " or ".join(f'"{name}"' for name in known), do
+    if kind == "too_short" and detail["loc"][-1:] == ("records",):
+        return "no records", "at least one", "Add [[records]] with a file."
+    return shown(found), EXPECTED.get(kind, detail["msg"][:1].lower() + detail["msg"][1:]), ""

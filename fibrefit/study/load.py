@@ -1,0 +1,212 @@
+"""Reading a study: from its file, or from bare records and what the command line says."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.study import overrides as changes
+from fibrefit.study.explain import explained
+from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.places import Places
+from fibrefit.study.quantity import Unit, shown
+from fibrefit.study.series import read_series
+from fibrefit.study.study import SCHEMA, STUDIES, Study
+
+
+def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """Study from its file.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        TOML file, or a folder that holds a ``study.toml``.
+    overrides : sequence of str
+        Changes of the form ``rig.weight_mass=3.1 kg``, applied before anything is checked.
+
+    Returns
+    -------
+    Study
+        Complete and in SI.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be read, is not valid, or names records that do not exist.
+    UsageError
+        If an override is not of the form ``key=value``.
+    """
+    source = Path(path)
+    if source.is_dir():
+        source = source / "study.toml"
+    return _study(_read_toml(source), source, overrides)
+
+
+def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[str] = ()) -> Study:
+    """Study of bare records, all measured under the conditions that `overrides` give.
+
+    Parameters
+    ----------
+    files : sequence of str or pathlib.Path
+        Measured records.
+    rig : str
+        Kind of the rig.
+    overrides : sequence of str
+        Constants and all else a study holds, e.g. ``rig.weight_mass=3.1 kg`` or ``records[0].lift=5 mm``.
+
+    Returns
+    -------
+    Study
+        Complete and in SI; its files are relative to the working folder.
+
+    Raises
+    ------
+    StudyError
+        As `load_study`.
+    """
+    first = Path(files[0]).stem if files else ""
+    name = first if len(files) == 1 else f"{first} and {len(files) - 1} more"
+    records = [{"file": Path(file).as_posix()} for file in files]
+    raw = {"schema": SCHEMA, "name": name, "rig": {"kind": rig}, "records": records}
+    return _study(raw, Path("command line"), overrides)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    """Content of a TOML file."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except FileNotFoundError:
+        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*.toml")])
+        raise StudyError(str(path), "no such file", "a study file", near) from None
+    except OSError as error:
+        raise StudyError(str(path), error.strerror or "cannot be read", "a study file", "") from None
+    except UnicodeDecodeError as error:
+        line = path.read_bytes()[: error.start].count(b"\n") + 1
+        raise StudyError(f"{path}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(path, str(error), text.count("\n") + 1) from None
+    except RecursionError:
+        raise StudyError(str(path), "nested too deeply", "a study file", "") from None
+
+
+def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
+    found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", said)
+    if found is None:
+        return StudyError(str(path), said, "TOML", "")
+    line = found[1] or str(last_line)
+    column = f", column {found[2]}" if found[2] else ""
+    said = said[: found.start()]
+    return StudyError(f"{path}, line {line}{column}", f"not TOML: {said}", "", "Text and quantities stand in quotes.")
+
+
+def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study:
+    """Study from the content of a file and the changes to it."""
+    _name_parameters(raw, source)
+    table = _read_table(raw, source)
+    changed = changes.apply(raw, overrides)
+    table = _read_table(raw, source) or table
+    place = Places(source, table, changed)
+    try:
+        study = _model(raw, place).model_validate(raw)
+    except ValidationError as error:
+        raise explained(error, raw, place) from None
+    study = study.model_copy(update={"records": _completed(study, place)})
+    study._source, study._table, study._place = source, table, place
+    study.check_parameters()
+    study.check_units()
+    _check_records(study, place)
+    return study
+
+
+def _read_table(raw: dict[str, Any], source: Path) -> Path | None:
+    """Put the rows of a table in place of its name; the table's path, or None where the study has none."""
+    if not isinstance(raw.get("records"), str):
+        return None
+    table = source.parent / raw["records"]
+    raw["records"] = read_series(table)
+    return table
+
+
+def _name_parameters(raw: dict[str, Any], source: Path) -> None:
+    """Join the nested tables of ``[parameters.guide.viscous_friction.viscous_coefficient]`` into one dotted name."""
+    nested = raw.get("parameters")
+    if not isinstance(nested, dict):
+        return
+    named: dict[str, Any] = {}
+
+    def walk(name: str, content: Any) -> None:
+        is_group = isinstance(content, dict) and content and all(isinstance(v, dict) for v in content.values())
+        if is_group and not set(content) & set(ParameterTable.known_keys()):
+            for key, value in content.items():
+                walk(f"{name}.{key}", value)
+        elif name in named:
+            raise StudyError(f"{source}, parameters.{name}", "given twice", "one table", "Remove one.")
+        else:
+            named[name] = content
+
+    for key, content in nested.items():
+        walk(key, content)
+    raw["parameters"] = named
+
+
+def _model(raw: dict[str, Any], place: Places) -> type[Study]:
+    """Model of the study for its kind of rig."""
+    rig = raw.get("rig")
+    kind = rig.get("kind") if isinstance(rig, dict) else None
+    if isinstance(kind, str) and kind in STUDIES:
+        return STUDIES[kind]
+    expected = ", ".join(f'"{name}"' for name in STUDIES)
+    if kind is None:
+        raise StudyError(place("rig"), "no kind of rig", f"kind = one of {expected}", "")
+    raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), STUDIES))
+
+
+def _completed(study: Study, place: Places) -> tuple[Any, ...]:
+    """Records with the constants of the rig that they do not override."""
+    constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key != "kind"}
+    records = []
+    for i, record in enumerate(study.records):
+        absent = {key: value for key, value in constants.items() if getattr(record, key) is None}
+        for key, value in absent.items():
+            if value is None and key in type(record).needed():
+                example = next(
+                    unit.example for unit in type(record).model_fields[key].metadata if isinstance(unit, Unit)
+                )
+                do = f'Write {key} = "{example}" there, or --set rig.{key}="{example}".'
+                raise StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do)
+        records.append(record.model_copy(update=absent))
+    return tuple(records)
+
+
+def _check_records(study: Study, place: Places) -> None:
+    """Refuse records that have the same name, or no file where one is named."""
+    labels = [record.label for record in study.records]
+    for i, record in enumerate(study.records):
+        if labels.index(record.label) < i:
+            where = place(f"records[{i}]")
+            raise StudyError(where, f'"{record.label}" a second time', "each record once", "Give one a name.")
+        if record.file is not None:
+            _check_file(study.path_of(record.file), record.file, place(f"records[{i}].file"))
+        if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
+            raise StudyError(
+                place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."
+            )
+
+
+def _check_file(path: Path, named: str, where: str) -> None:
+    if path.is_file():
+        return
+    folder = path.parent
+    if not folder.is_dir():
+        raise StudyError(where, f'no folder for "{named}"', f"{folder} to exist", "")
+    if path.exists():
+        raise StudyError(where, f'"{named}" is a folder', "a file with measured data", "")
+    near = did_you_mean(path.name, [other.name for other in folder.iterdir()])
+    raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)

@@ -1,0 +1,113 @@
+"""``--set key=value``: changing a study without editing its file."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.study.explain import key_text
+from fibrefit.study.parameters import ParameterTable
+
+_PART = re.compile(r'"([^"]+)"|\[(\d+)\]|([^.\[\]"]+)')
+
+
+def apply(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, str]:
+    """Change `raw` as the overrides say.
+
+    Parameters
+    ----------
+    raw : dict
+        Content of a study file, changed in place.
+    overrides : sequence of str
+        ``key=value`` each; the value is TOML where it can be read as TOML, text otherwise.
+
+    Returns
+    -------
+    dict of str to str
+        The key path of each change, as messages write it, to the override it came from.
+
+    Raises
+    ------
+    UsageError
+        If an override is not of the form ``key=value``.
+    StudyError
+        If its key leads through something that is not a table.
+    """
+    changed = {}
+    for override in overrides:
+        keys, value = parse(override)
+        _put(raw, keys, value, f"--set {override}")
+        changed[key_text(keys)] = f"--set {override}"
+    return changed
+
+
+def parse(override: str) -> tuple[list[str | int], Any]:
+    """Keys and value of one override.
+
+    Parameters
+    ----------
+    override : str
+        ``key=value``.
+
+    Returns
+    -------
+    keys : list of str or int
+        Path into the study; a parameter's dotted name is one key.
+    value : object
+        What TOML makes of the value, or its text.
+
+    Raises
+    ------
+    UsageError
+        If it has no ``=``, or a key that cannot be read.
+    """
+    path, separator, text = override.partition("=")
+    path = path.strip()
+    spelt = "".join(match.group(0) + "." for match in _PART.finditer(path)).rstrip(".").replace(".[", "[")
+    if not separator or not path or spelt != path:
+        raise UsageError(
+            f"--set {override}", "not understood", "key=value", 'For example --set rig.weight_mass="3 kg".'
+        )
+    keys = [_key(match) for match in _PART.finditer(path)]
+    return _parameter_name_joined(keys), _value(text.strip())
+
+
+def _key(match: re.Match[str]) -> str | int:
+    quoted, index, plain = match.groups()
+    return int(index) if index else quoted or plain.strip()
+
+
+def _value(text: str) -> Any:
+    try:
+        read = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return read["value"] if list(read) == ["value"] else text
+
+
+def _parameter_name_joined(keys: list[str | int]) -> list[str | int]:
+    """Path with the dotted name of an effect's parameter as one key."""
+    if keys[0] != "parameters" or len(keys) < 3:
+        return keys
+    known = ParameterTable.known_keys()
+    end = next((i for i, key in enumerate(keys) if i > 1 and key in known), len(keys) - 1)
+    return [keys[0], ".".join(map(str, keys[1:end])), *keys[end:]]
+
+
+def _put(raw: Any, keys: list[str | int], value: Any, where: str) -> None:
+    """Put `value` at the path `keys`, making tables that are not there yet."""
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(key, int) and isinstance(raw, list):
+            if key >= len(raw):
+                raise StudyError(where, f"no {key_text(keys[: depth + 1])}", f"an index below {len(raw)}", "")
+        elif isinstance(key, int) or not isinstance(raw, dict):
+            got = f"{key_text(keys[:depth])} is not a {'list' if isinstance(key, int) else 'table'}"
+            raise StudyError(where, got, "a key of the study file", "Records are counted from 0: records[0].lift.")
+        if last:
+            raw[key] = value
+        else:
+            raw = raw.setdefault(key, {}) if isinstance(raw, dict) else raw[key]

@@ -1,0 +1,235 @@
+"""What a study says about a parameter: start, range, prior, whether it is held or shared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool, StrictFloat, StrictStr
+from pydantic_core import PydanticCustomError
+
+from fibrefit.core.errors import StudyError
+from fibrefit.study.quantity import quantity_in
+from fibrefit.study.table import Table
+
+#: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
+Written = StrictStr | StrictFloat
+
+
+class NormalPrior(Table):
+    """Normal distribution; truncated where a limit is given."""
+
+    kind: Literal["normal"]
+    mean: Written
+    sd: Written
+    lower: Written | None = None
+    upper: Written | None = None
+
+
+class HalfNormalPrior(Table):
+    """Normal distribution around zero, positive half."""
+
+    kind: Literal["half_normal"]
+    sd: Written
+
+
+class LogNormalPrior(Table):
+    """Normal distribution of the logarithm; `log_sd` is its standard deviation, a pure number."""
+
+    kind: Literal["log_normal"]
+    median: Written
+    log_sd: Annotated[float, Field(gt=0)]
+
+
+class UniformPrior(Table):
+    """Equal density between two limits."""
+
+    kind: Literal["uniform"]
+    lower: Written
+    upper: Written
+
+
+class LogUniformPrior(Table):
+    """Equal density of the logarithm between two positive limits."""
+
+    kind: Literal["log_uniform"]
+    lower: Written
+    upper: Written
+
+
+Prior = Annotated[
+    NormalPrior | HalfNormalPrior | LogNormalPrior | UniformPrior | LogUniformPrior, Field(discriminator="kind")
+]
+
+
+class ParameterTable(Table):
+    """One table ``[parameters.NAME]`` of a study."""
+
+    initial: Written | None = Field(default=None, description="Starting value; found from the data when absent.")
+    bounds: tuple[Written, Written] | None = Field(default=None, description="Lower and upper limit.")
+    fixed: StrictBool | Written = Field(default=False, description="true holds `initial`; a quantity holds itself.")
+    prior: Prior | None = Field(default=None, description="Distribution before the data.")
+    shared: StrictBool = Field(default=True, description="One value for all records, or one a record.")
+
+
+@dataclass(frozen=True, slots=True)
+class PriorSetting:
+    """A prior in SI.
+
+    Parameters
+    ----------
+    kind : str
+        ``normal``, ``half_normal``, ``log_normal``, ``uniform`` or ``log_uniform``.
+    centre : float
+        Mean (normal) or median (log-normal), in the parameter's unit; nan where the kind has none.
+    spread : float
+        Standard deviation, in the parameter's unit; of the logarithm, a pure number, for ``log_normal``.
+    lower, upper : float
+        Support, in the parameter's unit.
+    """
+
+    kind: str
+    centre: float = math.nan
+    spread: float = math.nan
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterSetting:
+    """What a study says about a parameter, in SI.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name of the parameter and SI unit of all its numbers.
+    initial : float or None
+        Starting value, or the value held; None: to be found from the data.
+    lower, upper : float or None
+        Limits of the study; None: those of the parameter's declaration hold.
+    fixed : bool
+        Whether it is held at `initial`.
+    shared : bool
+        One value for all records (True) or one a record.
+    prior : PriorSetting or None
+        Distribution before the data; None: the default.
+    """
+
+    name: str
+    unit: str
+    initial: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    fixed: bool = False
+    shared: bool = True
+    prior: PriorSetting | None = None
+
+
+def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str], str]) -> ParameterSetting:
+    """Setting of a parameter in SI, from its table and its unit.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit of the parameter.
+    table : ParameterTable
+        What the study says.
+    place : callable
+        Gives file and place of a key below the table (``".bounds"``), for messages.
+
+    Returns
+    -------
+    ParameterSetting
+        All numbers in `unit`.
+
+    Raises
+    ------
+    StudyError
+        If a quantity has the wrong unit, limits are swapped, the start lies outside them, or a held value is missing.
+    """
+
+    def number(key: str, written: Written) -> float:
+        return _number(written, unit, place(f".{key}"))
+
+    initial = None if table.initial is None else number("initial", table.initial)
+    lower, upper = None, None
+    if table.bounds is not None:
+        lower, upper = (number(f"bounds[{i}]", bound) for i, bound in enumerate(table.bounds))
+        _refuse_swapped(lower, upper, unit, place(".bounds"))
+    if table.fixed is not False:
+        initial = _held(table, initial, number, place)
+    if initial is not None and lower is not None and upper is not None and not lower <= initial <= upper:
+        raise StudyError(
+            place(""),
+            f"initial {initial:g} {unit} lies outside bounds",
+            f"{lower:g} to {upper:g} {unit}",
+            "Change one.",
+        )
+    prior = None if table.prior is None else _prior(table.prior, number, unit, place)
+    return ParameterSetting(name, unit, initial, lower, upper, table.fixed is not False, table.shared, prior)
+
+
+def _number(written: Written, unit: str, where: str) -> float:
+    """Number in `unit`: a bare one for a pure number, else text with a unit."""
+    if unit == "-" and isinstance(written, float):
+        return written
+    try:
+        return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}")
+    except PydanticCustomError as error:
+        told = error.context or {}
+        raise StudyError(where, told["got"], told["expected"], told["do"]) from None
+
+
+def _held(
+    table: ParameterTable, initial: float | None, number: Callable[[str, Written], float], place: Callable[[str], str]
+) -> float:
+    """Value at which a parameter is held."""
+    if table.fixed is True:
+        if initial is None:
+            raise StudyError(place(".fixed"), "true, but no initial", "the value to hold", "Give it as initial.")
+        return initial
+    held = number("fixed", table.fixed)
+    if initial is not None and initial != held:
+        raise StudyError(place(""), "initial and fixed differ", "one value", "Remove initial.")
+    return held
+
+
+def _prior(
+    prior: Prior, number: Callable[[str, Written], float], unit: str, place: Callable[[str], str]
+) -> PriorSetting:
+    """Prior in SI, its limits and widths checked."""
+
+    def get(key: str, default: float) -> float:
+        written = getattr(prior, key, None)
+        return default if written is None else number(f"prior.{key}", written)
+
+    lower, upper = get("lower", -math.inf), get("upper", math.inf)
+    _refuse_swapped(lower, upper, unit, place(".prior"))
+    if prior.kind == "log_uniform" and lower <= 0:
+        raise StudyError(
+            place(".prior.lower"), f"{lower:g} {unit}", f"a value above 0 {unit}", "A logarithm is taken of it."
+        )
+    if isinstance(prior, LogNormalPrior):
+        median = _positive(get("median", math.nan), unit, place(".prior.median"))
+        return PriorSetting(prior.kind, median, prior.log_sd, 0.0, upper)
+    if isinstance(prior, UniformPrior | LogUniformPrior):
+        return PriorSetting(prior.kind, lower=lower, upper=upper)
+    spread = _positive(get("sd", math.nan), unit, place(".prior.sd"))
+    if isinstance(prior, HalfNormalPrior):
+        return PriorSetting(prior.kind, 0.0, spread, 0.0, upper)
+    return PriorSetting(prior.kind, get("mean", math.nan), spread, lower, upper)
+
+
+def _positive(value: float, unit: str, where: str) -> float:
+    if value <= 0:
+        raise StudyError(where, f"{value:g} {unit}", f"a value above 0 {unit}", "")
+    return value
+
+
+def _refuse_swapped(lower: float, upper: float, unit: str, where: str) -> None:
+    if lower >= upper:
+        raise StudyError(
+            where, f"{lower:g} to {upper:g} {unit}", "the lower limit first, and below the upper", "Swap or widen them."
+        )

@@ -1,0 +1,133 @@
+"""Quantities of a study file: text with a unit in the file, a float in SI inside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from fibrefit.core.errors import FibrefitError
+from fibrefit.core.units import parse_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """Annotation of a number that a file writes with its unit.
+
+    Parameters
+    ----------
+    si : str
+        Unit of the number inside the program.
+    example : str
+        What a file may hold, shown in schemas and messages.
+    lower, upper : float
+        Range of the number, in `si`.
+    lower_allowed : bool
+        Whether `lower` itself belongs to the range.
+    """
+
+    si: str
+    example: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    lower_allowed: bool = True
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate text into SI and write SI back as text."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                self.write, when_used="json-unless-none", return_schema=core_schema.str_schema()
+            ),
+            json_schema_input_schema=core_schema.str_schema(),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Describe the text: JSON Schema cannot check units, so it names them."""
+        return {"type": "string", "examples": [self.example], "x-unit": self.si}
+
+    def read(self, value: Any) -> float:
+        """Number in SI from what a file holds; a pydantic error with a reason otherwise."""
+        number = quantity_in(value, self.si, self.example)
+        below = number < self.lower or (number == self.lower and not self.lower_allowed)
+        if below or number > self.upper:
+            raise refusal(f'"{value}" is out of range', self._range(), "")
+        return number
+
+    def write(self, value: float) -> str:
+        """Text that reads back as exactly the same number."""
+        return f"{value!r} {self.si}"
+
+    def _range(self) -> str:
+        if self.lower > -math.inf and self.upper < math.inf:
+            return f"a value between {self.lower:g} and {self.upper:g} {self.si}"
+        limit = f"{self.lower:g} {self.si}"
+        return f"a value of at least {limit}" if self.lower_allowed else f"a value above {limit}"
+
+
+def quantity_in(value: Any, unit: str, example: str) -> float:
+    """Number in `unit` from a quantity written as text.
+
+    Parameters
+    ----------
+    value : object
+        What the file holds.
+    unit : str
+        SI unit wanted.
+    example : str
+        A quantity that would have been accepted, for the message.
+
+    Returns
+    -------
+    float
+        Value in `unit`, finite.
+
+    Raises
+    ------
+    pydantic_core.PydanticCustomError
+        If `value` is not text, carries no unit or the wrong one, or is not finite.
+    """
+    if isinstance(value, bool | int | float):
+        raise refusal(f"{value} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit.")
+    if not isinstance(value, str):
+        raise refusal(f"{shown(value)} is not a quantity", f'text such as "{example}"', "")
+    try:
+        number = parse_quantity(value, unit)
+    except FibrefitError as error:
+        raise refusal(error.got, error.expected or f'a quantity such as "{example}"', error.do) from None
+    if not math.isfinite(number):
+        raise refusal(f'"{value}" is not finite', f'a quantity such as "{example}"', "")
+    return number
+
+
+def refusal(got: str, expected: str, do: str) -> PydanticCustomError:
+    """Error for pydantic that carries the parts of a message meant for a person."""
+    return PydanticCustomError("refused", "{got}", {"got": got, "expected": expected, "do": do})
+
+
+def shown(value: Any, longest: int = 60) -> str:
+    """Short text of a value, for a message."""
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= longest else text[: longest - 3] + "..."
+
+
+Mass = Annotated[float, Unit("kg", "3.096 kg", lower=0, lower_allowed=False)]
+MassOrNone = Annotated[float, Unit("kg", "5.035 kg", lower=0)]
+Length = Annotated[float, Unit("m", "599 mm", lower=0, lower_allowed=False)]
+Distance = Annotated[float, Unit("m", "10 mm", lower=0)]
+Position = Annotated[float, Unit("m", "-0.12 mm")]
+Angle = Annotated[float, Unit("rad", "30 deg", lower=-2 * math.pi, upper=2 * math.pi)]
+Turn = Annotated[float, Unit("rad", "150 deg", lower=0)]
+Instant = Annotated[float, Unit("s", "0.1432 s")]
+Duration = Annotated[float, Unit("s", "4 s", lower=0, lower_allowed=False)]
+Pause = Annotated[float, Unit("s", "0.5 s", lower=0)]
+Frequency = Annotated[float, Unit("Hz", "2 kHz", lower=0, lower_allowed=False)]
+Speed = Annotated[float, Unit("m/s", "200 mm/s", lower=0, lower_allowed=False)]
+Inertia = Annotated[float, Unit("kg m^2", "3.288 kg m^2", lower=0, lower_allowed=False)]
+Load = Annotated[float, Unit("N", "200 N", lower=0)]
+ForceNoise = Annotated[float, Unit("N", "0.4 N", lower=0, lower_allowed=False)]
+LengthNoise = Annotated[float, Unit("m", "0.02 mm", lower=0, lower_allowed=False)]
+AngleNoise = Annotated[float, Unit("rad", "0.001 rad", lower=0, lower_allowed=False)]

@@ -1,0 +1,72 @@
+"""JSON Schemas (2020-12) of every file a user writes or a program reads, made from the models."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from fibrefit.study.study import FibreMassStudy, GuidedMassStudy, InvertedPendulumStudy, PulleyDriveStudy
+from fibrefit.study.summaries import SUMMARIES
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+#: The folder of the schemas in a copy of the sources.
+FOLDER = Path(__file__).resolve().parents[2] / "data_schemas"
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """Every schema, by the name of its file.
+
+    Returns
+    -------
+    dict of str to dict
+        ``"study.schema.json"`` and so on, to the content.
+    """
+    named = {"study": ("fibrefit/study/1", _study())}
+    for schema, model in SUMMARIES.items():
+        named[schema.split("/")[1]] = (schema, model.model_json_schema(by_alias=True, mode="validation"))
+    return {
+        f"{name}.schema.json": {"$schema": DIALECT, "$id": f"{schema}.schema.json", **content}
+        for name, (schema, content) in named.items()
+    }
+
+
+def _study() -> dict[str, Any]:
+    """Schema of the study: the models', and the two other ways to write what they hold."""
+    kinds: TypeAdapter[Any] = TypeAdapter(FibreMassStudy | PulleyDriveStudy | InvertedPendulumStudy | GuidedMassStudy)
+    schema = kinds.json_schema(by_alias=True, mode="validation")
+    table = {"$ref": "#/$defs/ParameterTable"}
+    group = {"$ref": "#/$defs/ParameterGroup"}
+    schema["$defs"]["ParameterGroup"] = {
+        "description": "The parts of an effect's dotted name, written as nested tables.",
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"anyOf": [table, group]},
+    }
+    series = {"type": "string", "description": "A table with one row a record and units in its header."}
+    for name, definition in schema["$defs"].items():
+        if name.endswith("Study"):
+            properties = definition["properties"]
+            properties["parameters"]["additionalProperties"] = {"anyOf": [table, group]}
+            properties["records"] = {"anyOf": [properties["records"], series]}
+    return schema
+
+
+def write(folder: Path = FOLDER) -> None:
+    """Write every schema into `folder`.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Made if it does not exist.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in schemas().items():
+        (folder / name).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,76 @@
+"""``records = "series.csv"``: a table with one row a record and the units in its header."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+from fibrefit.core.errors import StudyError
+
+_HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
+
+
+def read_series(path: Path) -> list[dict[str, str]]:
+    """Records of a table, as ``[[records]]`` would give them.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File with a header such as ``file,lift [mm],inclination [deg]``, separated by comma, semicolon or tab.
+
+    Returns
+    -------
+    list of dict
+        Key to text with its unit, one for each row; empty cells are left out.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be read, has no column ``file`` or ``name``, names a column twice, or a row has another length.
+    """
+    rows = _rows(path)
+    header, body = rows[0][1], rows[1:]
+    columns = [_column(cell, path) for cell in header]
+    names = [key for key, _ in columns]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise StudyError(f"{path}, line {rows[0][0]}", f'column "{twice}" twice', "each column once", "")
+    if not {"file", "name"} & set(names):
+        raise StudyError(f"{path}, line {rows[0][0]}", 'no column "file"', "file, and conditions with their unit", "")
+    if not body:
+        raise StudyError(str(path), "no rows", "one row a record", "")
+    for line, row in body:
+        if len(row) != len(columns):
+            raise StudyError(f"{path}, line {line}", f"{len(row)} cells", f"{len(columns)}, as in the header", "")
+    return [
+        {key: f"{cell} {unit}".strip() for (key, unit), cell in zip(columns, row, strict=True) if cell}
+        for _, row in body
+    ]
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of every line that is not empty."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise StudyError(str(path), error.strerror or "cannot be read", "a table of records", "") from None
+    except UnicodeDecodeError:
+        raise StudyError(str(path), "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    if not first:
+        raise StudyError(str(path), "empty", "a header and one row a record", "")
+    delimiter = max("\t;,", key=first.count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    try:
+        return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise StudyError(f"{path}, line {reader.line_num}", str(error), "a table of cells", "") from None
+
+
+def _column(cell: str, path: Path) -> tuple[str, str]:
+    match = _HEADER.fullmatch(cell)
+    if match is None:
+        raise StudyError(str(path), f'column "{cell}"', 'a name and its unit, such as "lift [mm]"', "")
+    return match["key"], match["unit"] or ""

@@ -1,0 +1,239 @@
+"""The study: what was measured, on which rig, and what is fitted."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, PrivateAttr, StrictStr
+
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.parameter import Parameter
+from fibrefit.core.units import to_si
+from fibrefit.study import rigs
+from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
+from fibrefit.study.places import Places
+from fibrefit.study.table import Table
+from fibrefit.study.toml import to_toml
+
+SCHEMA = "fibrefit/study/1"
+
+
+class Model(Table):
+    """``[model]``: the law of the fibre and the effects added to the base model."""
+
+    tension_law: Literal["clamped", "heaviside"] = Field(default="clamped", description="Law of the fibre's tension.")
+    effects: tuple[StrictStr, ...] = Field(
+        default=(), description='Names of the catalogue, or "my_effects.py:MyEffect".'
+    )
+
+
+class Study(Table):
+    """A study as `load_study` returns it: complete, in SI, immutable.
+
+    Each record carries the constants of the rig that it did not override, so nothing needs to be looked up under `rig`.
+    """
+
+    schema_name: Literal["fibrefit/study/1"] = Field(alias="schema")
+    name: StrictStr = Field(min_length=1)
+    rig: Any
+    channels: Any
+    units: dict[str, StrictStr] = Field(
+        default_factory=dict, description="Unit of a column, by role or header, where the header has none."
+    )
+    model: Model = Model()
+    parameters: dict[str, ParameterTable] = Field(default_factory=dict)
+    noise: Any
+    records: tuple[Any, ...]
+
+    _source: Path = PrivateAttr(default=Path("study.toml"))
+    _table: Path | None = PrivateAttr(default=None)
+    _place: Places = PrivateAttr(default=Places(Path("study.toml")))
+
+    @property
+    def source(self) -> Path:
+        """The study file; for a study made of bare records, where it would have stood."""
+        return self._source
+
+    @property
+    def kind(self) -> str:
+        """Kind of the rig, e.g. ``"fibre_mass"``."""
+        return str(self.rig.kind)
+
+    def path_of(self, file: str) -> Path:
+        """Path of a file the study names, which is relative to the study file."""
+        return self._source.parent / file
+
+    def input_files(self) -> list[Path]:
+        """Every file the study rests on: itself, its table of records, the records, files with effects."""
+        named = [record.file for record in self.records if record.file]
+        effects = [effect.rpartition(":")[0] for effect in self.model.effects if ":" in effect]
+        own = [path for path in (self._source, self._table) if path is not None and path.is_file()]
+        return own + [self.path_of(file) for file in dict.fromkeys(named + effects)]
+
+    def unit_of(self, role: str) -> str | None:
+        """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""
+        return self.units.get(role) or self.units.get(getattr(self.channels, role, None) or "")
+
+    def check_effects(self, known: Iterable[str]) -> None:
+        """Refuse effects that are not in the catalogue; those in the user's own files are left to their loader.
+
+        Raises
+        ------
+        StudyError
+            Naming the nearest known effect.
+        """
+        names = list(known)
+        for i, effect in enumerate(self.model.effects):
+            if ":" not in effect and effect not in names:
+                do = did_you_mean(effect, names) or "fibrefit effects lists them."
+                raise StudyError(
+                    self._place(f"model.effects[{i}]"), f'"{effect}"', "an effect that applies to this rig", do
+                )
+
+    def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
+        """What the study says about each declared parameter, in SI.
+
+        Parameters
+        ----------
+        declared : mapping of str to Parameter
+            Every parameter of the model: base, and dotted names of the effects in use.
+
+        Returns
+        -------
+        dict of str to ParameterSetting
+            One for each declared parameter, in that order; defaults where the study is silent.
+
+        Raises
+        ------
+        StudyError
+            If the study names a parameter that is not declared, or a quantity does not fit its unit.
+        """
+        units = {name: parameter.unit for name, parameter in declared.items()}
+        for name in self.parameters:
+            if name not in units:
+                do = did_you_mean(name, units) or f"The model has {', '.join(units)}."
+                raise StudyError(self._place(f"parameters.{name}"), "unknown parameter", "one of the model", do)
+        return {name: self._setting(name, unit) for name, unit in units.items()}
+
+    def check_parameters(self) -> None:
+        """Refuse what can be seen to be wrong before the effects are known.
+
+        Raises
+        ------
+        StudyError
+            For a misspelt base parameter, or a quantity of one that does not fit.
+        """
+        base = rigs.BASE_PARAMETERS[self.kind]
+        for name in self.parameters:
+            if name in base:
+                self._setting(name, base[name])
+            elif "." not in name:
+                do = did_you_mean(name, base) or "Parameters of an effect have dotted names."
+                raise StudyError(
+                    self._place(f"parameters.{name}"), "unknown parameter", f"one of {', '.join(base)}", do
+                )
+
+    def check_units(self) -> None:
+        """Refuse units that are not known, do not suit their channel, or belong to no channel.
+
+        Raises
+        ------
+        StudyError
+            For the first such entry of ``[units]``.
+        """
+        role_of = {header: role for role, header in self.channels if header} | {role: role for role, _ in self.channels}
+        for key, unit in self.units.items():
+            where = self._place(f"units.{key}")
+            if key not in role_of:
+                raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", did_you_mean(key, role_of))
+            to_si(unit, rigs.ROLE_UNITS[role_of[key]], where, error=StudyError)
+
+    def resolved_toml(self, relative_to: Path | None = None) -> str:
+        """The study as a TOML file that reads back as the same study.
+
+        Parameters
+        ----------
+        relative_to : pathlib.Path, optional
+            Folder the text will be written to; the files it names are then relative to it.
+
+        Returns
+        -------
+        str
+            TOML with every constant in each record and all quantities in SI.
+        """
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        if relative_to is not None:
+            for record in content["records"]:
+                if "file" in record:
+                    record.setdefault("name", record["file"])
+                    record["file"] = _relative(self.path_of(record["file"]), relative_to)
+            content["model"]["effects"] = [
+                effect if ":" not in effect else _moved_effect(effect, self, relative_to)
+                for effect in content["model"]["effects"]
+            ]
+        return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
+
+    def _setting(self, name: str, unit: str) -> ParameterSetting:
+        table = self.parameters.get(name, ParameterTable())
+        return setting_of(name, table, unit, lambda key: self._place(f"parameters.{name}{key}"))
+
+
+def _moved_effect(effect: str, study: Study, folder: Path) -> str:
+    file, _, name = effect.rpartition(":")
+    return f"{_relative(study.path_of(file), folder)}:{name}"
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """Path from `folder`, with forward slashes; absolute where another drive leaves no other way."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return path.resolve().as_posix()
+
+
+class FibreMassStudy(Study):
+    """Study of a fibre-mass rig."""
+
+    rig: rigs.FibreMassRig
+    channels: rigs.Channels = rigs.Channels()
+    noise: rigs.Noise = rigs.Noise()
+    records: tuple[rigs.FibreMassRecord, ...] = Field(min_length=1)
+
+
+class PulleyDriveStudy(Study):
+    """Study of a pulley-drive rig."""
+
+    rig: rigs.PulleyDriveRig
+    channels: rigs.DriveChannels = rigs.DriveChannels()
+    noise: rigs.DriveNoise = rigs.DriveNoise()
+    records: tuple[rigs.PulleyDriveRecord, ...] = Field(min_length=1)
+
+
+class InvertedPendulumStudy(Study):
+    """Study of an inverted pendulum; without records it can still be swept."""
+
+    rig: rigs.InvertedPendulumRig
+    channels: rigs.PendulumChannels = rigs.PendulumChannels()
+    noise: rigs.PendulumNoise = rigs.PendulumNoise()
+    records: tuple[rigs.InvertedPendulumRecord, ...] = ()
+
+
+class GuidedMassStudy(Study):
+    """Study of a guided mass."""
+
+    rig: rigs.GuidedMassRig
+    channels: rigs.Channels = rigs.Channels()
+    noise: rigs.Noise = rigs.Noise()
+    records: tuple[rigs.GuidedMassRecord, ...] = Field(min_length=1)
+
+
+#: The study of each kind of rig.
+STUDIES: dict[str, type[Study]] = {
+    "fibre_mass": FibreMassStudy,
+    "pulley_drive": PulleyDriveStudy,
+    "inverted_pendulum": InvertedPendulumStudy,
+    "guided_mass": GuidedMassStudy,
+}

@@ -1,0 +1,249 @@
+"""The summary files of results: what programs read, and what the terminal report is written from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Status = Literal["ok", "suspect", "failed"]
+Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
+Interval = tuple[float, float]
+
+
+class Part(BaseModel):
+    """A part of a summary file: frozen, finite, closed to names it does not know."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+
+class ParameterSummary(Part):
+    """An identified parameter; all numbers in `unit`."""
+
+    value: float
+    std_error: float | None = Field(
+        default=None, description="Standard error; null where it is held or not determined."
+    )
+    interval_95: Interval | None = Field(default=None, description="95 % interval.")
+    unit: str
+    free: bool = True
+    at_bound: bool = False
+    std_errors: dict[str, float | None] = Field(
+        default_factory=dict, description="Standard error by method: iid, hac, bootstrap."
+    )
+    inflation: float | None = Field(default=None, description="Reported standard error over that for white noise.")
+
+
+class ChannelGap(Part):
+    """How far measurement and simulation part in one channel."""
+
+    rms: float = Field(description="Root mean square of measured minus simulated, in `unit`.")
+    unit: str
+    noise: float | None = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
+    ratio: float | None = Field(default=None, description="rms over noise; 1 for a perfect model.")
+
+
+class Gap(BaseModel):
+    """The gap of each channel by name, and their root mean square."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+    __pydantic_extra__: dict[str, ChannelGap] = Field(init=False)
+
+    total: float | None = Field(default=None, description="Root of the mean of the squared ratios.")
+
+    @property
+    def channels(self) -> dict[str, ChannelGap]:
+        """The gap of each channel."""
+        return dict(self.__pydantic_extra__)
+
+
+class RecordSummary(Part):
+    """What was found about one record."""
+
+    gap: Gap
+    parameters: dict[str, ParameterSummary] = Field(
+        default_factory=dict, description="Values of this record alone, such as position_zero and release."
+    )
+    samples: int | None = None
+    masked: int | None = Field(default=None, description="Samples left out because they are damaged.")
+    notes: tuple[str, ...] = ()
+
+
+class CheckSummary(Part):
+    """A test the result was put to."""
+
+    name: str
+    passed: bool
+    says: str
+    statistic: float | None = None
+    threshold: float | None = None
+    unit: str = "-"
+
+
+class Basin(Part):
+    """A minimum in which some of the starts ended."""
+
+    cost: float = Field(description="Cost over that of the best minimum.")
+    starts: int
+    parameters: dict[str, float] = Field(default_factory=dict, description="In SI.")
+
+
+class StartsSummary(Part):
+    """Whether the starts agree on the minimum."""
+
+    tried: int
+    agreeing: int
+    basins: tuple[Basin, ...] = ()
+
+
+class Provenance(Part):
+    """What a result rests on, so that it can be made again."""
+
+    created: str = Field(description="UTC, ISO 8601.")
+    versions: dict[str, str]
+    inputs: dict[str, str] = Field(description="SHA-256 of every file that was read.")
+    resolved_study: str = Field(description="The study as TOML, with all defaults and overrides in it.")
+    seed: int | None = None
+    seconds: float | None = Field(default=None, description="Wall time of the computation.")
+
+
+class FitResultSummary(Part):
+    """What the summaries of a fit and of a discovery share."""
+
+    status: Status
+    study: str
+    rig: str | None = Field(default=None, description="Kind of the rig.")
+    parameters: dict[str, ParameterSummary]
+    gap: Gap
+    records: dict[str, RecordSummary]
+    checks: tuple[CheckSummary, ...]
+    starts: StartsSummary | None = None
+    effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
+    error_kind: str | None = Field(default=None, description="Method behind the reported standard errors.")
+    findings: tuple[str, ...] = Field(default=(), description="What the data do and do not determine, in words.")
+    advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")
+    provenance: Provenance | None = None
+
+
+class FitSummary(FitResultSummary):
+    """``summary.json`` of a fit."""
+
+    schema_name: Literal["fibrefit/fit/1"] = Field(default="fibrefit/fit/1", alias="schema")
+
+
+class Place(Part):
+    """A stretch of a record in which the model and the measurement part."""
+
+    record: str
+    channel: str
+    from_s: float
+    to_s: float
+    phase: str
+    share: float = Field(description="Share of the gap that lies here, 0 to 1.")
+
+
+class Candidate(Part):
+    """An effect that was tried."""
+
+    effect: str
+    gap_after: float
+    evidence: float = Field(description="Twice the gain in log likelihood per parameter and candidate, corrected.")
+    parameters: dict[str, ParameterSummary]
+
+
+class Round(Part):
+    """One effect added, or found not to be needed."""
+
+    added: str | None
+    gap_before: float
+    gap_after: float
+    where: tuple[Place, ...] = ()
+    ranking: tuple[Candidate, ...] = ()
+    sentence: str
+
+
+class Unexplained(Part):
+    """What is left that no effect accounts for."""
+
+    gap: float
+    where: tuple[Place, ...] = ()
+    looks_like: str | None = None
+
+
+class DiscoverySummary(FitResultSummary):
+    """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
+
+    schema_name: Literal["fibrefit/discovery/1"] = Field(default="fibrefit/discovery/1", alias="schema")
+    verdict: Verdict
+    reason: str = Field(default="", description="Why the verdict is what it is, in words.")
+    added: tuple[str, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    cannot_tell_apart: tuple[tuple[str, ...], ...] = ()
+    unexplained: Unexplained | None = None
+
+
+class PosteriorParameter(Part):
+    """The posterior of one parameter; all numbers in `unit`."""
+
+    mean: float
+    sd: float
+    median: float
+    interval: Interval
+    unit: str
+    r_hat: float | None = None
+    ess_bulk: float | None = None
+    ess_tail: float | None = None
+
+
+class PosteriorSummary(Part):
+    """``summary.json`` of a posterior."""
+
+    schema_name: Literal["fibrefit/posterior/1"] = Field(default="fibrefit/posterior/1", alias="schema")
+    status: Status
+    study: str
+    parameters: dict[str, PosteriorParameter]
+    interval_kind: Literal["equal_tailed", "highest_density"]
+    interval_probability: Annotated[float, Field(gt=0, lt=1)]
+    likelihood: str
+    ensembles: int
+    walkers: int
+    draws: int
+    checks: tuple[CheckSummary, ...]
+    advice: tuple[str, ...] = ()
+    provenance: Provenance | None = None
+
+
+class BatchItem(Part):
+    """One identification of a batch."""
+
+    status: Status | None = Field(default=None, description="null where it was not carried out.")
+    parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
+    gap: float | None = None
+    result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
+    error: str | None = None
+
+    @model_validator(mode="after")
+    def _result_or_error(self) -> Self:
+        if (self.status is None) == (self.error is None):
+            raise ValueError("an item has either a status or an error")
+        return self
+
+
+class BatchSummary(Part):
+    """``summary.json`` of a batch."""
+
+    schema_name: Literal["fibrefit/batch/1"] = Field(default="fibrefit/batch/1", alias="schema")
+    status: Status
+    name: str
+    items: dict[str, BatchItem]
+    checks: tuple[CheckSummary, ...] = ()
+    provenance: Provenance | None = None
+
+
+#: Model of every summary file, by its schema.
+SUMMARIES: dict[str, type[Part]] = {
+    "fibrefit/fit/1": FitSummary,
+    "fibrefit/discovery/1": DiscoverySummary,
+    "fibrefit/posterior/1": PosteriorSummary,
+    "fibrefit/batch/1": BatchSummary,
+}

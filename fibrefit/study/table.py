@@ -1,0 +1,40 @@
+"""The table every model of a file is made of: frozen, and closed to keys it does not know."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic_core import PydanticCustomError
+
+from fibrefit.core.errors import did_you_mean
+
+
+class Table(BaseModel):
+    """A table of a file a user writes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+    @classmethod
+    def known_keys(cls) -> list[str]:
+        """Keys the table may hold, as written in the file."""
+        return [field.alias or name for name, field in cls.model_fields.items()]
+
+    @classmethod
+    def needed(cls) -> list[str]:
+        """Keys that must be given in one of the places where they may stand."""
+        extras = {name: field.json_schema_extra for name, field in cls.model_fields.items()}
+        return [name for name, extra in extras.items() if isinstance(extra, dict) and extra.get("x-needed")]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any) -> Any:
+        for key in data if isinstance(data, dict) else ():
+            if key not in cls.known_keys():
+                known = cls.known_keys()
+                raise PydanticCustomError(
+                    "unknown_key",
+                    "{key}",
+                    {"key": key, "expected": f"one of {', '.join(known)}", "do": did_you_mean(key, known)},
+                )
+        return data
