@@ -103,7 +103,9 @@ def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
     line = found[1] or str(last_line)
     column = f", column {found[2]}" if found[2] else ""
     said = said[: found.start()]
-    return StudyError(f"{path}, line {line}{column}", f"not TOML: {said}", "", "Text and quantities stand in quotes.")
+    remedies = {"Cannot": "A key or table is given twice.", "Invalid value": "Text and quantities stand in quotes."}
+    do = next((remedy for start, remedy in remedies.items() if said.startswith(start)), "")
+    return StudyError(f"{path}, line {line}{column}", f"not TOML: {said}", "", do)
 
 
 def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study:

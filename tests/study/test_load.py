@@ -1,0 +1,249 @@
+"""A study file becomes a study in SI, or a message that says what to change."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import StudyError
+from fibrefit.core.parameter import Parameter
+from fibrefit.study import load_study, study_from_files
+from tests.study.conftest import Loader
+
+DECLARED = {
+    name: Parameter(name, unit, "", 1.0)
+    for name, unit in {
+        "stiffness": "N/m",
+        "damping": "N s/m",
+        "friction": "N",
+        "guide.stribeck_friction.breakaway_excess": "N",
+        "guide.load_dependent_friction.load_coefficient": "-",
+    }.items()
+}
+
+
+def test_quantities_are_in_si(load: Loader) -> None:
+    study = load()
+    assert study.kind == "fibre_mass"
+    assert study.records[0].weight_mass == 3.096
+    assert study.records[0].fibre_length == 0.599
+    assert study.records[0].release == 0.1432
+    assert study.records[1].position_zero == -0.12e-3
+    assert study.noise.position == 0.02e-3
+
+
+def test_a_record_overrides_the_rig(load: Loader) -> None:
+    one, two = load().records
+    assert one.inclination == pytest.approx(math.pi / 2, rel=1e-15)
+    assert two.inclination == pytest.approx(math.pi / 4, rel=1e-15)
+    assert one.label == "one.csv"
+
+
+def test_units_are_found_by_role_and_by_header(load: Loader) -> None:
+    assert load().unit_of("force") == "kN"
+    assert load(('force = "kN"', 'Kraft = "mN"')).unit_of("force") == "mN"
+    assert load().unit_of("position") is None
+
+
+def test_settings_follow_the_declared_parameters(load: Loader) -> None:
+    settings = load().settings(DECLARED)
+    assert list(settings) == list(DECLARED)
+    stiffness = settings["stiffness"]
+    assert (stiffness.initial, stiffness.lower, stiffness.upper, stiffness.fixed) == (30e3, 1e3, 300e3, False)
+    assert (settings["friction"].initial, settings["friction"].fixed) == (2.5, True)
+    assert settings["damping"].initial is None
+    assert settings["guide.stribeck_friction.breakaway_excess"].initial == 4.0
+
+
+def test_a_quoted_dotted_name_is_the_same_as_nested_tables(load: Loader) -> None:
+    nested = "[parameters.guide.stribeck_friction.breakaway_excess]"
+    quoted = '[parameters."guide.stribeck_friction.breakaway_excess"]'
+    assert load((nested, quoted)) == load()
+
+
+def test_a_pure_number_needs_no_unit(load: Loader) -> None:
+    name = "guide.load_dependent_friction.load_coefficient"
+    study = load(overrides=(f"parameters.{name}.initial=0.05",))
+    assert study.settings(DECLARED)[name].initial == 0.05
+
+
+PRIORS = {
+    "{kind='normal', mean='30 kN/m', sd='2 kN/m'}": ("normal", 30e3, 2e3, -math.inf, math.inf),
+    "{kind='normal', mean='30 kN/m', sd='2 kN/m', lower='0 N/m'}": ("normal", 30e3, 2e3, 0.0, math.inf),
+    "{kind='half_normal', sd='2 kN/m'}": ("half_normal", 0.0, 2e3, 0.0, math.inf),
+    "{kind='log_normal', median='30 kN/m', log_sd=0.3}": ("log_normal", 30e3, 0.3, 0.0, math.inf),
+    "{kind='uniform', lower='1 kN/m', upper='2 kN/m'}": ("uniform", math.nan, math.nan, 1e3, 2e3),
+    "{kind='log_uniform', lower='1 kN/m', upper='2 kN/m'}": ("log_uniform", math.nan, math.nan, 1e3, 2e3),
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), PRIORS.items())
+def test_priors_are_in_si(load: Loader, text: str, expected: tuple[object, ...]) -> None:
+    prior = load(overrides=(f"parameters.stiffness.prior={text}",)).settings(DECLARED)["stiffness"].prior
+    assert prior is not None
+    found = (prior.kind, prior.centre, prior.spread, prior.lower, prior.upper)
+    assert found == pytest.approx(expected, nan_ok=True)
+
+
+def test_only_what_a_rig_needs_must_be_said(folder: Path) -> None:
+    (folder / "study.toml").write_text(
+        'schema = "fibrefit/study/1"\nname = "x"\n[rig]\nkind = "fibre_mass"\nweight_mass = "3 kg"\n'
+        'inclination = "1 rad"\n[[records]]\nfile = "one.csv"\n'
+    )
+    study = load_study(folder)
+    assert study.records[0].lift is None
+    assert study.channels.force is None
+    assert study.model.tension_law == "clamped"
+
+
+def test_a_byte_order_mark_and_windows_lines_do_no_harm(load: Loader, folder: Path) -> None:
+    expected = load()
+    path = folder / "study.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert load_study(path) == expected
+
+
+def test_every_file_the_study_rests_on(load: Loader, folder: Path) -> None:
+    study = load(('["guide.stribeck_friction"]', '["mine.py:Rubber"]'))
+    assert study.input_files() == [folder / name for name in ("study.toml", "one.csv", "two.csv", "mine.py")]
+
+
+def test_a_planned_record_needs_no_file(load: Loader) -> None:
+    study = load(('file = "one.csv"', 'name = "plan"\nsampling_rate = "2 kHz"\nduration = "4 s"'))
+    assert (study.records[0].label, study.records[0].sampling_rate, study.records[0].duration) == ("plan", 2000.0, 4.0)
+
+
+# What is changed in the study, and what the message must say.
+REFUSED = {
+    "bare number": (('"3.096 kg"', "3.096"), "rig.weight_mass: 3.096 without a unit", 'such as "3.096 kg"'),
+    "number as text": (('"3.096 kg"', '"3.096"'), 'rig.weight_mass: "3.096" has no unit', "kg"),
+    "wrong kind": (('"3.096 kg"', '"3.096 N"'), "rig.weight_mass", 'unit "N"'),
+    "unknown unit": (('"3.096 kg"', '"3.096 kp"'), "rig.weight_mass", "kp"),
+    "decimal comma": (('"3.096 kg"', '"3,096 kg"'), "rig.weight_mass", "decimal comma"),
+    "not a mass": (('"3.096 kg"', '"0 kg"'), '"0 kg" is out of range', "above 0 kg"),
+    "infinite": (('"3.096 kg"', '"1e999 kg"'), "rig.weight_mass", "not finite"),
+    "boolean": (('"3.096 kg"', "true"), "rig.weight_mass: True", "such as"),
+    "list": (('"3.096 kg"', '["3 kg"]'), "rig.weight_mass", "is not a quantity"),
+    "date": (('"3.096 kg"', "2026-01-01"), "rig.weight_mass", "is not a quantity"),
+    "angle": (('"90 deg"', '"4000 deg"'), "rig.inclination", "out of range"),
+    "misspelt key": (("weight_mass =", "wieght_mass ="), "rig.wieght_mass: unknown key", 'mean "weight_mass"?'),
+    "key of another rig": (("fibre_mass = ", "wrap_angle = "), "rig.wrap_angle: unknown key", "one of weight_mass"),
+    "misspelt kind": (('"fibre_mass"', '"fiber_mass"'), 'rig.kind: "fiber_mass"', 'mean "fibre_mass"?'),
+    "no kind": (('kind = "fibre_mass"\n', ""), "rig: no kind of rig", '"pulley_drive"'),
+    "no mass": (('weight_mass = "3.096 kg"\n', ""), "records[0]: no weight_mass", "under [rig]"),
+    "schema": (("study/1", "study/9"), 'schema: "fibrefit/study/9"', "fibrefit/study/1"),
+    "no schema": (('schema = "fibrefit/study/1"\n', ""), 'no "schema"', ""),
+    "empty name": (('"two drops"', '""'), 'name: ""', "some text"),
+    "law": (('"heaviside"', '"heavyside"'), 'model.tension_law: "heavyside"', 'mean "heaviside"?'),
+    "effects": (('["guide.stribeck_friction"]', '"guide"'), 'model.effects: "guide"', "a list"),
+    "swapped": (('["1 kN/m", "300 kN/m"]', '["300 kN/m", "1 kN/m"]'), "stiffness.bounds: 300000 to 1000", "Swap"),
+    "equal": (('"300 kN/m"]', '"1 kN/m"]'), "stiffness.bounds", "below the upper"),
+    "one bound": ((', "300 kN/m"]', "]"), "parameters.stiffness.bounds", ""),
+    "start outside": (('"30 kN/m"', '"0.5 kN/m"'), "initial 500 N/m lies outside", "1000 to 300000 N/m"),
+    "parameter": (("parameters.stiffness", "parameters.stifness"), "parameters.stifness: unknown", 'mean "stiffness"?'),
+    "setting": (('initial = "30', 'intial = "30'), "stiffness.intial: unknown key", 'mean "initial"?'),
+    "unit of parameter": (('"30 kN/m"', '"30 kN"'), "parameters.stiffness.initial", "N/m"),
+    "bare parameter": (('"30 kN/m"', "30"), "parameters.stiffness.initial: 30.0 without a unit", "text with its unit"),
+    "no record": (('file = "two.csv"', 'file = "tow.csv"'), 'records[1].file: no file "tow.csv"', '"two.csv"?'),
+    "folder": (('file = "two.csv"', 'file = "."'), 'records[1].file: "." is a folder', ""),
+    "twice": (('file = "two.csv"', 'file = "one.csv"'), 'records[1]: "one.csv" a second time', "a name"),
+    "no file": (('file = "two.csv"\n', ""), "records[1]: no file", "planned"),
+    "noise": (('force = "0.4 N"', 'froce = "0.4 N"'), "noise.froce: unknown key", 'mean "force"?'),
+    "unit of channel": (('force = "kN"', 'force = "kg"'), 'units.force: unit "kg"', "N"),
+    "unit without channel": (('force = "kN"', 'frce = "kN"'), "units.frce: unknown channel", 'mean "force"?'),
+    "syntax": (('"two drops"', "two drops"), "line 2, column", "not TOML"),
+    "open": (('name = "two drops"', 'name = "two drops'), "line 2", "not TOML"),
+    "key twice": (('lift = "10 mm"', 'lift = "10 mm"\nlift = "11 mm"'), "line 40", "given twice"),
+    "fixed without value": (('fixed = "2.5 N"', "fixed = true"), "friction.fixed: true, but no initial", "Give it"),
+    "fixed twice": (('fixed = "2.5 N"', 'fixed = "2.5 N"\ninitial = "3 N"'), "initial and fixed differ", "Remove"),
+    "records": (("[[records]]\nfile = \"one.csv\"", "[records]\nfile = \"one.csv\""), "study.toml", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_mistakes_are_explained(load: Loader, case: str) -> None:
+    change, place, remedy = REFUSED[case]
+    with pytest.raises(StudyError) as caught:
+        load(change)
+    assert "study.toml" in str(caught.value)
+    assert place in str(caught.value)
+    assert remedy in str(caught.value)
+
+
+def test_the_number_of_other_problems_is_told(load: Loader) -> None:
+    with pytest.raises(StudyError, match="There is one more problem in it"):
+        load(('"3.096 kg"', "3.096"), ('"heaviside"', '"heavyside"'))
+
+
+def test_a_missing_study_suggests_its_neighbour(load: Loader, folder: Path) -> None:
+    load()
+    with pytest.raises(StudyError, match=r'stduy.toml: no such file.*Did you mean "study.toml"'):
+        load_study(folder / "stduy.toml")
+
+
+def test_a_study_that_is_not_utf8_names_the_line(load: Loader, folder: Path) -> None:
+    load()
+    path = folder / "study.toml"
+    path.write_bytes(path.read_bytes().replace(b"two drops", b"Stei\xdfe"))
+    with pytest.raises(StudyError, match="line 2: not UTF-8"):
+        load_study(path)
+
+
+def test_unknown_effects_and_parameters_of_the_model(load: Loader) -> None:
+    study = load()
+    study.check_effects(["guide.stribeck_friction"])
+    with pytest.raises(StudyError, match=r'effects\[0\]: "guide.stribeck_friction".*mean "guide.strobeck_friction"'):
+        study.check_effects(["guide.strobeck_friction"])
+    declared = {name: DECLARED[name] for name in ("stiffness", "damping", "friction")}
+    with pytest.raises(StudyError, match="breakaway_excess: unknown parameter"):
+        study.settings(declared)
+
+
+@pytest.mark.parametrize(
+    ("prior", "says"),
+    [
+        ("{kind='nomal', mean='1 N/m', sd='1 N/m'}", 'mean "normal"'),
+        ("{kind='normal', mean='1 N/m'}", 'no "sd"'),
+        ("{kind='normal', mean='1 N/m', sd='0 N/m'}", "above 0 N/m"),
+        ("{kind='uniform', lower='2 N/m', upper='1 N/m'}", "Swap"),
+        ("{kind='log_uniform', lower='0 N/m', upper='1 N/m'}", "logarithm"),
+        ("{kind='log_normal', median='1 N/m', log_sd=-1}", "greater than 0"),
+        ("{mean='1 N/m'}", 'no "kind"'),
+    ],
+)
+def test_priors_that_make_no_sense(load: Loader, prior: str, says: str) -> None:
+    with pytest.raises(StudyError, match=says):
+        load(overrides=(f"parameters.stiffness.prior={prior}",))
+
+
+def test_a_study_of_bare_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    given = ["rig.weight_mass=3.1 kg", "rig.inclination=90 deg", "records[1].lift=5 mm"]
+    study = study_from_files(["one.csv", folder / "two.csv"], "fibre_mass", given)
+    assert study.name == "one and 1 more"
+    assert [record.lift for record in study.records] == [None, 0.005]
+    assert study.input_files() == [Path("one.csv"), folder / "two.csv"]
+
+
+def test_a_study_of_bare_files_says_which_option_is_missing(folder: Path) -> None:
+    with pytest.raises(StudyError, match=r'no weight_mass.*--set rig.weight_mass="3.096 kg"'):
+        study_from_files([folder / "one.csv"], "fibre_mass")
+    with pytest.raises(StudyError, match='Did you mean "fibre_mass"'):
+        study_from_files([folder / "one.csv"], "fibremass")
+
+
+def test_an_asymmetric_drive_rig_needs_both_distances(folder: Path) -> None:
+    given = ["rig.weight_mass=3 kg", "rig.inclination=30 deg", "rig.lateral_offset=280 mm"]
+    with pytest.raises(StudyError, match="lateral_offset or guide_distance alone"):
+        study_from_files([folder / "one.csv"], "pulley_drive", given)
+
+
+def test_a_pendulum_needs_no_records(folder: Path) -> None:
+    (folder / "study.toml").write_text(
+        'schema = "fibrefit/study/1"\nname = "sweep"\n[rig]\nkind = "inverted_pendulum"\nrod_length = "1 m"\n'
+        'rod_mass = "9.864 kg"\nmoment_of_inertia = "3.288 kg m^2"\nattachment_height = "0.75 m"\n'
+        'anchor_distance = "1.2 m"\n'
+    )
+    assert load_study(folder).records == ()

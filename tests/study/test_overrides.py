@@ -1,0 +1,68 @@
+"""``--set`` changes what the file says, and nothing else."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.study.overrides import parse
+from tests.study.conftest import Loader
+
+
+@pytest.mark.parametrize(
+    ("override", "keys", "value"),
+    [
+        ("name=three", ["name"], "three"),
+        ("rig.weight_mass=3 kg", ["rig", "weight_mass"], "3 kg"),
+        ('rig.weight_mass="3 kg"', ["rig", "weight_mass"], "3 kg"),
+        ("records[1].lift=5 mm", ["records", 1, "lift"], "5 mm"),
+        ('model.effects=["a", "b"]', ["model", "effects"], ["a", "b"]),
+        ("parameters.stiffness.shared=false", ["parameters", "stiffness", "shared"], False),
+        ("parameters.a.b.c.initial=0.1", ["parameters", "a.b.c", "initial"], 0.1),
+        ('parameters."a.b.c".initial=1', ["parameters", "a.b.c", "initial"], 1),
+        ("parameters.a.b.prior.kind=normal", ["parameters", "a.b", "prior", "kind"], "normal"),
+        ("channels.force=F = m a", ["channels", "force"], "F = m a"),
+        ("name=1\nrig = 2", ["name"], "1\nrig = 2"),
+    ],
+)
+def test_keys_and_values(override: str, keys: list[str | int], value: Any) -> None:
+    assert parse(override) == (keys, value)
+
+
+@pytest.mark.parametrize("override", ["rig.weight_mass", "=3", "a..b=1", "a[x]=1", ".a=1", "a.=1", "[0=1"])
+def test_what_is_no_override(override: str) -> None:
+    with pytest.raises(UsageError, match="expected key=value"):
+        parse(override)
+
+
+def test_a_value_is_changed_and_the_rest_stays(load: Loader) -> None:
+    before, after = load(), load(overrides=("records[1].lift=7 mm",))
+    assert after.records[1].lift == 0.007
+    assert after.records[0] == before.records[0]
+    assert after.rig == before.rig
+
+
+def test_a_later_override_wins(load: Loader) -> None:
+    assert load(overrides=("rig.weight_mass=1 kg", "rig.weight_mass=2 kg")).records[0].weight_mass == 2.0
+
+
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("rig.wieght_mass=3 kg", "--set rig.wieght_mass=3 kg: unknown key"),
+        ("rgi.weight_mass=3 kg", 'Did you mean "rig"'),
+        ("rig.weight_mass=3", "--set rig.weight_mass=3: 3 without a unit"),
+        ("records[2].lift=3 mm", r"no records\[2\]; expected an index below 2"),
+        ("records.lift=3 mm", "records is not a table"),
+        ("rig[0]=3 mm", "rig is not a list"),
+        ("name.first=a", "name is not a table"),
+        ("parameters.stiffness.bounds=['2 N/m', '1 N/m']", "--set parameters.stiffness.bounds"),
+        ("records[0].file=none.csv", r"--set records\[0\].file=none.csv: no file"),
+        ("name=2024", "name=2024: 2024; expected text"),
+    ],
+)
+def test_an_override_that_is_wrong_is_named(load: Loader, override: str, says: str) -> None:
+    with pytest.raises(StudyError, match=says):
+        load(overrides=(override,))

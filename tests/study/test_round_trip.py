@@ -1,0 +1,87 @@
+"""A resolved study reads back as the study it came from, to the last bit of every number."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fibrefit.study import load_study
+from fibrefit.study.toml import to_toml
+from tests.study.conftest import Loader
+
+#: The folder of the records stays the same for all examples: nothing in it depends on them.
+SAME_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None)
+
+positive = st.floats(1e-9, 1e9)
+
+
+@SAME_FOLDER
+@given(
+    mass=positive,
+    angle=st.floats(-6.28, 6.28),
+    zero=st.floats(-1e3, 1e3),
+    stiffness=positive,
+    name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), min_size=1),
+    shared=st.booleans(),
+)
+def test_resolved_studies(
+    folder: Path, load: Loader, mass: float, angle: float, zero: float, stiffness: float, name: str, shared: bool
+) -> None:
+    study = load(
+        ('"3.096 kg"', f'"{mass!r} kg"'),
+        ('"45 deg"', f'"{angle!r} rad"'),
+        ('"-0.12 mm"', f'"{zero!r} m"'),
+        ('initial = "30 kN/m"', f'initial = "{stiffness!r} N/m"'),
+        ('bounds = ["1 kN/m", "300 kN/m"]', f"shared = {str(shared).lower()}"),
+        ('name = "two drops"', to_toml({"name": name}).strip()),
+    )
+    assert study.records[0].weight_mass == mass
+    assert study.records[1].inclination == angle
+    (folder / "resolved.toml").write_bytes(study.resolved_toml().encode())
+    again = load_study(folder / "resolved.toml")
+    assert again.model_dump() == study.model_dump()
+    assert again.resolved_toml() == study.resolved_toml()
+
+
+def test_a_resolved_study_can_move_to_another_folder(load: Loader, folder: Path) -> None:
+    (folder / "mine.py").write_text("")
+    study = load(('["guide.stribeck_friction"]', '["mine.py:Rubber"]'))
+    other = folder / "results" / "one"
+    other.mkdir(parents=True)
+    (other / "study.toml").write_text(study.resolved_toml(relative_to=other))
+    again = load_study(other)
+    assert [record.label for record in again.records] == ["one.csv", "two.csv"]
+    assert again.records[0].file == "../../one.csv"
+    assert again.model.effects == ("../../mine.py:Rubber",)
+
+
+scalars = st.one_of(
+    st.booleans(),
+    st.integers(-(2**63), 2**63 - 1),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.text(st.characters(codec="utf-8", exclude_categories=["Cs"])),
+)
+keys = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]))
+tables: st.SearchStrategy[Any] = st.recursive(
+    st.dictionaries(keys, scalars | st.lists(scalars)),
+    lambda inner: st.dictionaries(keys, scalars | inner | st.lists(inner, min_size=1, max_size=3), max_size=4),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(tables)
+def test_what_is_written_as_toml_reads_back(content: dict[str, Any]) -> None:
+    assert tomllib.loads(to_toml(content)) == content
+
+
+@settings(deadline=None)
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_keep_their_last_bit(number: float) -> None:
+    read = tomllib.loads(to_toml({"x": number}))["x"]
+    assert (read, math.copysign(1, read)) == (number, math.copysign(1, number))

@@ -1,0 +1,118 @@
+"""Summary files hold what is promised to programs, and nothing that is not a number."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from pydantic import ValidationError
+
+from fibrefit.study import summaries as s
+
+GAP = s.Gap.model_validate(
+    {
+        "force": {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51},
+        "position": {"rms": 2.1e-5, "unit": "m", "noise": 2e-5, "ratio": 1.05},
+        "total": 1.3,
+    }
+)
+STIFFNESS = s.ParameterSummary(value=34210.0, std_error=190.0, interval_95=(33840.0, 34580.0), unit="N/m")
+CHECK = s.CheckSummary(name="residuals are white", passed=True, says="Nothing is left.", statistic=0.4, threshold=1.0)
+PROVENANCE = s.Provenance(
+    created="2026-11-20T12:00:00+00:00", versions={"numpy": "2"}, inputs={"a.csv": "0" * 64}, resolved_study="", seed=1
+)
+FIT = s.FitSummary(
+    status="ok",
+    study="drops",
+    rig="fibre_mass",
+    parameters={"stiffness": STIFFNESS},
+    gap=GAP,
+    records={"a.csv": s.RecordSummary(gap=GAP)},
+    checks=(CHECK,),
+    starts=s.StartsSummary(tried=32, agreeing=30),
+    provenance=PROVENANCE,
+)
+PLACE = s.Place(record="a.csv", channel="force", from_s=0.41, to_s=0.47, phase="taut, loading", share=0.31)
+CANDIDATE = s.Candidate(effect="guide.viscous_friction", gap_after=1.02, evidence=812.0, parameters={})
+EXAMPLES: dict[str, s.Part] = {
+    "fibrefit/fit/1": FIT,
+    "fibrefit/discovery/1": s.DiscoverySummary(
+        **{name: getattr(FIT, name) for name in s.FitResultSummary.model_fields},
+        verdict="named",
+        added=("guide.viscous_friction",),
+        rounds=(
+            s.Round(
+                added="guide.viscous_friction",
+                gap_before=3.1,
+                gap_after=1.02,
+                where=(PLACE,),
+                ranking=(CANDIDATE,),
+                sentence="It grows with speed.",
+            ),
+        ),
+        cannot_tell_apart=(("guide.viscous_friction", "guide.quadratic_drag"),),
+        unexplained=s.Unexplained(gap=1.0),
+    ),
+    "fibrefit/posterior/1": s.PosteriorSummary(
+        status="ok",
+        study="drops",
+        parameters={
+            "stiffness": s.PosteriorParameter(mean=1.0, sd=0.1, median=1.0, interval=(0.8, 1.2), unit="N/m", r_hat=1.0)
+        },
+        interval_kind="equal_tailed",
+        interval_probability=0.95,
+        likelihood="white",
+        ensembles=4,
+        walkers=32,
+        draws=1000,
+        checks=(CHECK,),
+    ),
+    "fibrefit/batch/1": s.BatchSummary(
+        status="suspect",
+        name="drops",
+        items={
+            "a": s.BatchItem(status="ok", parameters={"stiffness": STIFFNESS}, gap=1.0, result="a"),
+            "b": s.BatchItem(error="b.csv: no such file."),
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("schema", EXAMPLES)
+def test_they_read_back(schema: str) -> None:
+    text = EXAMPLES[schema].model_dump_json(by_alias=True)
+    assert json.loads(text)["schema"] == schema
+    assert s.SUMMARIES[schema].model_validate_json(text, strict=True) == EXAMPLES[schema]
+
+
+def test_the_promised_names_of_a_fit() -> None:
+    content = json.loads(FIT.model_dump_json(by_alias=True))
+    promised = {"schema", "status", "study", "parameters", "gap", "records", "checks", "starts"}
+    assert promised <= content.keys()
+    assert {"value", "std_error", "interval_95", "unit", "free", "at_bound"} <= content["parameters"][
+        "stiffness"
+    ].keys()
+    assert content["gap"]["force"] == {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51}
+    assert content["gap"]["total"] == 1.3
+    assert content["records"]["a.csv"]["gap"]["force"]["rms"] == 0.62
+    assert {"name", "passed", "says"} <= content["checks"][0].keys()
+    assert {"tried", "agreeing"} <= content["starts"].keys()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_not_written(value: float) -> None:
+    with pytest.raises(ValidationError, match="finite"):
+        s.ParameterSummary(value=value, unit="N")
+
+
+def test_unknown_names_are_refused() -> None:
+    with pytest.raises(ValidationError, match="colour"):
+        s.ParameterSummary.model_validate({"value": 1.0, "unit": "N", "colour": "red"})
+    with pytest.raises(ValidationError, match="force"):
+        s.Gap.model_validate({"force": 3, "total": 1.4})
+
+
+def test_an_item_of_a_batch_has_a_result_or_an_error() -> None:
+    with pytest.raises(ValidationError, match="either a status or an error"):
+        s.BatchItem()
