@@ -1,0 +1,175 @@
+"""A result's folder appears whole, and nothing that is not ours is ever lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.store import ResultDirectory, default_directory
+from fibrefit.store.directory import MARKER
+
+
+def make(out: Path, text: str = "one", **options: bool) -> None:
+    with ResultDirectory(out, **options) as result:
+        (result.path / "figures").mkdir(exist_ok=True)
+        (result.path / "summary.json").write_text(text)
+        (result.path / "figures" / "a.png").write_text(text)
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_it_appears_at_the_end(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    with ResultDirectory(out) as result:
+        (result.path / "summary.json").write_text("one")
+        assert not out.exists()
+    assert names(out) == {"summary.json", MARKER}
+    assert names(out.parent) == {"out"}
+
+
+def test_an_existing_folder_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    make(out)
+    with pytest.raises(UsageError, match="exists already.*--force"):
+        make(out, "two")
+    assert (out / "summary.json").read_text() == "one"
+
+
+def test_force_replaces_all_of_an_earlier_result(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    make(out)
+    with ResultDirectory(out, force=True) as result:
+        (result.path / "result.h5").write_text("two")
+    assert names(out) == {"result.h5", MARKER}
+    assert names(tmp_path) == {"out"}
+
+
+def test_force_takes_an_empty_folder(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    make(tmp_path / "out", force=True)
+    assert (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.parametrize("inside_a_result", [False, True])
+def test_force_never_removes_what_is_not_ours(tmp_path: Path, inside_a_result: bool) -> None:
+    out = tmp_path / "out"
+    if inside_a_result:
+        make(out)
+    out.mkdir(exist_ok=True)
+    (out / "notes.txt").write_text("mine")
+    with pytest.raises(UsageError, match=r'holds "notes.txt", which is not part of a result'):
+        make(out, force=True)
+    assert (out / "notes.txt").read_text() == "mine"
+
+
+def test_force_never_replaces_a_file(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(UsageError, match="is a file"):
+        make(tmp_path / "out", force=True)
+
+
+def test_a_failure_leaves_nothing_and_spoils_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    make(out)
+    with pytest.raises(ZeroDivisionError), ResultDirectory(out, force=True) as result:
+        (result.path / "summary.json").write_text("half")
+        raise ZeroDivisionError
+    assert (out / "summary.json").read_text() == "one"
+    assert names(tmp_path) == {"out"}
+
+
+def test_an_interruption_keeps_what_was_written(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    result = ResultDirectory(out)
+    with pytest.raises(KeyboardInterrupt), result:
+        (result.path / "chain.h5").write_text("half")
+        raise KeyboardInterrupt
+    assert result.kept == tmp_path / "out.partial"
+    assert not out.exists()
+    with ResultDirectory(out, resume=True) as again:
+        assert again.previous is not None
+        assert (again.previous / "chain.h5").read_text() == "half"
+        (again.path / "chain.h5").write_text("whole")
+    assert (out / "chain.h5").read_text() == "whole"
+    assert names(tmp_path) == {"out"}
+
+
+def test_an_interruption_before_anything_was_written_leaves_nothing(tmp_path: Path) -> None:
+    result = ResultDirectory(tmp_path / "out")
+    with pytest.raises(KeyboardInterrupt), result:
+        raise KeyboardInterrupt
+    assert result.kept is None
+    assert not names(tmp_path)
+
+
+def test_a_finished_result_can_be_gone_on_with(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    make(out)
+    with ResultDirectory(out, resume=True) as result:
+        assert result.previous == out
+        (result.path / "summary.json").write_text((result.previous / "summary.json").read_text() + " two")
+    assert (out / "summary.json").read_text() == "one two"
+
+
+def test_without_resume_an_interrupted_run_is_begun_anew(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt), ResultDirectory(out) as result:
+        (result.path / "chain.h5").write_text("half")
+        raise KeyboardInterrupt
+    with ResultDirectory(out) as result:
+        assert result.previous is None
+        assert names(result.path) == {MARKER}
+
+
+def test_a_failed_run_can_be_kept_for_resuming(tmp_path: Path) -> None:
+    result = ResultDirectory(tmp_path / "out", keep=True)
+    with pytest.raises(ZeroDivisionError), result:
+        (result.path / "chain.h5").write_text("half")
+        raise ZeroDivisionError
+    assert result.kept is not None
+
+
+def test_what_stands_where_we_would_write_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "out.partial").mkdir()
+    (tmp_path / "out.partial" / "mine").write_text("mine")
+    with pytest.raises(UsageError, match="is in the way"):
+        make(tmp_path / "out")
+    assert (tmp_path / "out.partial" / "mine").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="processes are not looked up on Windows")
+def test_two_processes_do_not_write_the_same_result(tmp_path: Path) -> None:
+    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        (tmp_path / "out.partial").mkdir()
+        told = {"pid": other.pid, "host": socket.gethostname()}
+        (tmp_path / "out.partial" / MARKER).write_text(json.dumps(told))
+        with pytest.raises(UsageError, match=f"being written by process {other.pid}"):
+            make(tmp_path / "out")
+    finally:
+        other.communicate(b"\n")
+    make(tmp_path / "out")  # its writer is gone
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="a folder to write to"):
+        make(tmp_path / "file" / "out")
+
+
+def test_the_default_folder_tells_runs_apart() -> None:
+    one = default_directory("Drop series, 45°", "study", "digest")
+    assert one.parent == Path("results")
+    assert one.name.startswith("drop_series_45-")
+    assert one == default_directory("Drop series, 45°", "study", "digest")
+    assert one != default_directory("Drop series, 45°", "study", "other digest")
+    assert default_directory("../..", "x").name.startswith("study-")
