@@ -6,7 +6,6 @@ import os
 import platform
 import sys
 from collections.abc import Iterable, Mapping
-from importlib import metadata
 from pathlib import Path
 
 #: Packages whose version can change a result; recorded with every one.
@@ -27,9 +26,15 @@ PACKAGES = (
     "statsmodels",
 )
 
-#: The CPU compiler turns a loop into one native function only while its body touches fewer bytes than this; its own
-#: limit of 1 kB leaves a time step of a rig just outside, where each operation is a call and a run takes 15 times longer.
-COMPILER_FLAGS = ("--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000",)
+COMPILER_FLAGS = (
+    # The CPU compiler turns a loop into one native function only while its body touches fewer bytes than this; its own
+    # limit of 1 kB leaves a time step of a rig just outside, where each operation is a call and a run takes 15 times
+    # longer.
+    "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000",
+    # Later instruction sets fuse a product and a sum into one rounding, here and not there: the same formula then gives
+    # other last bits in another program, and an effect that is nil would not be absent. The loops run faster without.
+    "--xla_cpu_max_isa=AVX",
+)
 
 
 def versions() -> dict[str, str]:
@@ -40,6 +45,8 @@ def versions() -> dict[str, str]:
     dict of str to str
         Package name to version; ``"not installed"`` where there is none.
     """
+    from importlib import metadata  # a tenth of the start-up time of the command line
+
     found = {"python": platform.python_version(), "platform": platform.platform()}
     for name in PACKAGES:
         try:

@@ -100,6 +100,8 @@ class ResultDirectory:
             self._publish()
         elif not self._is_kept(kind):
             shutil.rmtree(self.path, ignore_errors=True)
+        elif error is not None:
+            error.add_note(f"What was done is kept in {self._shown}.partial; --resume goes on from there.")
 
     @property
     def kept(self) -> Path | None:

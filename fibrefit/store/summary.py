@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from fibrefit.core.environment import versions
-from fibrefit.core.errors import DataError, StudyError
+from fibrefit.core.errors import DataError
 from fibrefit.store.files import sha256_of, write_whole
-from fibrefit.study.summaries import SUMMARIES, Part, Provenance
+from fibrefit.study.summaries import Part, Provenance, summary_of
 
 NAME = "summary.json"
 
@@ -60,17 +57,12 @@ def read_summary(result: str | Path) -> Part:
     path = Path(result)
     if path.is_dir():
         path = path / NAME
-    content = _read_json(path)
-    schema = content.get("schema") if isinstance(content, dict) else None
-    model = SUMMARIES.get(schema) if isinstance(schema, str) else None
-    if model is None:
-        raise StudyError(str(path), f"schema {json.dumps(schema)}", f"one of {', '.join(SUMMARIES)}", "")
     try:
-        return model.model_validate_json(path.read_bytes(), strict=True)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(map(str, first["loc"]))
-        raise StudyError(f"{path}, {where}", first["msg"], f"what {schema} says", "Write the result again.") from None
+        return summary_of(path.read_bytes(), str(path))
+    except FileNotFoundError:
+        raise DataError(str(path), "no such file", f"a result with its {NAME}") from None
+    except OSError as error:
+        raise DataError(str(path), error.strerror or "cannot be read", f"a result with its {NAME}") from None
 
 
 def provenance(
@@ -102,14 +94,3 @@ def provenance(
         seed=seed,
         seconds=seconds,
     )
-
-
-def _read_json(path: Path) -> object:
-    try:
-        return json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise DataError(str(path), "no such file", f"a result with its {NAME}", "") from None
-    except OSError as error:
-        raise DataError(str(path), error.strerror or "cannot be read", f"a result with its {NAME}", "") from None
-    except ValueError as error:
-        raise DataError(str(path), f"not JSON: {error}", f"a {NAME} of fibrefit", "") from None

@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.study import overrides as changes
 from fibrefit.study.explain import explained
+from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
@@ -112,7 +112,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
     """Study from the content of a file and the changes to it."""
     _name_parameters(raw, source)
     table = _read_table(raw, source)
-    changed = changes.apply(raw, overrides)
+    changed = apply_overrides(raw, overrides)
     table = _read_table(raw, source) or table
     place = Places(source, table, changed)
     try:

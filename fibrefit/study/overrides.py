@@ -14,7 +14,7 @@ from fibrefit.study.parameters import ParameterTable
 _PART = re.compile(r'"([^"]+)"|\[(\d+)\]|([^.\[\]"]+)')
 
 
-def apply(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, str]:
+def apply_overrides(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, str]:
     """Change `raw` as the overrides say.
 
     Parameters

@@ -1,0 +1,91 @@
+"""What a person, or a program that asked for JSON, is told when a command fails."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+import traceback
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+
+from fibrefit.core.errors import FibrefitError
+
+FAULT, INTERRUPTED = 1, 130
+
+
+def report_error(error: FibrefitError | str, hint: str, code: int, args: Sequence[str]) -> int:
+    """Say what is wrong with a command line or a file.
+
+    Parameters
+    ----------
+    error : FibrefitError or str
+        The message.
+    hint : str
+        Where more is to be learnt; may be empty.
+    code : int
+        Exit code.
+    args : sequence of str
+        The command line.
+
+    Returns
+    -------
+    int
+        `code`.
+    """
+    click.echo(" ".join(filter(None, [f"error: {error}", hint])), err=True)
+    _answer_in_json(error, code, args)
+    return code
+
+
+def report_interruption(error: BaseException, args: Sequence[str]) -> int:
+    """Say that the run was interrupted, and what of it was kept."""
+    # click puts an exception of its own in place of the interruption, which then is its cause.
+    notes = [note for e in (error, error.__cause__, error.__context__) for note in getattr(e, "__notes__", ())]
+    message = " ".join(["Interrupted.", *(dict.fromkeys(notes) or ["Nothing was written."])])
+    click.echo(message, err=True)
+    _answer_in_json(message, INTERRUPTED, args)
+    return INTERRUPTED
+
+
+def explain_fault(error: Exception, args: Sequence[str]) -> int:
+    """Write the traceback of a fault of the program to a file and say where it is."""
+    trace = "".join(traceback.format_exception(error))
+    kept = _log(trace, args)
+    what = str(error).strip().partition("\n")[0] or "no message"
+    message = f"fault in the program: {type(error).__name__}: {what}"
+    click.echo(f"{message} The traceback is in {kept}." if kept else message, err=True)
+    if kept is None or {"-v", "--verbose"} & set(args):
+        click.echo(trace, err=True)
+    _answer_in_json(message, FAULT, args)
+    return FAULT
+
+
+def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) -> None:
+    """Give a program that asked for JSON its one document, also when there is no result."""
+    if "--json" not in args:
+        return
+    told = {"message": str(error)}
+    if isinstance(error, FibrefitError):
+        told |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
+    click.echo(json.dumps({"schema": "fibrefit/error/1", "exit_code": code, "error": told}))
+
+
+def _log(trace: str, args: Sequence[str]) -> Path | None:
+    """File with the traceback and all that is needed to look into it; None if it cannot be written."""
+    from fibrefit.core.environment import cache_directory, versions
+
+    now = datetime.now(UTC)
+    path = cache_directory() / "logs" / f"{now:%Y%m%d-%H%M%S}-{os.getpid()}.log"
+    facts = [f"{now.isoformat()}  fibrefit {shlex.join(args)}", f"in {Path.cwd()}, {sys.executable}"]
+    facts += [f"{name} {version}" for name, version in versions().items()]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("\n".join([*facts, "", trace]), encoding="utf-8")
+    except OSError:
+        return None
+    return path

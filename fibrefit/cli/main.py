@@ -1,0 +1,115 @@
+"""The command ``fibrefit``: finds the command that was asked for, and turns failures into messages and exit codes."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from fibrefit.cli.failure import explain_fault, report_error, report_interruption
+from fibrefit.core.errors import FibrefitError, did_you_mean
+
+#: Every command and what its line in the help says; the module of the same name is imported when it is called.
+COMMANDS = {
+    "init": "Write a study that runs, with a demonstration record.",
+    "inspect": "Say what was understood of records or of a study.",
+    "show": "Print the report of a result again.",
+    "effects": "List the laws that can be added to a model.",
+    "doctor": "Check the installation.",
+}
+
+
+class Commands(click.Group):
+    """Group whose commands are imported one by one, so that help and misspelt words cost nothing."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of the table."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Command of that name, imported now."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"fibrefit.cli.{cmd_name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Command for the first word, or an error that suggests the nearest one."""
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            near = did_you_mean(args[0], COMMANDS)
+            ctx.fail(f'No command "{args[0]}". {near or "There are " + ", ".join(COMMANDS) + "."}')
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Lines of the help, from the table alone."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        from fibrefit.core.environment import versions
+
+        click.echo(f"fibrefit {versions()['fibrefit']}")
+        ctx.exit()
+
+
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="fibrefit COMMAND --help tells the rest. Exit codes: 0 good, 1 fault of the program, 2 usage, "
+    "3 data not understood, 4 study not valid, 5 the result failed its checks, 130 interrupted.",
+)
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Version.")
+def group() -> None:
+    """Identify stiffness, damping and friction of fibre rigs from measured records."""
+
+
+def run(args: Sequence[str]) -> int:
+    """Carry out a command line.
+
+    Parameters
+    ----------
+    args : sequence of str
+        The words after ``fibrefit``.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    try:
+        return int(group.main(args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        help_line = f"Try '{context.command_path} --help'." if context else ""
+        return report_error(error.format_message(), help_line, error.exit_code, args)
+    except FibrefitError as error:
+        return report_error(error, "", error.exit_code, args)
+    except (click.Abort, KeyboardInterrupt) as error:
+        return report_interruption(error, args)
+    except Exception as error:
+        return explain_fault(error, args)
+
+
+def main() -> None:
+    """Entry point of the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that lacks a letter shows a question mark in its place, and the run goes on.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    code = run(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read our output has stopped reading; what remains is of no use to anybody.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)

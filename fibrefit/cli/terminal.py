@@ -1,0 +1,67 @@
+"""What a command says and where: its answer on stdout, all else on stderr."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """Output of a command.
+
+    Parameters
+    ----------
+    json : bool
+        Whether the answer is one JSON document, for a program.
+    quiet : bool
+        Whether remarks and progress are left out.
+    verbose : bool
+        Whether more is told.
+    """
+
+    json: bool = False
+    quiet: bool = False
+    verbose: bool = False
+
+    def answer(self, text: str, document: Any) -> None:
+        """Give the result of the command.
+
+        Parameters
+        ----------
+        text : str
+            For a person.
+        document : object
+            For a program; anything that JSON can hold.
+        """
+        click.echo(json.dumps(document, indent=1, ensure_ascii=False) if self.json else text)
+
+    def remark(self, text: str) -> None:
+        """Say something beside the answer."""
+        if not self.quiet:
+            click.echo(text, err=True)
+
+    def detail(self, text: str) -> None:
+        """Say something that only interests those who asked for more."""
+        if self.verbose:
+            click.echo(text, err=True)
+
+
+def with_terminal(command: Command) -> Command:
+    """Give a command the options ``--json``, ``-q`` and ``-v``, and a `Terminal` as its first argument."""
+
+    @click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, everything else on stderr.")
+    @click.option("-q", "--quiet", is_flag=True, help="No remarks and no progress.")
+    @click.option("-v", "--verbose", is_flag=True, help="Say more; show the traceback of a fault.")
+    @functools.wraps(command)
+    def wrapped(*args: Any, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> Any:
+        return command(Terminal(as_json, quiet, verbose), *args, **options)
+
+    return wrapped  # type: ignore[return-value]

@@ -1,0 +1,1 @@
+"""Results for people: the text of the terminal."""

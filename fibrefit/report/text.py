@@ -1,0 +1,220 @@
+"""The terminal report of a fit: what was found, how sure it is, what to doubt, what to do next.
+
+Our own words are plain ASCII, so that any terminal shows them; names that come from files stay as they are.
+"""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Sequence
+
+from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.study.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
+
+WIDTH = 80
+
+#: Digits of an error bar that mean something.
+ERROR_DIGITS = 2
+
+#: Longest name of a parameter that leaves room for its numbers.
+LONGEST_NAME = 28
+
+#: Records listed by name; the rest are counted.
+MOST_RECORDS = 12
+
+VERDICTS = {
+    "ok": "The model explains these records down to their noise, and every check passed.",
+    "suspect": "Read these numbers with care: the fit came to an end, but not all of its checks passed.",
+    "failed": "Do not use these numbers: the fit itself cannot be relied on.",
+}
+
+ERROR_KINDS = {
+    "iid": "The error bars assume noise without memory.",
+    "hac": "The error bars allow for noise that is correlated in time (Newey-West).",
+    "bootstrap": "The error bars come from resampling blocks of the residuals.",
+}
+
+
+def fit_report(summary: FitResultSummary) -> str:
+    """Report of a fit in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : FitResultSummary
+        Content of ``summary.json``.
+
+    Returns
+    -------
+    str
+        Lines without a final line break.
+    """
+    sections = [
+        _title(summary),
+        _paragraph(VERDICTS[summary.status]),
+        _section("What was found", _found(summary)),
+        _section("How sure it is", _sure(summary)),
+        _section("What to doubt", _doubts(summary)),
+        _section("What to do next", _items(summary.advice)),
+    ]
+    return "\n\n".join(section for section in sections if section)
+
+
+def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, str]:
+    """Value and error bar to the digits that mean something, in the unit a person would choose.
+
+    Parameters
+    ----------
+    value, error : float
+        In `unit`; no error bar where `error` is None.
+    unit : str
+        SI unit.
+
+    Returns
+    -------
+    tuple of str
+        Value, error bar (empty if there is none) and unit.
+    """
+    chosen, worth = shown_unit(value if value else error or 0.0, unit)
+    value = value / worth
+    if not error:
+        return f"{value:.5g}", "", chosen
+    error = error / worth
+    decimals = min(max(0, ERROR_DIGITS - 1 - math.floor(math.log10(error))), 12)
+    return f"{value:.{decimals}f}", f"{error:.{decimals}f}", chosen
+
+
+def _title(summary: FitResultSummary) -> str:
+    status = summary.status.upper()
+    name = textwrap.shorten(summary.study, WIDTH - len(status) - 2, placeholder="...")
+    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
+
+
+def _found(summary: FitResultSummary) -> list[str]:
+    rows = [row for name, parameter in summary.parameters.items() for row in _parameter_rows(name, parameter)]
+    lines = _table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
+    if summary.effects:
+        lines += [_paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
+    return lines + [_paragraph(finding) for finding in summary.findings]
+
+
+def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
+    """Row of a parameter; a name that would make the table too wide stands in two rows."""
+    effect, dot, last = name.rpartition(".")
+    if len(name) <= LONGEST_NAME:
+        return [_parameter_row(name, parameter)]
+    return [(f"{effect}{dot}", "", "", "", ""), _parameter_row(f"  {last}", parameter)]
+
+
+def _parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
+    value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
+    shown = "" if unit == "-" else unit
+    if not parameter.free:
+        return name, value, "", shown, "held"
+    if parameter.at_bound:
+        return name, value, error, shown, "at its bound"
+    if parameter.std_error is None or parameter.interval_95 is None:
+        return name, value, error, shown, "not determined"
+    worth = shown_unit(parameter.value if parameter.value else parameter.std_error, parameter.unit)[1]
+    decimals = len(error.partition(".")[2])
+    low, high = (f"{limit / worth:.{decimals}f}" for limit in parameter.interval_95)
+    return name, value, error, shown, f"{low} to {high}"
+
+
+def _sure(summary: FitResultSummary) -> list[str]:
+    lines = _gap_table(summary)
+    lines += _records(summary)
+    if summary.error_kind:
+        kind = ERROR_KINDS.get(summary.error_kind, f"Method of the error bars: {summary.error_kind}.")
+        factors = [p.inflation for p in summary.parameters.values() if p.inflation is not None]
+        wider = f" They are {_span(factors)} times as wide as for noise without memory." if factors else ""
+        lines += [_paragraph(kind + wider)]
+    if summary.starts is not None:
+        lines += [_paragraph(_starts(summary.starts))]
+    return lines
+
+
+def _gap_table(summary: FitResultSummary) -> list[str]:
+    rows = [_gap_row(channel, gap) for channel, gap in summary.gap.channels.items()]
+    if summary.gap.total is not None:
+        rows.append(("total", "", "", f"{summary.gap.total:.2f}"))
+    return _table(("gap (1 is perfect)", "rms", "noise", "ratio"), rows, right={1, 2, 3})
+
+
+def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
+    noise = "" if gap.noise is None else format_quantity(gap.noise, gap.unit, 3)
+    return channel, format_quantity(gap.rms, gap.unit, 3), noise, "" if gap.ratio is None else f"{gap.ratio:.2f}"
+
+
+def _records(summary: FitResultSummary) -> list[str]:
+    """Gap of each record, worst first; nothing where there is but one."""
+    if len(summary.records) < 2:
+        return []
+    worst = sorted(summary.records.items(), key=lambda item: -(item[1].gap.total or math.inf))
+    channels = list(summary.gap.channels)
+    rows = []
+    for name, record in worst[:MOST_RECORDS]:
+        gaps = [record.gap.channels.get(channel) for channel in channels]
+        ratios = [f"{gap.ratio:.2f}" if gap is not None and gap.ratio is not None else "" for gap in gaps]
+        masked = str(record.masked) if record.masked else ""
+        rows.append((textwrap.shorten(name, 36, placeholder="..."), *ratios, masked))
+    lines = _table(("by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
+    others = len(worst) - len(rows)
+    return lines + ([_paragraph(f"and {others} more with smaller gaps.")] if others else [])
+
+
+def _starts(starts: StartsSummary) -> str:
+    text = f"{starts.agreeing} of {starts.tried} starts ended in the same, best minimum."
+    others = [basin for basin in starts.basins if basin.cost > 0][:2]
+    told = [f"{basin.starts} with {basin.cost:.3g} times its cost" for basin in others]
+    return f"{text} Others: {'; '.join(told)}." if told else text
+
+
+def _doubts(summary: FitResultSummary) -> list[str]:
+    failed = [check for check in summary.checks if not check.passed]
+    passed = [check.name for check in summary.checks if check.passed]
+    lines = _items(f"{check.name}: {check.says}" for check in failed)
+    for name, record in summary.records.items():
+        lines += _items(f"{name}: {note}" for note in record.notes)
+    if passed:
+        lines.append(_paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
+    return lines
+
+
+def _span(factors: Sequence[float]) -> str:
+    low, high = f"{min(factors):.1f}", f"{max(factors):.1f}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _section(title: str, lines: Sequence[str]) -> str:
+    return "\n".join([title, "-" * len(title), *lines]).rstrip() if lines else ""
+
+
+def _paragraph(text: str) -> str:
+    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def _items(texts: Iterable[str]) -> list[str]:
+    return [
+        textwrap.fill(
+            text, WIDTH, initial_indent="- ", subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+        )
+        for text in texts
+    ]
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: set[int]) -> list[str]:
+    """Lines of a table with columns as wide as their content; columns that are empty throughout are left out."""
+    used = [i for i in range(len(head)) if i == 0 or any(row[i] for row in rows)]
+    if not rows:
+        return []
+    lines = [[row[i] for i in used] for row in (head, *rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(used))]
+    texts = []
+    for line in lines:
+        cells = [
+            cell.rjust(width) if used[column] in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ]
+        texts.append("  ".join(cells).rstrip())
+    return [*texts, ""]

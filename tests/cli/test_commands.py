@@ -1,0 +1,83 @@
+"""The small commands: init, show, doctor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fibrefit.cli import doctor
+from fibrefit.store import write_summary
+from fibrefit.study import load_study
+from tests.cli.conftest import Run
+from tests.study.test_summaries import EXAMPLES
+
+
+def test_init_writes_a_study_that_loads(fibrefit: Run) -> None:
+    done = fibrefit("init", "my study")
+    assert done.code == 0
+    assert "fibrefit fit" in done.out
+    study = load_study("my study")
+    assert [record.file for record in study.records] == ["drop_10mm_90deg.csv"]
+    assert study.path_of("drop_10mm_90deg.csv").is_file()
+
+
+def test_init_never_overwrites(fibrefit: Run) -> None:
+    Path("here").mkdir()
+    Path("here/study.toml").write_text("mine")
+    done = fibrefit("init", "here")
+    assert done.code == 2
+    assert "exists already" in done.err
+    assert Path("here/study.toml").read_text() == "mine"
+    assert not Path("here/drop_10mm_90deg.csv").exists()
+
+
+def test_init_beside_other_files(fibrefit: Run) -> None:
+    Path("notes.txt").write_text("mine")
+    assert fibrefit("init", ".", "--json").document["study"] == "study.toml"
+
+
+def test_show_prints_the_report(fibrefit: Run) -> None:
+    Path("out").mkdir()
+    write_summary(Path("out"), EXAMPLES["fibrefit/fit/1"])
+    done = fibrefit("show", "out")
+    assert done.code == 0
+    assert "stiffness" in done.out
+    assert "34.21" in done.out
+    assert fibrefit("show", "out", "--json").document["schema"] == "fibrefit/fit/1"
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "says"),
+    [
+        (None, 3, "no such file"),
+        ("{", 3, "not JSON"),
+        ('{"schema": "fibrefit/fit/1"}', 4, "status"),
+        (EXAMPLES["fibrefit/batch/1"].model_dump_json(by_alias=True), 2, "not the result of a fit"),
+    ],
+)
+def test_show_explains_what_it_cannot_show(fibrefit: Run, content: str | None, code: int, says: str) -> None:
+    Path("out").mkdir()
+    if content is not None:
+        Path("out/summary.json").write_text(content)
+    done = fibrefit("show", "out")
+    assert done.code == code
+    assert says in done.err
+
+
+def test_doctor_finds_this_installation_well(fibrefit: Run) -> None:
+    done = fibrefit("doctor", "--json")
+    assert done.code == 0
+    assert {check["name"] for check in done.document["checks"]} == set(doctor.CHECKS)
+    assert all(check["passed"] for check in done.document["checks"])
+    assert done.document["versions"]["jax"]
+
+
+def test_doctor_names_what_is_wrong(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ill() -> tuple[bool, str]:
+        raise RuntimeError("no device")
+
+    monkeypatch.setitem(doctor.CHECKS, "devices", ill)
+    done = fibrefit("doctor")
+    assert done.code == 5
+    assert "BAD  devices        RuntimeError: no device" in done.out

@@ -1,0 +1,161 @@
+"""The frame of all commands: help, exit codes, misspelt words, faults, interruptions."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fibrefit.cli import show
+from fibrefit.cli.main import COMMANDS
+from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.store.directory import ResultDirectory
+from tests.cli.conftest import Run
+
+#: Most that ``--help`` may take, in s, of the fastest of a few runs: the machine may be busy with other tests.
+HELP_TIME = 0.3
+
+
+def test_help_is_quick() -> None:
+    def timed() -> float:
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "fibrefit", "--help"], check=True, stdout=subprocess.DEVNULL)
+        return time.perf_counter() - start
+
+    assert min(timed() for _ in range(5)) < HELP_TIME
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys; from fibrefit.cli.main import run; run(['--help']); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert not {"jax", "numpy", "pandas", "pydantic", "matplotlib", "pint", "rich", "h5py"} & set(done.stderr.split())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(fibrefit: Run, command: str) -> None:
+    assert command in fibrefit("--help").out
+    done = fibrefit(command, "--help")
+    assert done.code == 0
+    for option in ("--json", "--quiet", "--verbose"):
+        assert option in done.out
+
+
+def test_the_version(fibrefit: Run) -> None:
+    done = fibrefit("--version")
+    assert done.code == 0
+    assert re.fullmatch(r"fibrefit \d+\.\d+\.\d+\n", done.out)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("shwo", "x"), 'No command "shwo". Did you mean "show"?'),
+        (("zzz",), f'No command "zzz". There are {", ".join(COMMANDS)}.'),
+        (("show", "--jsn", "x"), "Did you mean '--json'?"),
+        (("--vresion",), "--version"),
+        (("show",), "Missing argument"),
+        (("show", "a", "b"), "unexpected extra argument"),
+        ((), "Usage: fibrefit"),
+    ],
+)
+def test_what_cannot_be_carried_out_exits_with_2(fibrefit: Run, words: tuple[str, ...], says: str) -> None:
+    done = fibrefit(*words)
+    assert done.code == 2
+    assert says in done.err
+    assert not done.out
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def raises(*args: object, **options: object) -> None:
+        raise error
+
+    monkeypatch.setattr(show.command, "callback", raises)
+
+
+@pytest.mark.parametrize(("error", "code"), [(UsageError, 2), (DataError, 3), (StudyError, 4)])
+def test_a_mistake_is_explained_without_a_traceback(
+    fibrefit: Run, monkeypatch: pytest.MonkeyPatch, error: type[Exception], code: int
+) -> None:
+    failing(monkeypatch, error("a.csv", "no time", "a column", "Name it."))
+    done = fibrefit("show", "x")
+    assert (done.code, done.out) == (code, "")
+    assert done.err == "error: a.csv: no time; expected a column. Name it.\n"
+    told = fibrefit("show", "x", "--json").document
+    assert told["exit_code"] == code
+    assert told["error"]["where"] == "a.csv"
+    assert told["error"]["do"] == "Name it."
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+def test_a_fault_of_the_program_is_one_line_and_a_log(
+    fibrefit: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, verbose: bool
+) -> None:
+    failing(monkeypatch, ZeroDivisionError("oh\nno"))
+    done = fibrefit("show", "x", *(["-v"] if verbose else []))
+    assert done.code == 1
+    assert done.err.startswith("fault in the program: ZeroDivisionError: oh The traceback is in ")
+    assert ("Traceback" in done.err) is verbose
+    (log,) = (tmp_path / "cache" / "logs").iterdir()
+    assert str(log) in done.err
+    text = log.read_text()
+    assert "Traceback" in text
+    assert "fibrefit show x" in text
+    assert "numpy" in text
+
+
+def test_a_fault_whose_log_cannot_be_written_shows_the_traceback(
+    fibrefit: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    failing(monkeypatch, ZeroDivisionError("oh"))
+    (tmp_path / "cache").write_text("in the way")
+    done = fibrefit("show", "x")
+    assert done.code == 1
+    assert "Traceback" in done.err
+
+
+def test_an_interruption_exits_with_130(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, KeyboardInterrupt())
+    done = fibrefit("show", "x")
+    assert done.code == 130
+    assert done.err.strip() == "Interrupted. Nothing was written."
+
+
+def test_an_interruption_says_what_is_kept(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*args: object, **options: object) -> None:
+        with ResultDirectory(Path("out")) as result:
+            (result.path / "chain.h5").write_text("half")
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(show.command, "callback", interrupted)
+    done = fibrefit("show", "x", "--json")
+    assert done.code == 130
+    assert "kept in out.partial; --resume goes on" in done.err
+    assert done.document["exit_code"] == 130
+    assert Path("out.partial/chain.h5").exists()
+
+
+def test_a_terminal_that_lacks_letters_does_not_stop_it(tmp_path: Path) -> None:
+    env = {**os.environ, "PYTHONIOENCODING": "cp1252"}
+    done = subprocess.run(
+        [sys.executable, "-m", "fibrefit", "show", "ρ-čárka"], cwd=tmp_path, env=env, capture_output=True, check=False
+    )
+    assert done.returncode == 3
+    assert b"error: ?-?\xe1rka: no such file" in done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes break otherwise there")
+def test_a_reader_that_stops_reading_does_no_harm() -> None:
+    code = "import os, sys; os.close(0); from fibrefit.cli.main import main; sys.argv[1:] = ['--help']; main()"
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    told = process.stderr.read()
+    process.stderr.close()
+    process.wait()
+    assert b"Traceback" not in told

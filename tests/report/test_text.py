@@ -1,0 +1,107 @@
+"""The report fits the terminal, says what matters, and shows only digits that mean something."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fibrefit.report.text import WIDTH, fit_report, with_error
+from fibrefit.study import summaries as s
+from tests.study.test_summaries import FIT, GAP
+
+FAILED = s.CheckSummary(name="white residuals", passed=False, says="Something systematic is left after take-up.")
+
+
+def suspect() -> s.FitSummary:
+    long = "guide.asymmetric_viscous_friction.viscous_asymmetry"
+    return FIT.model_copy(
+        update={
+            "study": "a name that goes on " * 10,
+            "status": "suspect",
+            "parameters": {
+                "stiffness": s.ParameterSummary(
+                    value=11150.6, std_error=4.2, interval_95=(11142.0, 11159.0), unit="N/m", inflation=2.0
+                ),
+                "damping": s.ParameterSummary(value=9.4, unit="N s/m", std_error=None, inflation=3.0),
+                "friction": s.ParameterSummary(value=2.5, unit="N", free=False),
+                long: s.ParameterSummary(value=0.0, std_error=0.2, interval_95=(0.0, 0.4), unit="-", at_bound=True),
+            },
+            "records": {f"record_{i}_{'x' * 60}.csv": s.RecordSummary(gap=GAP, masked=i) for i in range(20)},
+            "checks": (*FIT.checks, FAILED),
+            "starts": s.StartsSummary(
+                tried=32, agreeing=20, basins=(s.Basin(cost=1.0, starts=20), s.Basin(cost=7.5, starts=12))
+            ),
+            "error_kind": "hac",
+            "findings": ("Only the product of mass and gain is determined. " * 3,),
+            "advice": ("Run fibrefit discover on this study: it looks for what the model lacks, and says so.",),
+            "effects": ("guide.asymmetric_viscous_friction",),
+        }
+    )
+
+
+def test_it_fits_80_columns_of_ascii() -> None:
+    for summary in (FIT, suspect()):
+        text = fit_report(summary)
+        assert max(map(len, text.splitlines())) <= WIDTH
+        assert text.isascii()
+
+
+def test_it_says_what_matters() -> None:
+    text = fit_report(suspect())
+    for part in (
+        "SUSPECT",
+        "11.1506  0.0042  kN/m",
+        "11.1420 to 11.1590",
+        "not determined",
+        "held",
+        "at its bound",
+        "white residuals: Something systematic",
+        "2.0 to 3.0 times as wide",
+        "20 of 32 starts",
+        "12 with 7.5 times its cost",
+        "and 8 more",
+        "What to do next",
+        "Newey-West",
+    ):
+        assert part in text, part
+
+
+def test_a_clean_result_raises_no_doubt() -> None:
+    text = fit_report(FIT)
+    assert "OK" in text.splitlines()[0]
+    assert "All checks passed: residuals are white." in text
+    assert "What to do next" not in text
+
+
+def test_a_result_that_failed_says_so_first() -> None:
+    text = fit_report(FIT.model_copy(update={"status": "failed"}))
+    assert text.splitlines()[3].startswith("Do not use these numbers")
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "unit", "expected"),
+    [
+        (34213.7, 190.0, "N/m", ("34.21", "0.19", "kN/m")),
+        (2.685, 0.012, "N", ("2.685", "0.012", "N")),
+        (2.685, 123.4, "N", ("3", "123", "N")),
+        (0.0, 2e-4, "m", ("0", "200", "um")),
+        (1.5, None, "N", ("1.5", "", "N")),
+        (1.5, 0.0, "N", ("1.5", "", "N")),
+    ],
+)
+def test_digits(value: float, error: float | None, unit: str, expected: tuple[str, str, str]) -> None:
+    assert with_error(value, error, unit) == expected
+
+
+@given(st.floats(1e-6, 1e9), st.floats(1e-9, 1.0))
+def test_rounding_stays_below_the_error_bar(value: float, relative: float) -> None:
+    error = value * relative
+    shown, shown_error, unit = with_error(value, error, "N")
+    worth = {"N": 1.0, "kN": 1e3}[unit]
+    # Half a unit in the last of two digits of the error bar, or of the twelve decimals that are shown at most.
+    allowed = max(0.051 * error, 1e-12 * worth)
+    assert math.isclose(float(shown) * worth, value, abs_tol=allowed, rel_tol=1e-15)
+    assert float(shown_error) * worth == pytest.approx(error, rel=0.051, abs=1e-12 * worth)
