@@ -89,7 +89,7 @@ def _devices() -> tuple[bool, str]:
 def _compile_cache() -> tuple[bool, str]:
     import jax
 
-    folder = jax.config.jax_compilation_cache_dir
+    folder = jax.config.values["jax_compilation_cache_dir"]
     if folder is None:
         return False, "none: every run compiles anew. Name a writable folder in FIBREFIT_CACHE."
     files = [path for path in Path(folder).glob("*") if path.is_file()]
