@@ -1,0 +1,134 @@
+"""How sure an estimate is when the noise is not white: several answers side by side.
+
+All start from the sandwich ``H^-1 S H^-1``: H = J'J is what the model sees of the parameters, S the variance of the score
+J'r. They differ in what they believe of the residuals r.
+
+Source
+------
+White, Econometrica 48 (1980); Newey and West, Econometrica 55 (1987); Kuensch, Ann. Statist. 17 (1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.problem import Linearised
+
+MEMORY = 1.0 / 8.0
+"""Longest correlation allowed for, as a share of a record: the wander of a logger has no time scale of its own."""
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Residuals and slopes at the optimum, as arrays of NumPy.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time) in units of the noise
+    slopes : (n_record, n_channel, n_time, n_local)
+        Per unit of the local free values.
+    counts : (n_record,) samples of each record
+    columns : (n_record, n_local)
+        Place of each local value among the free ones.
+    size : int
+        Number of free values.
+    """
+
+    residuals: np.ndarray
+    slopes: np.ndarray
+    counts: np.ndarray
+    columns: np.ndarray
+    size: int
+
+    @classmethod
+    def of(cls, linear: Linearised, counts: np.ndarray, columns: np.ndarray, size: int) -> Scores:
+        """From what a problem says at its optimum."""
+        return cls(np.asarray(linear.residuals), np.asarray(linear.slopes), counts, columns, size)
+
+    def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
+        """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
+        total = np.zeros((self.size, self.size))
+        for record, columns in enumerate(self.columns):
+            np.add.at(total, (columns[:, None], columns[None, :]), local(record))
+        return total
+
+    def normal_matrix(self) -> np.ndarray:
+        """``J'J``, ``(n_free, n_free)``."""
+        return self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
+
+    def of_record(self, record: int) -> np.ndarray:
+        """Scores ``(n_time, n_local)`` of one record, its channels summed."""
+        count = self.counts[record]
+        return np.einsum("cti,ct->ti", self.slopes[record, :, :count], self.residuals[record, :, :count])
+
+
+def white(scores: Scores) -> np.ndarray:
+    """Score variance if residuals were independent with one variance."""
+    used = np.abs(scores.slopes).sum(axis=-1) > 0.0
+    variance = np.sum(scores.residuals**2) / max(used.sum() - scores.size, 1)
+    return variance * scores.normal_matrix()
+
+
+def newey_west(scores: Scores) -> np.ndarray:
+    """Score variance from the scores' own autocovariance, with Bartlett's weights."""
+
+    def local(record: int) -> np.ndarray:
+        score = scores.of_record(record)
+        lags = max(round(MEMORY * len(score)), 1)
+        return _bartlett(score - score.mean(axis=0), lags)
+
+    return scores.assembled(local)
+
+
+def block_bootstrap(scores: Scores, seed: int) -> np.ndarray:
+    """Score variance from resampled blocks of residuals, circular within each record."""
+    random = np.random.default_rng(seed)
+
+    def local(record: int) -> np.ndarray:
+        count = scores.counts[record]
+        length = max(round(MEMORY * count), 1)
+        residuals = scores.residuals[record, :, :count]
+        shifts = random.integers(0, count, size=(RESAMPLES, -(-count // length)))
+        index = (shifts[:, :, None] + np.arange(length)).reshape(RESAMPLES, -1)[:, :count] % count
+        slopes = scores.slopes[record, :, :count]
+        sums = sum(residuals[c][index] @ slopes[c] for c in range(len(residuals)))
+        return np.cov(sums.T).reshape(slopes.shape[-1], -1)
+
+    return scores.assembled(local)
+
+
+def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Covariance ``H^-1 S H^-1``; directions the data do not see get an infinite variance, not a large one.
+
+    Parameters
+    ----------
+    normal, middle : (n_free, n_free)
+    """
+    scale = np.sqrt(np.diag(normal))
+    seen = scale > 0.0
+    safe = np.where(seen, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
+    blind = values < 1e-12 * values.max()
+    inverse = (vectors / np.where(blind, np.inf, values)) @ vectors.T / np.outer(safe, safe)
+    covariance = inverse @ middle @ inverse
+    lost = (np.abs(vectors[:, blind]) > 1e-3).any(axis=1) | ~seen
+    covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))
+    return covariance
+
+
+def _bartlett(score: np.ndarray, lags: int) -> np.ndarray:
+    size = 1 << (2 * len(score) - 1).bit_length()
+    spectrum = np.fft.rfft(score, size, axis=0)
+    # The Bartlett-weighted sum of autocovariances is a weighted sum over the periodogram: one pass instead of `lags`.
+    weight = np.zeros(size)
+    taper = 1.0 - np.arange(lags + 1) / (lags + 1.0)
+    weight[: lags + 1] = taper
+    weight[-lags:] = taper[:0:-1]
+    weight = np.fft.rfft(weight).real / size
+    double = np.full(len(weight), 2.0)
+    double[[0, -1]] = 1.0
+    return np.real(np.conj(spectrum).T @ ((weight * double)[:, None] * spectrum))

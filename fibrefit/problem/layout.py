@@ -1,0 +1,135 @@
+"""The one place that knows the order of a problem's numbers: names to vector and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.transform import Range
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What is known of one parameter before the data speak.
+
+    Parameters
+    ----------
+    name, unit : str
+    range : Range
+    shared : bool
+        One value for all records, or one for each.
+    fixed : tuple of float or None
+        Its value(s) in SI units where it is not free: one, or one for each record.
+    """
+
+    name: str
+    unit: str
+    range: Range
+    shared: bool = True
+    fixed: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Order of the free values: shared ones first, then those of each record, record after record.
+
+    Parameters
+    ----------
+    slots : tuple of Slot
+        In the order in which a record's values are listed.
+    records : tuple of str
+        Names of the records.
+    """
+
+    slots: tuple[Slot, ...]
+    records: tuple[str, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of a record's values, in their order."""
+        return tuple(slot.name for slot in self.slots)
+
+    @cached_property
+    def local_free(self) -> tuple[int, ...]:
+        """Which of a record's values are free."""
+        return tuple(i for i, slot in enumerate(self.slots) if slot.fixed is None)
+
+    @cached_property
+    def entries(self) -> tuple[tuple[Slot, int | None], ...]:
+        """Slot and record (None if shared) of each free value."""
+        free = [self.slots[i] for i in self.local_free]
+        shared = [(slot, None) for slot in free if slot.shared]
+        each = [(slot, r) for r in range(len(self.records)) for slot in free if not slot.shared]
+        return tuple(shared + each)
+
+    @cached_property
+    def free_names(self) -> tuple[str, ...]:
+        """Name of each free value; ``name[record]`` where each record has its own."""
+        return tuple(
+            slot.name if record is None else f"{slot.name}[{self.records[record]}]" for slot, record in self.entries
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of free values."""
+        return len(self.entries)
+
+    @cached_property
+    def _gather(self) -> tuple[np.ndarray, np.ndarray]:
+        """Index (n_record, n_local) into free values followed by fixed ones, and the fixed ones."""
+        place = {(slot.name, record): i for i, (slot, record) in enumerate(self.entries)}
+        fixed: list[float] = []
+        index = np.zeros((len(self.records), len(self.slots)), dtype=int)
+        for j, slot in enumerate(self.slots):
+            for r in range(len(self.records)):
+                if slot.fixed is None:
+                    index[r, j] = place[slot.name, None if slot.shared else r]
+                else:
+                    index[r, j] = self.size + len(fixed)
+                    fixed.append(slot.fixed[r if len(slot.fixed) > 1 else 0])
+        return index, np.array(fixed)
+
+    @cached_property
+    def local_columns(self) -> np.ndarray:
+        """Place of each record's own free values among all free values, ``(n_record, n_local_free)``."""
+        return self._gather[0][:, list(self.local_free)]
+
+    def local(self, values: jax.Array) -> jax.Array:
+        """Values of every record, ``(n_record, n_local)`` in SI units, from the free values ``(n_free,)`` in SI."""
+        index, fixed = self._gather
+        return jnp.concatenate([values, jnp.asarray(fixed)])[index]
+
+    @cached_property
+    def _by_range(self) -> dict[Range, np.ndarray]:
+        """Places of the free values that share a range, so that each map is applied once."""
+        places: dict[Range, list[int]] = {}
+        for i, (slot, _) in enumerate(self.entries):
+            places.setdefault(slot.range, []).append(i)
+        return {limits: np.array(index) for limits, index in places.items()}
+
+    def values(self, free: jax.Array) -> jax.Array:
+        """Free values in SI units, from free coordinates; ``(n_free,)`` both."""
+        values = jnp.zeros_like(free)
+        for limits, index in self._by_range.items():
+            values = values.at[index].set(limits.value(free[index]))
+        return values
+
+    def free(self, values: jax.Array) -> jax.Array:
+        """Free coordinates from free values in SI units; ``(n_free,)`` both."""
+        free = jnp.zeros_like(values)
+        for limits, index in self._by_range.items():
+            free = free.at[index].set(limits.free(values[index]))
+        return free
+
+    def pack(self, named: dict[str, float | Iterable[float]]) -> np.ndarray:
+        """Free values, ``(n_free,)`` in SI units, from one number a name or one for each record."""
+        packed = []
+        for slot, record in self.entries:
+            value = np.asarray(named[slot.name], dtype=float)
+            packed.append(float(value.mean() if record is None else value if value.ndim == 0 else value[record]))
+        return np.array(packed)

@@ -1,0 +1,159 @@
+"""Noise of a channel, from the parts of the records in which nothing moves.
+
+A logger's noise is not white: slow wander adds to the fast hiss, and a rest of a tenth of a second shows little of it.
+The spectrum of the rests is therefore modelled, and its total over the band of a whole record is the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.observations import Trace
+
+BLOCK = 32
+"""Samples whose mean is compared when looking for rest."""
+SHORTEST_REST = 64
+MAINS = (50.0, 60.0)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Spectrum of a channel's noise: ``white + pink / f`` and a line at the mains frequency.
+
+    Parameters
+    ----------
+    white : float
+        One-sided level, in unit^2/Hz.
+    pink : float
+        Level at 1 Hz, in unit^2/Hz.
+    line : float
+        Variance of the mains line, in unit^2.
+    samples : int
+        Number of resting samples it was taken from; 0: from differences of moving ones, fast part only.
+    """
+
+    white: float
+    pink: float
+    line: float
+    samples: int
+
+    def rms(self, duration: float, rate: float) -> float:
+        """Noise rms over a record of `duration` [s] sampled at `rate` [Hz]."""
+        band = 0.5 * rate
+        return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line))
+
+    def density(self, frequency: np.ndarray) -> np.ndarray:
+        """One-sided power density at `frequency` [Hz] > 0, without the line, in unit^2/Hz."""
+        return self.white + self.pink / frequency
+
+
+def rests(trace: Trace) -> list[slice]:
+    """Stretches at the start and the end of a record in which no measured quantity moves."""
+    signals = [*trace.channels.values(), *(values[:, 0] for values in trace.inputs.values())]
+    still = np.logical_and.reduce([_blocks_like_the_first(signal) for signal in signals])
+    ahead = _run_length(still) * BLOCK
+    still = np.logical_and.reduce([_blocks_like_the_first(signal[::-1]) for signal in signals])
+    behind = _run_length(still) * BLOCK
+    found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
+    return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
+
+
+def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
+    """Noise of one channel, from the rests of all records.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    channel : str
+
+    Returns
+    -------
+    Noise
+    """
+    pieces = []
+    for trace in traces:
+        rate = 1.0 / np.diff(trace.times).mean()
+        for rest in rests(trace):
+            values = trace.channels[channel][rest]
+            if np.isfinite(values).all() and np.ptp(values) > 0.0:
+                pieces.append((values, rate))
+    if not pieces:
+        return _from_differences(traces, channel)
+    frequency, power = (np.concatenate(parts) for parts in zip(*(_periodogram(*p) for p in pieces), strict=True))
+    near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < 4.0
+    white, pink = _whittle(frequency[~near_mains], power[~near_mains])
+    line = sum(_line_variance(*piece) * len(piece[0]) for piece in pieces) / sum(len(p[0]) for p in pieces)
+    return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
+
+
+def _blocks_like_the_first(signal: np.ndarray) -> np.ndarray:
+    """Whether each block's mean agrees with the first ones', by the standard of neighbouring blocks."""
+    blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
+    with np.errstate(invalid="ignore"):
+        means = blocks.mean(axis=1)
+    hiss = _hiss(signal)
+    # Slow wander moves block means by more than hiss / sqrt(BLOCK); real motion leaves by far more within one block.
+    return ~(np.abs(means - np.nanmean(means[:3])) > 1.2 * hiss)
+
+
+def _run_length(flags: np.ndarray) -> int:
+    # The block in which motion begins may still look like rest: it is left out.
+    first = np.argmin(flags) if not flags.all() else len(flags)
+    return max(int(first) - 1, 0)
+
+
+def _hiss(signal: np.ndarray) -> float:
+    """Standard deviation of the fast part, from third differences, which motion hardly enters."""
+    differences = np.diff(signal[np.isfinite(signal)], 3)
+    return float(np.median(np.abs(differences)) / 0.6745 / np.sqrt(20.0)) + 1e-300
+
+
+def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
+    rate = np.mean([1.0 / np.diff(trace.times).mean() for trace in traces])
+    variance = np.mean([_hiss(trace.channels[channel]) ** 2 for trace in traces])
+    smallest = min(_resolution(trace.channels[channel]) for trace in traces)
+    return Noise(float(max(variance, smallest**2 / 12.0) / (0.5 * rate)), 0.0, 0.0, 0)
+
+
+def _resolution(signal: np.ndarray) -> float:
+    steps = np.diff(np.unique(signal[np.isfinite(signal)]))
+    return float(steps.min()) if len(steps) else 1e-12
+
+
+def _periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    n = len(values)
+    power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (n * rate)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    inner = slice(1, (n + 1) // 2)
+    return frequency[inner], power[inner]
+
+
+def _whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
+    """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
+    from scipy.optimize import minimize
+
+    floor = 1e-6 * power.mean()
+
+    def cost(logs: np.ndarray) -> float:
+        density = np.exp(logs[0]) + np.exp(logs[1]) / frequency + floor
+        return float(np.sum(np.log(density) + power / density))
+
+    level = np.log(np.median(power[frequency > 0.5 * frequency.max()]) / np.log(2.0) + floor)
+    starts = [np.array([level, level + shift]) for shift in (-4.0, 0.0, 4.0)]
+    best = min((minimize(cost, start, method="Nelder-Mead") for start in starts), key=lambda found: found.fun)
+    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+
+
+def _line_variance(values: np.ndarray, rate: float) -> float:
+    """Variance of a sinusoid at the stronger mains frequency, less what hiss alone would show."""
+    n, t = len(values), np.arange(len(values)) / rate
+    found = []
+    for line in MAINS:
+        wave = np.exp(-2j * np.pi * line * t)
+        amplitude = 2.0 * abs(np.mean((values - values.mean()) * wave))
+        beside = [2.0 * abs(np.mean((values - values.mean()) * wave * np.exp(2j * np.pi * d * t))) for d in (-12, 12)]
+        found.append(max(0.0, 0.5 * (amplitude**2 - np.mean(np.square(beside)))))
+    return float(max(found)) if n / rate > 0.1 else 0.0

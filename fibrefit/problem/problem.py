@@ -1,0 +1,144 @@
+"""The problem: a model, a layout and observations; the residuals that every method of identification reads."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from fibrefit.problem.layout import Layout
+from fibrefit.problem.observations import Observations
+from fibrefit.simulate.model import Experiment, Model
+
+
+class Linearised(NamedTuple):
+    """Residuals and how they move with each record's own free values.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time), in units of the noise
+    slopes : (n_record, n_channel, n_time, n_local_free), per SI unit of the value
+    """
+
+    residuals: jax.Array
+    slopes: jax.Array
+
+
+class Problem(eqx.Module):
+    """All that is needed to compare a model with records; a pytree whose leaves are the data.
+
+    Parameters
+    ----------
+    model : Model
+    layout : Layout
+    observations : Observations
+    soft_beyond : float or None
+        Residuals larger than this many times the noise count less than quadratically (soft L1); None: they do not.
+    """
+
+    model: Model = eqx.field(static=True)
+    layout: Layout = eqx.field(static=True)
+    observations: Observations
+    soft_beyond: float | None = eqx.field(static=True, default=None)
+
+    def readings(self, values: jax.Array) -> dict[str, jax.Array]:
+        """What the model says of all records.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+
+        Returns
+        -------
+        dict of (n_record, n_time) in SI units
+        """
+        return jax.vmap(self._respond)(self.layout.local(values), self.observations.experiment)
+
+    def residuals(self, values: jax.Array) -> jax.Array:
+        """Simulated minus measured in units of the noise, ``(n_record, n_channel, n_time)``; zero where not measured.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+        """
+        return jax.vmap(self._residuals)(self.layout.local(values), self.observations)
+
+    def linearised(self, values: jax.Array) -> Linearised:
+        """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
+
+        A record depends on few of a problem's values; the full Jacobian, mostly zeros, is never made.
+        """
+        columns = jnp.array(self.layout.local_free)
+
+        def one(local: jax.Array, observations: Observations) -> Linearised:
+            def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
+                residuals = self._residuals(local.at[columns].set(part), observations)
+                return residuals, residuals
+
+            slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
+            return Linearised(residuals, slopes)
+
+        return jax.vmap(one)(self.layout.local(values), self.observations)
+
+    def gram(self, values: jax.Array) -> jax.Array:
+        """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``.
+
+        All that Gauss-Newton methods, profiles and plain covariances need of the records, in a matrix of the size of
+        the problem.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+
+        Returns
+        -------
+        (n_free + 1, n_free + 1), per SI units of the values
+        """
+        linear = self.linearised(values)
+        columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
+        local = jnp.einsum("rcti,rctj->rij", columns, columns)
+        size, index = self.layout.size, self.layout.local_columns
+        rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
+        return jnp.zeros((size + 1, size + 1)).at[rows[:, :, None], rows[:, None, :]].add(local)
+
+    def until(self, counts: jax.Array) -> Problem:
+        """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""
+        data = self.observations
+        counts = jnp.minimum(counts, data.experiment.count)
+        early = jnp.arange(data.experiment.times.shape[1]) < counts[:, None]
+        weight = {c: jnp.where(early, w, 0.0) for c, w in data.weight.items()}
+        shorter = data._replace(experiment=data.experiment._replace(count=counts), weight=weight)
+        return eqx.tree_at(lambda problem: problem.observations, self, shorter)
+
+    @property
+    def n_measured(self) -> jax.Array:
+        """Number of samples that count."""
+        return sum(jnp.sum(weight > 0.0) for weight in self.observations.weight.values())
+
+    def _respond(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+        return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment).channels
+
+    def _residuals(self, local: jax.Array, data: Observations) -> jax.Array:
+        readings = self._respond(local, data.experiment)
+        plain = jnp.stack([(readings[c] - data.measured[c]) * data.weight[c] for c in self.model.rig.channels])
+        if self.soft_beyond is None:
+            return plain
+        # The square of this is the soft-L1 loss; near zero it is the residual itself.
+        limit = self.soft_beyond
+        share = jnp.sqrt(1.0 + (plain / limit) ** 2)
+        return plain * jnp.sqrt(2.0 / (share + 1.0))
+
+
+def gram_root(gram: jax.Array) -> jax.Array:
+    """A square matrix R with ``R'R = gram``, for a symmetric, positive semidefinite `gram`.
+
+    With ``gram = [J r]'[J r]`` the last column of R and the others are a residual vector and its Jacobian that have the
+    same cost, gradient and normal matrix as those of all samples.
+    """
+    # Columns differ by many orders of magnitude; an eigenvalue is lost only against others of its own scale.
+    scale = jnp.sqrt(jnp.diag(gram))
+    scale = jnp.where(scale > 0.0, scale, 1.0)
+    values, vectors = jnp.linalg.eigh(gram / (scale[:, None] * scale))
+    return jnp.sqrt(jnp.maximum(values, 0.0))[:, None] * vectors.T * scale
