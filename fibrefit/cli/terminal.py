@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
+import sys
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -41,7 +43,11 @@ class Terminal:
         document : object
             For a program; anything that JSON can hold.
         """
-        click.echo(json.dumps(document, indent=1, ensure_ascii=False) if self.json else text)
+        if self.json:
+            # Escapes keep the document whole on any terminal; a number that is none would not be JSON.
+            click.echo(json.dumps(document, indent=1, allow_nan=False))
+        else:
+            click.echo(spelt(text, sys.stdout.encoding))
 
     def remark(self, text: str) -> None:
         """Say something beside the answer."""
@@ -52,6 +58,33 @@ class Terminal:
         """Say something that only interests those who asked for more."""
         if self.verbose:
             click.echo(text, err=True)
+
+
+def spelt(text: str, encoding: str | None) -> str:
+    """Text with the Greek letters that an encoding lacks written as their names.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    encoding : str or None
+        Encoding of the terminal, e.g. ``"cp1252"``.
+
+    Returns
+    -------
+    str
+        ``"k e (1 + eta e)"`` where there is no eta.
+    """
+
+    def letter(sign: str) -> str:
+        try:
+            sign.encode(encoding or "ascii")
+        except UnicodeEncodeError:
+            name = unicodedata.name(sign, "")
+            return name.rpartition(" ")[2].lower() if name.startswith("GREEK SMALL LETTER") else sign
+        return sign
+
+    return text if text.isascii() else "".join(map(letter, text))
 
 
 def with_terminal(command: Command) -> Command:

@@ -1,0 +1,129 @@
+"""``fibrefit effects``: the catalogue of laws that can be added to a model."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import textwrap
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.core.parameter import Parameter
+    from fibrefit.effects.law import Effect
+
+_SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILINE)
+_INDENT = "  "
+
+
+@click.command("effects")
+@click.argument("name", required=False)
+@with_terminal
+def command(terminal: Terminal, name: str | None) -> None:
+    """List the effects, or tell all about NAME: law, parameters, units, source."""
+    from fibrefit.core.errors import StudyError, UsageError
+    from fibrefit.effects.catalogue import CATALOGUE, find_effect
+
+    if name is None:
+        effects = sorted(CATALOGUE.values(), key=lambda effect: effect.name.partition(".")[0])
+        terminal.answer(_list(effects), [_described(effect) for effect in effects])
+        return
+    try:
+        effect = find_effect(name)
+    except StudyError as error:
+        raise UsageError(error.where, error.got, error.expected, error.do) from None
+    terminal.answer(_page(effect), _described(effect))
+
+
+def _list(effects: list[type[Effect]]) -> str:
+    """One line for each effect, under the part of the rig it belongs to."""
+    width = max(len(effect.name) for effect in effects)
+    lines = []
+    for port, group in groupby(effects, key=lambda effect: effect.name.partition(".")[0]):
+        lines += ["", port]
+        for effect in group:
+            lead = f"{_INDENT}{effect.name:<{width}}  "
+            lines.append(_filled(_sections(effect)[""], lead, " " * len(lead)))
+    return "\n".join([*lines[1:], "", "fibrefit effects NAME tells more."])
+
+
+def _page(effect: type[Effect]) -> str:
+    """All about one effect."""
+    told = _sections(effect)
+    lines = [
+        effect.name,
+        "=" * len(effect.name),
+        "",
+        _filled(told[""]),
+        "",
+        "Law",
+        _filled(told.get("Law", ""), _INDENT),
+    ]
+    lines += ["", "Parameters"]
+    for parameter in effect.parameters:
+        lines += [f"{_INDENT}{effect.name}.{parameter.name}", _filled(_facts(effect, parameter), _INDENT * 2)]
+    lines += ["", _filled(f"Rigs: {', '.join(sorted(effect.rigs))}")]
+    if effect.needs:
+        lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
+    for title in ("Valid range", "Source"):
+        if title in told:
+            lines += ["", title, _filled(told[title], _INDENT)]
+    return "\n".join([*lines, "", f'To use it: effects = ["{effect.name}"] under [model].'])
+
+
+def _facts(effect: type[Effect], parameter: Parameter) -> str:
+    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
+    text = f"{parameter.doc}; typically {parameter.typical:g}{unit}"
+    if parameter.name in effect.strength:
+        text += f", without effect at {parameter.null:g}{unit}"
+    limits = [
+        f"{word} {limit:g}{unit}"
+        for word, limit in (("at least", parameter.lower), ("at most", parameter.upper))
+        if math.isfinite(limit)
+    ]
+    return f"{', '.join([text, *limits])}."
+
+
+def _described(effect: type[Effect]) -> dict[str, Any]:
+    """Effect as data, for programs."""
+    told = _sections(effect)
+    return {
+        "name": effect.name,
+        "says": told[""],
+        "law": told.get("Law", ""),
+        "valid_range": told.get("Valid range", ""),
+        "source": told.get("Source", ""),
+        "rigs": sorted(effect.rigs),
+        "needs": list(effect.needs),
+        "strength": list(effect.strength),
+        "parameters": [
+            {
+                "name": f"{effect.name}.{parameter.name}",
+                "unit": parameter.unit,
+                "says": parameter.doc,
+                # JSON has no infinity: a limit that is none is null.
+                **{
+                    key: value if math.isfinite(value := getattr(parameter, key)) else None
+                    for key in ("null", "typical", "lower", "upper")
+                },
+            }
+            for parameter in effect.parameters
+        ],
+    }
+
+
+def _sections(effect: type[Effect]) -> dict[str, str]:
+    """Sections of the docstring; the summary has no title."""
+    parts = _SECTION.split(inspect.cleandoc(effect.__doc__ or ""))
+    titles, texts = ["", *parts[1::2]], parts[0::2]
+    return {title: " ".join(text.split()).replace("`", "") for title, text in zip(titles, texts, strict=True)}
+
+
+def _filled(text: str, indent: str = "", later: str | None = None) -> str:
+    subsequent = indent if later is None else later
+    return textwrap.fill(text, 80, initial_indent=indent, subsequent_indent=subsequent, break_on_hyphens=False)

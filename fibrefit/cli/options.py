@@ -1,0 +1,84 @@
+"""Options that commands working on a study have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def study_options(command: Command) -> Command:
+    """Give a command its files, ``--rig`` and ``--set``."""
+    for option in (
+        click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable."),
+        click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ..."),
+        click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True),
+    ):
+        command = option(command)
+    return command
+
+
+def result_options(command: Command) -> Command:
+    """Give a command ``--out``, ``--force`` and ``--seed``."""
+    for option in (
+        click.option(
+            "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all random numbers."
+        ),
+        click.option("--force", is_flag=True, help="Replace an earlier result in DIR."),
+        click.option(
+            "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder of the result [results/STUDY-HASH]."
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:
+    """Study the command line names: a study file, a folder with one, or bare records.
+
+    Parameters
+    ----------
+    files : sequence of str
+        One study, or any number of records.
+    rig : str or None
+        Kind of the rig of bare records.
+    overrides : sequence of str
+        Values of ``--set``.
+
+    Returns
+    -------
+    Study
+        Complete and in SI.
+
+    Raises
+    ------
+    UsageError
+        If studies and records are mixed, or the kind of rig is missing.
+    StudyError
+        If the study is not valid.
+    """
+    from fibrefit.core.errors import UsageError
+    from fibrefit.study import load_study, study_from_files
+
+    studies = [file for file in files if is_study(file)]
+    if studies and len(files) > 1:
+        raise UsageError(studies[0], f"a study among {len(files)} files", "one study, or bare records", "")
+    if studies and rig is not None:
+        raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
+    if studies:
+        return load_study(studies[0], overrides)
+    if rig is None:
+        raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
+    return study_from_files(files, rig, overrides)
+
+
+def is_study(file: str) -> bool:
+    """Whether a word of the command line names a study rather than a record."""
+    return Path(file).is_dir() or Path(file).suffix.lower() == ".toml"
