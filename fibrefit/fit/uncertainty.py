@@ -51,10 +51,17 @@ class Scores:
 
     def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
         """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
-        total = np.zeros((self.size, self.size))
+        total = np.zeros((self.size + 2, self.size + 2))
         for record, columns in enumerate(self.columns):
             np.add.at(total, (columns[:, None], columns[None, :]), local(record))
-        return total
+        return total[: self.size, : self.size]
+
+    def gradient(self) -> np.ndarray:
+        """``J'r``, ``(n_free,)``."""
+        total = np.zeros(self.size + 2)
+        for record, columns in enumerate(self.columns):
+            np.add.at(total, columns, self.of_record(record).sum(axis=0))
+        return total[: self.size]
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""

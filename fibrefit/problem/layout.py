@@ -24,14 +24,23 @@ class Slot:
     shared : bool
         One value for all records, or one for each.
     fixed : tuple of float or None
-        Its value(s) in SI units where it is not free: one, or one for each record.
+        Its value(s) in SI units where it is not free: one, or one for each record, None where that record's is free.
     """
 
     name: str
     unit: str
     range: Range
     shared: bool = True
-    fixed: tuple[float, ...] | None = None
+    fixed: tuple[float | None, ...] = ()
+
+    def held(self, record: int) -> float | None:
+        """Value held in a record, in SI units; None where it is free."""
+        return None if not self.fixed else self.fixed[0] if len(self.fixed) == 1 else self.fixed[record]
+
+    @property
+    def free(self) -> bool:
+        """Whether it is free in any record."""
+        return not self.fixed or None in self.fixed
 
 
 @dataclass(frozen=True)
@@ -57,14 +66,15 @@ class Layout:
     @cached_property
     def local_free(self) -> tuple[int, ...]:
         """Which of a record's values are free."""
-        return tuple(i for i, slot in enumerate(self.slots) if slot.fixed is None)
+        return tuple(i for i, slot in enumerate(self.slots) if slot.free)
 
     @cached_property
     def entries(self) -> tuple[tuple[Slot, int | None], ...]:
         """Slot and record (None if shared) of each free value."""
         free = [self.slots[i] for i in self.local_free]
         shared = [(slot, None) for slot in free if slot.shared]
-        each = [(slot, r) for r in range(len(self.records)) for slot in free if not slot.shared]
+        own = [slot for slot in free if not slot.shared]
+        each = [(slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None]
         return tuple(shared + each)
 
     @cached_property
@@ -87,17 +97,23 @@ class Layout:
         index = np.zeros((len(self.records), len(self.slots)), dtype=int)
         for j, slot in enumerate(self.slots):
             for r in range(len(self.records)):
-                if slot.fixed is None:
+                value = slot.held(r)
+                if value is None:
                     index[r, j] = place[slot.name, None if slot.shared else r]
                 else:
                     index[r, j] = self.size + len(fixed)
-                    fixed.append(slot.fixed[r if len(slot.fixed) > 1 else 0])
+                    fixed.append(value)
         return index, np.array(fixed)
 
     @cached_property
     def local_columns(self) -> np.ndarray:
-        """Place of each record's own free values among all free values, ``(n_record, n_local_free)``."""
-        return self._gather[0][:, list(self.local_free)]
+        """Place of each record's own values among all free ones, ``(n_record, n_local_free)``.
+
+        A value held in this record but free in another has the place ``size + 1``: behind the free values and the column
+        of residuals that is appended to them.
+        """
+        columns = self._gather[0][:, list(self.local_free)]
+        return np.where(columns < self.size, columns, self.size + 1)
 
     def local(self, values: jax.Array) -> jax.Array:
         """Values of every record, ``(n_record, n_local)`` in SI units, from the free values ``(n_free,)`` in SI."""

@@ -101,7 +101,8 @@ class Problem(eqx.Module):
         local = jnp.einsum("rcti,rctj->rij", columns, columns)
         size, index = self.layout.size, self.layout.local_columns
         rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
-        return jnp.zeros((size + 1, size + 1)).at[rows[:, :, None], rows[:, None, :]].add(local)
+        whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
+        return whole[:-1, :-1]
 
     def until(self, counts: jax.Array) -> Problem:
         """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""

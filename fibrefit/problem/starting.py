@@ -25,11 +25,14 @@ class Starting:
         One for each nuisance and each condition that had to be learnt.
     settled : (n_record,)
         Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
+    spread : dict of float
+        Factor by which each shared guess may be wrong.
     """
 
     shared: dict[str, float]
     each: dict[str, np.ndarray]
     settled: np.ndarray
+    spread: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
             "lift": np.array([drop.lift for drop in drops]),
         },
         settled=np.array(settled),
+        spread={"stiffness": 2.0, "damping": 5.0, "friction": 5.0},
     )
 
 

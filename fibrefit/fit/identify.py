@@ -1,0 +1,242 @@
+"""Least-squares identification from start to verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.fit import judge, uncertainty
+from fibrefit.fit.advice import advice
+from fibrefit.fit.identifiability import weaknesses
+from fibrefit.fit.multistart import scattered, table
+from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
+from fibrefit.fit.second_opinion import second_opinion
+from fibrefit.fit.solve import Descent, descend, descend_all, widths
+from fibrefit.fit.structure import Residuals, structure_checks
+from fibrefit.problem.phases import motion
+from fibrefit.problem.problem import Linearised, Problem
+from fibrefit.problem.task import Task
+
+Progress = Callable[[str, float], None]
+Z_95 = 1.959964
+
+
+def identify(task: Task, starts: int = 32, seed: int = 0, progress: Progress | None = None) -> Identification:
+    """Fit from many starts, measure the uncertainty, and put the result to its checks.
+
+    Parameters
+    ----------
+    task : Task
+    starts : int
+        Number of starts, the one from the data included.
+    seed : int
+        Of the scatter of starts and of the bootstrap.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Identification
+    """
+    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    problem = task.problem
+    tell("compiling", 0.0)
+    width = widths(problem, problem.layout.free(jnp.asarray(task.start)))
+    found = _search(task, width, starts, seed, tell)
+    best = int(np.argmin(found.cost))
+    values = found.values[best]
+    tell("second solver", 0.85)
+    linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(values)))
+    return _concluded(task, found, values, linear, seed, began, tell)
+
+
+@eqx.filter_jit
+def _linearised(problem: Problem, values: jax.Array) -> Linearised:
+    return problem.linearised(values)
+
+
+def _search(task: Task, width: jax.Array, number: int, seed: int, tell: Progress) -> Starts:
+    problem, counts = task.problem, jnp.asarray(task.counts)
+    began = scattered(task.problem.layout, task.start, task.spread, number, seed)
+    frees = jnp.stack([problem.layout.free(jnp.asarray(start)) for start in began])
+    found: list[Descent] = []
+    for i in range(0, number, CHUNK):
+        tell("searching from many starts", 0.05 + 0.8 * i / number)
+        chunk = frees[i : i + CHUNK]
+        few = descend if number == 1 else descend_all
+        found.append(few(problem, chunk[0] if number == 1 else chunk, width, counts))
+    if number == 1:
+        found = [jax.tree.map(lambda leaf: leaf[None], found[0])]
+    return table(problem, began, jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *found))
+
+
+CHUNK = 8
+"""Starts between two words of progress."""
+
+
+def _concluded(
+    task: Task, starts: Starts, values: np.ndarray, linear: Linearised, seed: int, began: float, tell: Progress
+) -> Identification:
+    problem = task.problem
+    tell("uncertainty", 0.9)
+    scores = uncertainty.Scores.of(
+        linear, np.asarray(problem.observations.experiment.count), problem.layout.local_columns, problem.layout.size
+    )
+    covariances = _covariances(scores, seed)
+    method = max(("newey_west", "block_bootstrap"), key=lambda name: _size(problem, covariances[name]))
+    covariance = covariances[method]
+    errors = {name: np.sqrt(np.diag(matrix)) for name, matrix in covariances.items()}
+    estimates = _estimates(problem, values, errors, method)
+    moved = motion(problem, jnp.asarray(values))
+    readings = {name: np.asarray(array) for name, array in problem.readings(jnp.asarray(values)).items()}
+    gap, record_gaps = _gaps(task, readings)
+    residuals = _residuals(task, linear.residuals, moved)
+    weak = weaknesses(problem.layout, values, covariance)
+    checks = (
+        judge.finite(linear.residuals, moved.trouble, problem.layout.records),
+        judge.converged(_promised(scores), bool(np.isfinite(starts.cost.min()))),
+        _second(problem, values, errors[method], float(starts.cost.min())),
+        judge.starts_agree(starts),
+        judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
+        judge.determined(weak),
+        judge.noise_seen(dict(task.noise), task.noise_given),
+        judge.gap_is_noise(gap),
+        *structure_checks(residuals),
+    )
+    return Identification(
+        problem=problem,
+        values=values,
+        covariance=covariance,
+        method=method,
+        inflation=_inflation(problem, errors, method),
+        estimates=estimates,
+        gap=gap,
+        record_gaps=record_gaps,
+        noise=task.noise,
+        readings=readings,
+        residuals=linear.residuals,
+        motion=moved,
+        starts=starts,
+        checks=checks,
+        advice=advice(problem, values, scores.normal_matrix(), covariance, weak, checks),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _covariances(scores: uncertainty.Scores, seed: int) -> dict[str, np.ndarray]:
+    normal = scores.normal_matrix()
+    middles = {
+        "white": uncertainty.white(scores),
+        "newey_west": uncertainty.newey_west(scores),
+        "block_bootstrap": uncertainty.block_bootstrap(scores, seed),
+    }
+    return {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
+
+
+def _shared(problem: Problem) -> list[int]:
+    return [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+
+
+def _size(problem: Problem, covariance: np.ndarray) -> float:
+    variance = np.diag(covariance)[_shared(problem)]
+    return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
+
+
+def _inflation(problem: Problem, errors: Mapping[str, np.ndarray], method: str) -> float:
+    shared = _shared(problem) or list(range(problem.layout.size))
+    white, honest = errors["white"][shared], errors[method][shared]
+    seen = np.isfinite(honest) & (white > 0.0)
+    return float(np.median(honest[seen] / white[seen])) if seen.any() else float("nan")
+
+
+def _promised(scores: uncertainty.Scores) -> float:
+    """Fall of the cost that the Gauss-Newton model promises for one more step, over the residual variance."""
+    normal = scores.normal_matrix()
+    gradient = scores.gradient()
+    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
+    used = np.sum(np.abs(scores.slopes).sum(axis=-1) > 0.0)
+    return float(step @ (gradient / scale) / max(np.sum(scores.residuals**2) / max(used, 1), 1e-300))
+
+
+def _estimates(
+    problem: Problem, values: np.ndarray, errors: Mapping[str, np.ndarray], method: str
+) -> tuple[Estimate, ...]:
+    found = []
+    layout = problem.layout
+    for i, (slot, record) in enumerate(layout.entries):
+        value, error, limits = float(values[i]), float(errors[method][i]), slot.range
+        low, high = max(value - Z_95 * error, limits.lower), min(value + Z_95 * error, limits.upper)
+        found.append(
+            Estimate(
+                name=slot.name,
+                unit=slot.unit,
+                record=None if record is None else layout.records[record],
+                value=value,
+                std_error=error,
+                interval_95=(low, high),
+                at_bound=judge.at_bound(value, error, limits),
+                std_errors={name: float(column[i]) for name, column in errors.items()},
+            )
+        )
+    return tuple(found + _held(problem))
+
+
+def _held(problem: Problem) -> list[Estimate]:
+    found = []
+    for slot in problem.layout.slots:
+        names = (None,) if len(slot.fixed) == 1 else problem.layout.records
+        for name, value in zip(names, slot.fixed, strict=False):
+            if value is not None:
+                found.append(Estimate(slot.name, slot.unit, name, value, float("nan"), (value, value), free=False))
+    return found
+
+
+def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, dict[str, Gap]]:
+    data, names = task.problem.observations, task.problem.layout.records
+    gaps: dict[str, dict[str, ChannelGap]] = {name: {} for name in names}
+    whole: dict[str, ChannelGap] = {}
+    for channel, reading in readings.items():
+        weight = np.asarray(data.weight[channel])
+        counted = weight > 0.0
+        error = np.where(counted, np.asarray(data.measured[channel]) - reading, 0.0)
+        sigma = 1.0 / weight.max(axis=1)
+        for r, name in enumerate(names):
+            rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
+            gaps[name][channel] = ChannelGap(rms, float(sigma[r]), task.units[channel])
+        number = counted.sum(axis=1)
+        rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
+        whole[channel] = ChannelGap(rms, noise, task.units[channel])
+    return whole, gaps
+
+
+def _residuals(task: Task, scaled: np.ndarray, moved: object) -> Residuals:
+    data, channels = task.problem.observations, task.problem.model.rig.channels
+    weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
+    times = np.asarray(data.experiment.times)
+    return Residuals(
+        scaled=scaled,
+        counted=weight > 0.0,
+        counts=np.asarray(data.experiment.count),
+        rate=float(1.0 / np.diff(times[0]).mean()),
+        channels=channels,
+        sigma=1.0 / weight.max(axis=2),
+        noise=task.noise,
+        motion=moved,
+    )
+
+
+def _second(problem: Problem, values: np.ndarray, errors: np.ndarray, cost: float) -> Check:
+    """Another solver, from a few standard errors away, to and fro."""
+    errors = np.where(np.isfinite(errors), errors, 0.0)
+    safe = np.where(errors > 0.0, errors, np.maximum(1e-3 * np.abs(values), 1e-9))
+    other = second_opinion(problem, values + 3.0 * safe * (-1.0) ** np.arange(len(values)), safe)
+    seen = errors > 0.0
+    distance = float(np.max(np.abs(other.values - values)[seen] / errors[seen], initial=0.0))
+    return judge.second_solver(distance, cost - other.cost)

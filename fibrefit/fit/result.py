@@ -1,0 +1,173 @@
+"""What an identification ends with: values, how sure they are, and what they were put to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.noise import Noise
+from fibrefit.problem.phases import Motion
+from fibrefit.problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter after the data have spoken, in SI units.
+
+    Parameters
+    ----------
+    name, unit : str
+    record : str or None
+        The record whose value it is; None for all.
+    value : float
+    std_error : float
+        The honest one; nan for a fixed parameter, inf for one the data do not see.
+    interval_95 : tuple of float
+        Clipped at the parameter's bounds.
+    free, at_bound : bool
+    std_errors : dict of str to float
+        By method: ``white``, ``newey_west``, ``block_bootstrap``.
+    interval_kind : str
+        ``"normal"`` or ``"profile likelihood"``.
+    """
+
+    name: str
+    unit: str
+    record: str | None
+    value: float
+    std_error: float
+    interval_95: tuple[float, float]
+    free: bool = True
+    at_bound: bool = False
+    std_errors: Mapping[str, float] = field(default_factory=dict)
+    interval_kind: str = "normal"
+
+
+@dataclass(frozen=True)
+class ChannelGap:
+    """Distance of model and measurement in one channel.
+
+    Parameters
+    ----------
+    rms : float
+        Of measured minus simulated, in `unit`.
+    noise : float
+        Noise rms, in `unit`.
+    unit : str
+    """
+
+    rms: float
+    noise: float
+    unit: str
+
+    @property
+    def ratio(self) -> float:
+        """1 for a perfect model."""
+        return self.rms / self.noise
+
+
+Gap = Mapping[str, ChannelGap]
+
+
+def total(gap: Gap) -> float:
+    """Root of the mean of the squared ratios of all channels."""
+    return float(np.sqrt(np.mean([channel.ratio**2 for channel in gap.values()])))
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where the search began and ended.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Shared free parameters.
+    began, ended : (n_start, n_name) in SI units
+    values : (n_start, n_free) in SI units
+        All free values at the end.
+    cost : (n_start,)
+        Sum of squared residuals in units of the noise.
+    steps : (n_start,) int
+    basin : (n_start,) int
+        0 for the best minimum, then by cost; -1 where the solver gave up.
+    """
+
+    names: tuple[str, ...]
+    began: np.ndarray
+    ended: np.ndarray
+    values: np.ndarray
+    cost: np.ndarray
+    steps: np.ndarray
+    basin: np.ndarray
+
+    @property
+    def tried(self) -> int:
+        """Number of starts."""
+        return len(self.cost)
+
+    @property
+    def agreeing(self) -> int:
+        """Number that ended in the best minimum."""
+        return int(np.sum(self.basin == 0))
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Result of a least-squares identification; all numbers in SI units.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,)
+    covariance : (n_free, n_free)
+        The honest one.
+    method : str
+        Where it comes from.
+    inflation : float
+        Median ratio of honest to white standard errors of the shared parameters.
+    estimates : tuple of Estimate
+        Shared parameters first, then those of each record.
+    gap : Gap
+    record_gaps : dict of record to Gap
+    noise : dict of channel to Noise
+    readings : dict of channel to (n_record, n_time)
+    residuals : (n_record, n_channel, n_time) in units of the noise
+    motion : Motion
+    starts : Starts
+    checks : tuple of Check
+    advice : tuple of str
+        What to measure or try next.
+    seconds : float
+    """
+
+    problem: Problem
+    values: np.ndarray
+    covariance: np.ndarray
+    method: str
+    inflation: float
+    estimates: tuple[Estimate, ...]
+    gap: Gap
+    record_gaps: Mapping[str, Gap]
+    noise: Mapping[str, Noise]
+    readings: Mapping[str, np.ndarray]
+    residuals: np.ndarray
+    motion: Motion
+    starts: Starts
+    checks: tuple[Check, ...]
+    advice: tuple[str, ...]
+    seconds: float
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``, as the checks have it."""
+        if any(check.fatal and not check.passed for check in self.checks):
+            return "failed"
+        return "ok" if all(check.passed for check in self.checks) else "suspect"
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Parameters that all records share, by name."""
+        return {estimate.name: estimate for estimate in self.estimates if estimate.record is None}

@@ -1,0 +1,136 @@
+"""Is there anything left in the residuals that noise would not leave there?
+
+Noise of a logger is coloured, so "white" is the wrong question: residuals are compared with the spectrum of the records'
+own rests, with each other across the phases of the motion, and with the states of the rig.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.noise import MAINS, Noise
+from fibrefit.problem.phases import HELD, PHASES, Motion
+
+SPECTRUM_RATIO = 1.25
+"""Power of an octave relative to the noise at rest that still passes; the spectrum of short rests is known no better."""
+PHASE_RATIO = 1.15
+STATE_SHARE = 0.10
+HATS = 12
+FEWEST = 200
+"""Samples below which a phase is too short to be judged."""
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals with what is needed to judge them.
+
+    Parameters
+    ----------
+    scaled : (n_record, n_channel, n_time) in units of the noise
+    counted : (n_record, n_channel, n_time) bool
+    counts : (n_record,) samples
+    rate : float, in Hz
+    channels : tuple of str
+    sigma : (n_record, n_channel) noise rms in SI units
+    noise : dict of channel to Noise
+    motion : Motion
+    """
+
+    scaled: np.ndarray
+    counted: np.ndarray
+    counts: np.ndarray
+    rate: float
+    channels: tuple[str, ...]
+    sigma: np.ndarray
+    noise: Mapping[str, Noise]
+    motion: Motion
+
+
+def structure_checks(residuals: Residuals) -> tuple[Check, ...]:
+    """Checks of spectrum, phases and states, in this order."""
+    return (_spectrum(residuals), _phases(residuals), _states(residuals))
+
+
+def _spectrum(residuals: Residuals) -> Check:
+    worst, where = 0.0, ""
+    for c, channel in enumerate(residuals.channels):
+        for low, ratio, count in _octaves(residuals, c):
+            # A low octave holds few frequencies: chance alone lifts it by some standard errors.
+            excess = ratio / (1.0 + 3.3 / np.sqrt(count))
+            if excess > worst:
+                worst, where = excess, f"{channel} between {low:.3g} and {2 * low:.3g} Hz"
+    passed = worst <= SPECTRUM_RATIO
+    says = (
+        "Residuals have the spectrum of the noise at rest."
+        if passed
+        else f"Residuals are not noise: their power in the {where} is {worst:.3g} times that of the records at rest."
+    )
+    return Check("residuals have the noise's spectrum", passed, says, worst, SPECTRUM_RATIO)
+
+
+def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, int]]:
+    """Lower edge [Hz], mean power over noise power, and number of frequencies, of each octave."""
+    frequencies, ratios = [], []
+    for r, count in enumerate(residuals.counts):
+        values = residuals.scaled[r, channel, :count] * residuals.sigma[r, channel]
+        power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (count * residuals.rate)
+        frequency = np.fft.rfftfreq(count, 1.0 / residuals.rate)
+        density = residuals.noise[residuals.channels[channel]].density(np.maximum(frequency, frequency[1]))
+        clear = (np.min([np.abs(frequency - line) for line in MAINS], axis=0) > 4.0) & (frequency > 0.0)
+        frequencies.append(frequency[clear])
+        ratios.append((power / density)[clear])
+    frequency, ratio = np.concatenate(frequencies), np.concatenate(ratios)
+    edges = 0.5 * residuals.rate / 2.0 ** np.arange(1, 11)
+    inside = [(edge, ratio[(frequency >= edge) & (frequency < 2 * edge)]) for edge in edges]
+    return [(edge, float(part.mean()), len(part)) for edge, part in inside if len(part) >= 8]
+
+
+def _phases(residuals: Residuals) -> Check:
+    worst, where = 0.0, ""
+    for c, channel in enumerate(residuals.channels):
+        for index, phase in enumerate(PHASES):
+            inside = (residuals.motion.phase == index) & residuals.counted[:, c]
+            if inside.sum() >= FEWEST:
+                ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2)))
+                if ratio > worst:
+                    worst, where = ratio, f"{channel} while {phase}"
+    passed = worst <= PHASE_RATIO
+    says = (
+        "No phase of the motion is explained worse than the noise allows."
+        if passed
+        else f"The model is worst in the {where}: {worst:.3g} times the noise."
+    )
+    return Check("no phase stands out", passed, says, worst, PHASE_RATIO)
+
+
+def _states(residuals: Residuals) -> Check:
+    worst, where = 0.0, ""
+    moving = residuals.motion.phase != HELD
+    for c, channel in enumerate(residuals.channels):
+        inside = residuals.counted[:, c] & moving
+        for name, state in residuals.motion.states.items():
+            share = _explained(state[inside], residuals.scaled[:, c][inside])
+            if share > worst:
+                worst, where = share, f"{channel} residual depends on the {name}"
+    passed = worst <= STATE_SHARE
+    says = (
+        "Residuals do not depend on position, speed or tension."
+        if passed
+        else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left."
+    )
+    return Check("residuals do not depend on the state", passed, says, worst, STATE_SHARE)
+
+
+def _explained(state: np.ndarray, residual: np.ndarray) -> float:
+    """Share of the residual's power that a step curve of `HATS` equally filled steps in the state explains."""
+    if len(state) < FEWEST or np.ptp(state) == 0.0:
+        return 0.0
+    edges = np.unique(np.quantile(state, np.linspace(0.0, 1.0, HATS + 1)[1:-1]))
+    step = np.searchsorted(edges, state)
+    number = np.bincount(step, minlength=len(edges) + 1)
+    sums = np.bincount(step, weights=residual, minlength=len(edges) + 1)
+    return float(np.sum(sums**2 / np.maximum(number, 1)) / np.sum(residual**2))

@@ -1,0 +1,159 @@
+"""From a study, its records and a model to a task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.problem.layout import Layout, Slot
+from fibrefit.problem.noise import Noise, estimate_noise
+from fibrefit.problem.observations import Trace, stack
+from fibrefit.problem.problem import Problem
+from fibrefit.problem.starting import STARTING, Starting
+from fibrefit.problem.task import Task
+from fibrefit.problem.traces import LEARNT, Measured, trace_of
+from fibrefit.problem.transform import Range
+from fibrefit.simulate.model import Model
+from fibrefit.study import ParameterSetting, Study
+
+UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
+EFFECT_SPREAD = 5.0
+FIRST_SIZE = 0.1
+"""Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
+
+
+def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
+    """Task of a study.
+
+    Parameters
+    ----------
+    study : Study
+    records : sequence of Measured
+        The study's records as read, in its order.
+    model : Model
+
+    Returns
+    -------
+    Task
+
+    Raises
+    ------
+    StudyError
+        If the study names a parameter the model does not have, or lacks a condition.
+    DataError
+        If a record does not show what the rig's starting values are taken from.
+    """
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    settings = study.settings(declared)
+    stated = [_stated(record) for record in study.records]
+    traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
+    noise, given = _noise(study, traces, model.rig.channels)
+    starting = STARTING[model.rig.kind](traces)
+    layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
+    rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
+    return Task(
+        problem=Problem(model, layout, stack(_completed(traces, starting), rms)),
+        traces=tuple(traces),
+        start=_start(layout, declared, settings, starting),
+        spread=_spread(declared, settings, starting),
+        counts=_horizons(traces, starting),
+        noise=noise,
+        noise_given=given,
+        units={channel: UNITS[channel] for channel in model.rig.channels},
+    )
+
+
+def _stated(record: object) -> Mapping[str, float | None]:
+    return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
+
+
+def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:
+    """Noise of each channel: as the study states it, white, or as the rests of the records show it."""
+    noise, given = {}, []
+    for channel in channels:
+        said = getattr(study.noise, channel, None)
+        if said is None:
+            noise[channel] = estimate_noise(traces, channel)
+        else:
+            rate = 1.0 / np.diff(traces[0].times).mean()
+            noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
+            given.append(channel)
+    return noise, tuple(given)
+
+
+def _rms(noise: Noise, trace: Trace) -> float:
+    return noise.rms(float(trace.times[-1] - trace.times[0]), float(1.0 / np.diff(trace.times).mean()))
+
+
+def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
+    """Traces with the conditions that had to be learnt."""
+    done = []
+    for r, trace in enumerate(traces):
+        learnt = {name: float(starting.each[name][r]) for name in LEARNT if name in starting.each}
+        done.append(trace._replace(conditions={**trace.conditions, **learnt}))
+    return done
+
+
+def _slots(
+    model: Model,
+    settings: Mapping[str, ParameterSetting],
+    stated: Sequence[Mapping[str, float | None]],
+    traces: Sequence[Trace],
+) -> tuple[Slot, ...]:
+    slots = [_slot(parameter, settings[parameter.name]) for parameter in model.parameters]
+    for nuisance in model.rig.nuisances:
+        held = tuple(said.get(nuisance.name) for said in stated)
+        slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
+    for condition in model.rig.conditions:
+        said = tuple(None if np.isnan(trace.conditions[condition.name]) else 0.0 for trace in traces)
+        if condition.name in LEARNT and None in said:
+            held = tuple(row.get(condition.name) for row in stated)
+            slots.append(Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ()))
+    return tuple(slots)
+
+
+def any_held(values: Sequence[float | None]) -> bool:
+    """Whether any value is given."""
+    return any(value is not None for value in values)
+
+
+def _slot(parameter: Parameter, setting: ParameterSetting) -> Slot:
+    limits = Range.of(parameter).within(setting.lower, setting.upper)
+    fixed = (setting.initial,) if setting.fixed else ()
+    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed)
+
+
+def _start(
+    layout: Layout,
+    declared: Mapping[str, Parameter],
+    settings: Mapping[str, ParameterSetting],
+    starting: Starting,
+) -> np.ndarray:
+    named: dict[str, float | np.ndarray] = {**starting.each}
+    for name, parameter in declared.items():
+        given = settings[name].initial
+        named[name] = starting.shared.get(name, first_size(parameter)) if given is None else given
+    return layout.pack(named)
+
+
+def first_size(parameter: Parameter) -> float:
+    """Where an effect's parameter starts, in its unit."""
+    if parameter.log:
+        return parameter.typical
+    return parameter.null + FIRST_SIZE * (parameter.typical - parameter.null)
+
+
+def _spread(
+    declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
+) -> dict[str, float]:
+    return {
+        name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed
+    }
+
+
+def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
+    first = [int(np.searchsorted(trace.times, end)) for trace, end in zip(traces, starting.settled, strict=True)]
+    whole = [len(trace.times) for trace in traces]
+    return np.array([first, whole], dtype=np.int32)

@@ -1,0 +1,43 @@
+"""A problem with all that a method of identification needs besides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.noise import Noise
+from fibrefit.problem.observations import Trace
+from fibrefit.problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be identified, and where to begin.
+
+    Parameters
+    ----------
+    problem : Problem
+    traces : tuple of Trace
+        The records behind the problem.
+    start : (n_free,) in SI units
+    spread : mapping of name to factor
+        A shared parameter is searched between start / factor and start * factor.
+    counts : (n_stage, n_record) int
+        Samples of each record in horizons that grow to the whole record.
+    noise : mapping of channel to Noise
+    noise_given : tuple of str
+        Channels whose noise the study states.
+    units : mapping of channel to str
+        SI unit of each channel.
+    """
+
+    problem: Problem
+    traces: tuple[Trace, ...]
+    start: np.ndarray
+    spread: Mapping[str, float]
+    counts: np.ndarray
+    noise: Mapping[str, Noise]
+    noise_given: tuple[str, ...]
+    units: Mapping[str, str]
