@@ -29,10 +29,10 @@ VERDICTS = {
     "failed": "Do not use these numbers: the fit itself cannot be relied on.",
 }
 
-ERROR_KINDS = {
-    "iid": "The error bars assume noise without memory.",
-    "hac": "The error bars allow for noise that is correlated in time (Newey-West).",
-    "bootstrap": "The error bars come from resampling blocks of the residuals.",
+ERROR_METHODS = {
+    "white": "The error bars assume noise without memory.",
+    "newey_west": "The error bars allow for noise that is correlated in time (Newey-West).",
+    "block_bootstrap": "The error bars come from resampling blocks of the residuals.",
 }
 
 
@@ -124,11 +124,11 @@ def _parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
 def _sure(summary: FitResultSummary) -> list[str]:
     lines = _gap_table(summary)
     lines += _records(summary)
-    if summary.error_kind:
-        kind = ERROR_KINDS.get(summary.error_kind, f"Method of the error bars: {summary.error_kind}.")
-        factors = [p.inflation for p in summary.parameters.values() if p.inflation is not None]
-        wider = f" They are {_span(factors)} times as wide as for noise without memory." if factors else ""
-        lines += [_paragraph(kind + wider)]
+    if summary.error_method:
+        method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
+        factor = summary.error_inflation
+        wider = "" if factor is None else f" They are {factor:.1f} times as wide as for noise without memory."
+        lines += [_paragraph(method + wider)]
     if summary.starts is not None:
         lines += [_paragraph(_starts(summary.starts))]
     return lines
@@ -179,11 +179,6 @@ def _doubts(summary: FitResultSummary) -> list[str]:
     if passed:
         lines.append(_paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
     return lines
-
-
-def _span(factors: Sequence[float]) -> str:
-    low, high = f"{min(factors):.1f}", f"{max(factors):.1f}"
-    return low if low == high else f"{low} to {high}"
 
 
 def _section(title: str, lines: Sequence[str]) -> str:

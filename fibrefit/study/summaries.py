@@ -32,9 +32,9 @@ class ParameterSummary(Part):
     free: bool = True
     at_bound: bool = False
     std_errors: dict[str, float | None] = Field(
-        default_factory=dict, description="Standard error by method: iid, hac, bootstrap."
+        default_factory=dict, description="Standard error by method: white, newey_west, block_bootstrap."
     )
-    inflation: float | None = Field(default=None, description="Reported standard error over that for white noise.")
+    interval_kind: str = Field(default="normal", description="How the interval was found.")
 
 
 class ChannelGap(Part):
@@ -81,6 +81,7 @@ class CheckSummary(Part):
     statistic: float | None = None
     threshold: float | None = None
     unit: str = "-"
+    fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
 
 
 class Basin(Part):
@@ -122,7 +123,10 @@ class FitResultSummary(Part):
     checks: tuple[CheckSummary, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
-    error_kind: str | None = Field(default=None, description="Method behind the reported standard errors.")
+    error_method: str | None = Field(default=None, description="Method behind the reported standard errors.")
+    error_inflation: float | None = Field(
+        default=None, description="Reported errors over those for white noise, median."
+    )
     findings: tuple[str, ...] = Field(default=(), description="What the data do and do not determine, in words.")
     advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")
     provenance: Provenance | None = None

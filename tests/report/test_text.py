@@ -23,9 +23,9 @@ def suspect() -> s.FitSummary:
             "status": "suspect",
             "parameters": {
                 "stiffness": s.ParameterSummary(
-                    value=11150.6, std_error=4.2, interval_95=(11142.0, 11159.0), unit="N/m", inflation=2.0
+                    value=11150.6, std_error=4.2, interval_95=(11142.0, 11159.0), unit="N/m"
                 ),
-                "damping": s.ParameterSummary(value=9.4, unit="N s/m", std_error=None, inflation=3.0),
+                "damping": s.ParameterSummary(value=9.4, unit="N s/m", std_error=None),
                 "friction": s.ParameterSummary(value=2.5, unit="N", free=False),
                 long: s.ParameterSummary(value=0.0, std_error=0.2, interval_95=(0.0, 0.4), unit="-", at_bound=True),
             },
@@ -34,7 +34,8 @@ def suspect() -> s.FitSummary:
             "starts": s.StartsSummary(
                 tried=32, agreeing=20, basins=(s.Basin(cost=1.0, starts=20), s.Basin(cost=7.5, starts=12))
             ),
-            "error_kind": "hac",
+            "error_method": "newey_west",
+            "error_inflation": 2.5,
             "findings": ("Only the product of mass and gain is determined. " * 3,),
             "advice": ("Run fibrefit discover on this study: it looks for what the model lacks, and says so.",),
             "effects": ("guide.asymmetric_viscous_friction",),
@@ -59,7 +60,7 @@ def test_it_says_what_matters() -> None:
         "held",
         "at its bound",
         "white residuals: Something systematic",
-        "2.0 to 3.0 times as wide",
+        "2.5 times as wide",
         "20 of 32 starts",
         "12 with 7.5 times its cost",
         "and 8 more",
