@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,9 @@ class Parameter:
         Value at which the effect vanishes exactly, in `unit`.
     log : bool
         Whether the value spans decades and is searched on a logarithmic scale.
+    reciprocal : bool
+        Whether it is searched by its inverse, because the effect vanishes where the value is infinite. A model takes
+        such a value as `ByInverse` too, and has a finite derivative in the inverse there.
     source : str
         Where the law or the range comes from.
     """
@@ -39,4 +43,21 @@ class Parameter:
     upper: float = math.inf
     null: float = 0.0
     log: bool = False
+    reciprocal: bool = False
     source: str = ""
+
+
+class ByInverse(NamedTuple):
+    """A value given by its inverse, so that an infinite one is a plain zero.
+
+    Parameters
+    ----------
+    inverse : () in the inverse of the parameter's unit
+    """
+
+    inverse: Any
+
+
+def inverse_of(value: Any) -> Any:
+    """Inverse of a value that may be given by it."""
+    return value.inverse if isinstance(value, ByInverse) else 1.0 / value

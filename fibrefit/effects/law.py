@@ -7,17 +7,33 @@ to the last bit.
 
 from __future__ import annotations
 
-from typing import ClassVar, TypeVar
+import dataclasses
+from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.parameter import Parameter, inverse_of
 
 Memory = tuple[jax.Array, ...]
+Channels = dict[str, jax.Array]
 EVERY_RIG = frozenset({"fibre_mass", "pulley_drive", "inverted_pendulum", "guided_mass"})
-FIBRE_RIGS = frozenset({"fibre_mass", "pulley_drive"})
+FIBRE_RIGS = frozenset({"fibre_mass", "pulley_drive", "inverted_pendulum"})
+GUIDE_RIGS = frozenset({"fibre_mass", "pulley_drive", "guided_mass"})
+
+
+def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
+    """Field of an effect: the value of one parameter.
+
+    Parameters
+    ----------
+    unit, doc, typical
+        As in `Parameter`.
+    **more
+        Any other argument of `Parameter`; its name is the field's.
+    """
+    return eqx.field(metadata={"parameter": Parameter("", unit, doc, typical, **more)})
 
 
 class Effect(eqx.Module):
@@ -28,7 +44,9 @@ class Effect(eqx.Module):
     name : str
         Name in the catalogue, ``port.effect``.
     parameters : tuple of Parameter
-        In the order of the fields; ``parameter.name`` is the field's name.
+        Made from the fields declared with `quantity`, in their order; ``parameter.name`` is the field's name.
+    strength : tuple of str
+        The parameters at whose null values the effect vanishes; the first one unless said.
     rigs : frozenset of str
         Kinds of rig the effect makes sense for.
     needs : tuple of str
@@ -36,9 +54,30 @@ class Effect(eqx.Module):
     """
 
     name: ClassVar[str]
-    parameters: ClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    strength: ClassVar[tuple[str, ...]] = ()
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        declared = [
+            dataclasses.replace(field.metadata["parameter"], name=name)
+            for name, field in vars(cls).items()
+            if isinstance(field, dataclasses.Field) and "parameter" in field.metadata
+        ]
+        cls.parameters = (*cls.parameters, *declared)
+        if cls.parameters and not cls.strength:
+            cls.strength = (cls.parameters[0].name,)
+
+    def absent(self) -> jax.Array:
+        """Whether the effect is at its null value and must leave no trace."""
+        nil = jnp.array(True)
+        for declared in self.parameters:
+            if declared.name in self.strength:
+                value = getattr(self, declared.name)
+                nil &= inverse_of(value) == 0.0 if declared.reciprocal else value == declared.null
+        return nil
 
 
 class FibreLaw(Effect):
@@ -47,9 +86,10 @@ class FibreLaw(Effect):
     Attributes
     ----------
     memory : tuple of str
-        Names of the states the law owns, all zero at the start.
+        Names of the states the law owns.
     """
 
+    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
     memory: ClassVar[tuple[str, ...]] = ()
 
     def initial_slack(self) -> jax.Array:
@@ -68,8 +108,12 @@ class FibreLaw(Effect):
         """Tension added, in N."""
         return jnp.zeros(())
 
+    def memory_at_rest(self, stretch: jax.Array) -> Memory:
+        """The law's own states in a fibre that has been at rest at `stretch` for long; slack where it is negative."""
+        return tuple(jnp.zeros(()) for _ in self.memory)
+
     def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, taut: jax.Array) -> Memory:
-        """Rate of the law's own states; `taut` tells whether the fibre carries load."""
+        """Rate of the law's own states; `taut` tells whether the fibre is stretched."""
         return ()
 
     def at_release(self, memory: Memory) -> Memory:
@@ -78,21 +122,58 @@ class FibreLaw(Effect):
 
 
 class GuideLaw(Effect):
-    """A change of the forces between the weight and its guide, in N; positive opposes motion in the + direction."""
+    """A change of the forces on the weight besides the fibre's, in N; positive opposes motion in the + direction."""
+
+    rigs: ClassVar[frozenset[str]] = GUIDE_RIGS
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
         """Addition to the level of the set-valued friction that acts in `direction` (+1 or -1) of motion."""
         return jnp.zeros(())
 
+    def viscosity(self) -> jax.Array:
+        """Addition to the coefficient of viscous friction, in N s/m."""
+        return jnp.zeros(())
+
+    def viscosity_factor(self, velocity: jax.Array) -> jax.Array:
+        """Factor on the sum of those coefficients."""
+        return jnp.ones(())
+
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
-        """Addition to the single-valued force against the motion."""
+        """Addition to the single-valued force."""
         return jnp.zeros(())
 
 
-class SensorLaw(Effect):
-    """A change between what a sensor feels and what the logger writes."""
+class RigLaw(Effect):
+    """An error in what is known of a rig."""
 
-    def measure(self, channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
+    def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
+        """Conditions as they truly were, in SI units."""
+        return conditions
+
+
+class SensorLaw(Effect):
+    """A change between what a sensor feels and what the logger writes.
+
+    Attributes
+    ----------
+    dynamic : bool
+        Whether `lags` or `late_by` say anything: they need the force between the samples, which costs time.
+    """
+
+    dynamic: ClassVar[bool] = False
+
+    def lags(self) -> tuple[tuple[jax.Array, jax.Array], ...]:
+        """Force channels: weights and time constants [s] of the parallel first-order lags the sensor consists of.
+
+        The real parts of the weights add up to 1. The reading is the real part of the sum.
+        """
+        return ()
+
+    def late_by(self) -> jax.Array:
+        """Force channels: time by which the reading is late, in s."""
+        return jnp.zeros(())
+
+    def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """Readings of all channels, ``(n_time,)`` each in SI units, at `times` [s]."""
         return channels
 
@@ -103,3 +184,8 @@ Law = TypeVar("Law", bound=Effect)
 def laws_of(kind: type[Law], laws: tuple[Effect, ...]) -> tuple[Law, ...]:
     """Those of `laws` that belong to one kind of port, in their order."""
     return tuple(law for law in laws if isinstance(law, kind))
+
+
+def of_force(channels: Channels, change: Any) -> Channels:
+    """Channels with `change` applied to the readings of each force gauge."""
+    return {role: change(reading) if role.startswith("force") else reading for role, reading in channels.items()}

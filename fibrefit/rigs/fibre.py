@@ -10,6 +10,9 @@ from fibrefit.effects.law import FibreLaw, Memory
 
 Memories = tuple[Memory, ...]
 
+SLACK, LOADED, LIMP = 0, 1, 2
+"""Modes of a fibre: not stretched; stretched and pulling; stretched, but not pulling because it is let go too fast."""
+
 
 class Fibre(eqx.Module):
     """Kelvin-Voigt fibre, tension only.
@@ -36,9 +39,9 @@ class Fibre(eqx.Module):
     laws: tuple[FibreLaw, ...] = ()
     tension_law: str = eqx.field(static=True, default="clamped")
 
-    def memories(self) -> Memories:
-        """The laws' own states at the start, all zero."""
-        return tuple(tuple(jnp.zeros(()) for _ in law.memory) for law in self.laws)
+    def memories(self, length: jax.Array) -> Memories:
+        """The laws' own states after a long rest at `length`."""
+        return tuple(law.memory_at_rest(self.stretch(length)) for law in self.laws)
 
     def stretch(self, length: jax.Array) -> jax.Array:
         """Stretch of the fibre, in m, at a distance of its ends `length` beyond the nominal one."""
@@ -56,26 +59,42 @@ class Fibre(eqx.Module):
             added = added + law.tension(self.stiffness, e, rate, memory)
         return elastic + viscous + added
 
-    def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, taut: jax.Array) -> jax.Array:
-        """Tension in N; nil while slack."""
-        return jnp.where(taut > 0, self.pull(length, rate, memories), 0.0)
+    @property
+    def remembers(self) -> bool:
+        """Whether any law has states of its own, which go on with the stretch while the clamp holds the load at nil."""
+        return self.tension_law == "clamped" and any(law.memory for law in self.laws)
 
-    def margin(self, length: jax.Array, rate: jax.Array, memories: Memories, taut: jax.Array) -> jax.Array:
-        """Positive while the fibre stays as it is, taut or slack."""
+    def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
+        """Tension in N; nil unless loaded."""
+        return jnp.where(mode == LOADED, self.pull(length, rate, memories), 0.0)
+
+    def margin(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
+        """Positive while the fibre stays as it is, in m."""
         e = self.stretch(length)
-        if self.tension_law == "clamped":
-            # In metres, so that the two conditions for load are of one size at the switch.
-            e = jnp.minimum(e, self.pull(length, rate, memories) / self.stiffness)
-        return jnp.where(taut > 0, e, -e)
+        if self.tension_law == "heaviside":
+            return jnp.where(mode == LOADED, e, -e)
+        # In metres too, so that the two conditions for load are of one size at the switch.
+        load = self.pull(length, rate, memories) / self.stiffness
+        loaded = jnp.minimum(e, load)
+        if not self.remembers:
+            return jnp.where(mode == LOADED, loaded, -loaded)
+        return jnp.where(mode == LOADED, loaded, jnp.where(mode == LIMP, jnp.minimum(e, -load), -e))
 
-    def memory_rates(self, length: jax.Array, rate: jax.Array, memories: Memories, taut: jax.Array) -> Memories:
+    def memory_rates(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> Memories:
         """Rates of the laws' own states."""
-        e = self.stretch(length)
+        e, taut = self.stretch(length), mode != SLACK
         return tuple(law.memory_rate(e, rate, m, taut) for law, m in zip(self.laws, memories, strict=True))
 
-    def switch(self, memories: Memories, taut: jax.Array, crossed: jax.Array) -> tuple[Memories, jax.Array]:
-        """Memories and mode after the fibre has gone slack or taut."""
-        released = crossed & (taut > 0)
-        after = tuple(law.at_release(m) for law, m in zip(self.laws, memories, strict=True))
-        memories = jax.tree.map(lambda new, old: jnp.where(released, new, old), after, memories)
-        return memories, jnp.where(crossed, 1 - taut, taut)
+    def switch(
+        self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array, crossed: jax.Array
+    ) -> tuple[Memories, jax.Array]:
+        """Memories and mode after the fibre has changed its mode, or as they were."""
+        if not self.remembers:
+            after = jnp.where(mode == LOADED, SLACK, LOADED)
+        else:
+            limp = self.pull(length, rate, memories) < 0.0
+            after = jnp.where(self.stretch(length) < 0.0, SLACK, jnp.where(limp, LIMP, LOADED))
+        released = crossed & (after == SLACK)
+        forgot = tuple(law.at_release(m) for law, m in zip(self.laws, memories, strict=True))
+        memories = jax.tree.map(lambda new, old: jnp.where(released, new, old), forgot, memories)
+        return memories, jnp.where(crossed, after, mode)

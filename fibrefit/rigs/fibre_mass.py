@@ -27,7 +27,7 @@ class FibreMassState(NamedTuple):
 
 
 class FibreMass(eqx.Module):
-    """Weight, guide and fibre as a switched system; modes: the fibre's (0 slack, 1 taut), the guide's.
+    """Weight, guide and fibre as a switched system; modes: the fibre's and the guide's.
 
     Law
     ---
@@ -74,7 +74,7 @@ class FibreMass(eqx.Module):
         self, state: FibreMassState, mode: Mode, crossed: tuple[jax.Array, jax.Array], inputs: Any
     ) -> tuple[FibreMassState, Mode]:
         """State and mode after the switches `crossed`."""
-        memories, taut = self.fibre.switch(state.memories, mode[0], crossed[0])
+        memories, taut = self.fibre.switch(state.position, state.velocity, state.memories, mode[0], crossed[0])
         stopped = crossed[1] & (mode[1] != 0)
         state = FibreMassState(state.position, jnp.where(stopped, 0.0, state.velocity), memories)
         tension = self.tension(state, (taut, mode[1]))
@@ -83,7 +83,7 @@ class FibreMass(eqx.Module):
 
     def at_rest(self, position: jax.Array) -> tuple[FibreMassState, Mode]:
         """State and mode of a weight let go at `position`."""
-        state = FibreMassState(position, jnp.zeros(()), self.fibre.memories())
+        state = FibreMassState(position, jnp.zeros(()), self.fibre.memories(position))
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
         nowhere = (jnp.array(False), jnp.array(True))
         return self.switch(state, (taut, jnp.int32(0)), nowhere, None)

@@ -36,10 +36,13 @@ class Guide(eqx.Module):
 
     def single_valued(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """Sum of the forces that need no mode, in N; positive opposes motion in the + direction."""
-        total = jnp.zeros(())
+        total, viscosity = jnp.zeros(()), jnp.zeros(())
         for law in self.laws:
             total = total + law.force(position, velocity)
-        return total
+            viscosity = viscosity + law.viscosity()
+        for law in self.laws:
+            viscosity = viscosity * law.viscosity_factor(velocity)
+        return total + viscosity * velocity
 
     def net_force(
         self, drive: jax.Array, direction: jax.Array, position: jax.Array, velocity: jax.Array, tension: jax.Array

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, SensorLaw, laws_of
+from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
-from fibrefit.simulate.switched import Solution, inputs_at, solve
+from fibrefit.simulate.inputs import inputs_at
+from fibrefit.simulate.pieces import pieces_of
+from fibrefit.simulate.sensing import behind, chain_of, exactly_where
+from fibrefit.simulate.sensitivity import solve
+from fibrefit.simulate.switched import Solution
 
 
 class Experiment(NamedTuple):
@@ -29,7 +35,7 @@ class Experiment(NamedTuple):
     """
 
     times: jax.Array
-    count: jax.Array
+    count: jax.Array  # type: ignore[assignment]
     conditions: dict[str, jax.Array]
     inputs: dict[str, Any]
 
@@ -92,16 +98,27 @@ class Model:
         Response
         """
         laws = self.laws(values)
-        times, conditions, inputs = experiment.times, experiment.conditions, experiment.inputs
+        times, count, inputs = experiment.times, experiment.count, experiment.inputs
+        # A condition that no one knows is a value like any other, and is found.
+        conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
+        for law in laws_of(RigLaw, laws):
+            conditions = law.correct(conditions)
         system = self.rig.build(values, conditions, laws, self.tension_law)
         start = self.rig.start(system, values, conditions)
-        solution = solve(system, start.state, start.time, start.mode, times, experiment.count, inputs)
+        solution = solve(system, start.state, start.time, start.mode, times, count, inputs)
 
-        def observe(step: jax.Array, time: jax.Array, state: Any, mode: Any) -> dict[str, jax.Array]:
-            return self.rig.observe(system, state, mode, inputs_at(inputs, times, step, time))
+        def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
+            return self.rig.observe(system, state, mode, here)
 
-        steps = jax.numpy.minimum(jax.numpy.arange(times.shape[0]), times.shape[0] - 2)
-        channels = jax.vmap(observe)(steps, times, solution.states, solution.modes)
+        steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
+        here = jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
+        channels = jax.vmap(observe)(solution.states, solution.modes, here)
+        if chain := chain_of(laws):
+            lags, late_by, nil = chain
+            for role in (role for role in channels if role.startswith("force")):
+                felt = partial(_channel, observe, role)
+                pieces = pieces_of(felt, system, times, count, inputs, solution)
+                channels[role] = exactly_where(nil, channels[role], behind(pieces, lags, late_by, times))
         for sensor in laws_of(SensorLaw, laws):
             channels = sensor.measure(channels, times)
         if "position_zero" in values:
@@ -109,8 +126,10 @@ class Model:
         return Response(channels, solution)
 
 
+def _channel(observe: Any, role: str, *instant: Any) -> jax.Array:
+    return observe(*instant)[role]
+
+
 def dotted_parameter(effect: type[Effect], parameter: Parameter) -> Parameter:
     """Declaration of an effect's parameter under the name it bears in a model."""
-    from dataclasses import replace
-
     return replace(parameter, name=f"{effect.name}.{parameter.name}")
