@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import equinox as eqx
 import jax
@@ -15,19 +16,28 @@ from fibrefit.fit import judge, uncertainty
 from fibrefit.fit.advice import advice
 from fibrefit.fit.identifiability import weaknesses
 from fibrefit.fit.multistart import scattered, table
+from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
-from fibrefit.fit.second_opinion import second_opinion
-from fibrefit.fit.solve import Descent, descend, descend_all, widths
+from fibrefit.fit.second_opinion import second_opinion, value_root
+from fibrefit.fit.solve import Descent, costs, descend, descend_all, widths
 from fibrefit.fit.structure import Residuals, structure_checks
 from fibrefit.problem.phases import motion
 from fibrefit.problem.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 
-Progress = Callable[[str, float], None]
+Progress = Callable[[str, float | None], None]
 Z_95 = 1.959964
 
 
-def identify(task: Task, starts: int = 32, seed: int = 0, progress: Progress | None = None) -> Identification:
+def identify(
+    task: Task,
+    starts: int = 32,
+    seed: int = 0,
+    *,
+    robust: bool = False,
+    profile: bool = False,
+    progress: Progress | None = None,
+) -> Identification:
     """Fit from many starts, measure the uncertainty, and put the result to its checks.
 
     Parameters
@@ -37,6 +47,10 @@ def identify(task: Task, starts: int = 32, seed: int = 0, progress: Progress | N
         Number of starts, the one from the data included.
     seed : int
         Of the scatter of starts and of the bootstrap.
+    robust : bool
+        Let residuals beyond `SOFT_BEYOND` times the noise count less than quadratically.
+    profile : bool
+        Give shared parameters profile-likelihood intervals.
     progress : callable, optional
         Told what is being done and the share that is finished.
 
@@ -45,15 +59,36 @@ def identify(task: Task, starts: int = 32, seed: int = 0, progress: Progress | N
     Identification
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    if robust:
+        softened = Problem(task.problem.model, task.problem.layout, task.problem.observations, SOFT_BEYOND)
+        task = replace(task, problem=softened)
     problem = task.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(jnp.asarray(task.start)))
     found = _search(task, width, starts, seed, tell)
-    best = int(np.argmin(found.cost))
-    values = found.values[best]
     tell("second solver", 0.85)
+    values, agreed = _settled(task, width, found)
     linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(values)))
-    return _concluded(task, found, values, linear, seed, began, tell)
+    found_all = _concluded(task, found, values, linear, agreed, seed, tell)
+    if profile:
+        tell("profiles", 0.95)
+        found_all = _profiled(found_all, width, task.counts[-1:])
+    return replace(found_all, seconds=time.perf_counter() - began)
+
+
+SOFT_BEYOND = 3.0
+
+
+def _profiled(found: Identification, width: jax.Array, whole: np.ndarray) -> Identification:
+    estimates = list(found.estimates)
+    for i, (_, record) in enumerate(found.problem.layout.entries):
+        errors = estimates[i].std_errors
+        if record is None and np.isfinite(estimates[i].std_error):
+            interval = profile_interval(
+                found.problem, found.values, i, errors["white"], estimates[i].std_error, np.asarray(width), whole
+            )
+            estimates[i] = replace(estimates[i], interval_95=interval, interval_kind="profile likelihood")
+    return replace(found, estimates=tuple(estimates))
 
 
 @eqx.filter_jit
@@ -62,17 +97,15 @@ def _linearised(problem: Problem, values: jax.Array) -> Linearised:
 
 
 def _search(task: Task, width: jax.Array, number: int, seed: int, tell: Progress) -> Starts:
-    problem, counts = task.problem, jnp.asarray(task.counts)
+    problem = task.problem
     began = scattered(task.problem.layout, task.start, task.spread, number, seed)
     frees = jnp.stack([problem.layout.free(jnp.asarray(start)) for start in began])
+    # A model that lacks something may follow one set of horizons into a poor minimum and another into a better one.
+    counts = jnp.asarray(np.stack([task.counts[np.r_[i % (len(task.counts) - 1), -1]] for i in range(number)]))
     found: list[Descent] = []
     for i in range(0, number, CHUNK):
         tell("searching from many starts", 0.05 + 0.8 * i / number)
-        chunk = frees[i : i + CHUNK]
-        few = descend if number == 1 else descend_all
-        found.append(few(problem, chunk[0] if number == 1 else chunk, width, counts))
-    if number == 1:
-        found = [jax.tree.map(lambda leaf: leaf[None], found[0])]
+        found.append(descend_all(problem, frees[i : i + CHUNK], width, counts[i : i + CHUNK]))
     return table(problem, began, jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *found))
 
 
@@ -81,7 +114,7 @@ CHUNK = 8
 
 
 def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, linear: Linearised, seed: int, began: float, tell: Progress
+    task: Task, starts: Starts, values: np.ndarray, linear: Linearised, agreed: Check, seed: int, tell: Progress
 ) -> Identification:
     problem = task.problem
     tell("uncertainty", 0.9)
@@ -101,7 +134,7 @@ def _concluded(
     checks = (
         judge.finite(linear.residuals, moved.trouble, problem.layout.records),
         judge.converged(_promised(scores), bool(np.isfinite(starts.cost.min()))),
-        _second(problem, values, errors[method], float(starts.cost.min())),
+        agreed,
         judge.starts_agree(starts),
         judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
         judge.determined(weak),
@@ -125,7 +158,7 @@ def _concluded(
         starts=starts,
         checks=checks,
         advice=advice(problem, values, scores.normal_matrix(), covariance, weak, checks),
-        seconds=time.perf_counter() - began,
+        seconds=0.0,
     )
 
 
@@ -232,11 +265,30 @@ def _residuals(task: Task, scaled: np.ndarray, moved: object) -> Residuals:
     )
 
 
-def _second(problem: Problem, values: np.ndarray, errors: np.ndarray, cost: float) -> Check:
-    """Another solver, from a few standard errors away, to and fro."""
-    errors = np.where(np.isfinite(errors), errors, 0.0)
-    safe = np.where(errors > 0.0, errors, np.maximum(1e-3 * np.abs(values), 1e-9))
-    other = second_opinion(problem, values + 3.0 * safe * (-1.0) ** np.arange(len(values)), safe)
-    seen = errors > 0.0
-    distance = float(np.max(np.abs(other.values - values)[seen] / errors[seen], initial=0.0))
-    return judge.second_solver(distance, cost - other.cost)
+def _settled(task: Task, width: jax.Array, starts: Starts) -> tuple[np.ndarray, Check]:
+    """Best values, and whether another solver ends there too; if it ends lower, the search goes on from its place."""
+    problem, whole = task.problem, jnp.asarray(task.counts[-1:])
+    values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
+    for _ in range(SECOND_CHANCES):
+        errors = _rough_errors(problem, values, cost)
+        other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
+        gain = cost - other.cost
+        if not gain > judge.SETTLED:
+            break
+        found = descend(problem, problem.layout.free(jnp.asarray(other.values)), width, whole)
+        values = np.asarray(problem.layout.values(found.free))
+        cost = float(costs(problem, found.free[None])[0])
+    return values, judge.second_solver(float(np.max(np.abs(other.values - values) / errors)), gain)
+
+
+SECOND_CHANCES = 3
+
+
+def _rough_errors(problem: Problem, values: np.ndarray, cost: float) -> np.ndarray:
+    """Standard errors ``(n_free,)`` under white noise of the residuals' size; a small step where data see nothing."""
+    root = np.asarray(value_root(problem, jnp.asarray(values)))[:, :-1]
+    scale = np.linalg.norm(root, axis=0)
+    seen = scale > 0.0
+    inverse = np.linalg.pinv(root / np.where(seen, scale, 1.0), rcond=1e-8) / np.where(seen, scale, 1.0)[:, None]
+    errors = np.linalg.norm(inverse, axis=1) * np.sqrt(cost / float(problem.n_measured))
+    return np.where(seen & (errors > 0.0), errors, np.maximum(1e-3 * np.abs(values), 1e-9))

@@ -14,6 +14,8 @@ GAP = 1.1
 """The noise itself is known to a few percent; a gap beyond this is the model's."""
 SETTLED = 0.01
 """Fall of the cost that one more Gauss-Newton step still promises, in units where 1 is one standard error."""
+ASTRAY = 25.0
+"""Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
 AGREEMENT = 0.1
 """Difference between solvers in standard errors."""
 STARTS = 0.8
@@ -25,9 +27,10 @@ def converged(promised: float, success: bool) -> Check:
     says = (
         "The solver arrived at a minimum."
         if passed
-        else f"The solver did not arrive: another step still promises a fall of {promised:.3g}."
+        else f"The solver ended where another step still promises a fall of the cost by {promised:.3g}: at a kink, "
+        "where a bounce begins or ceases, or short of the minimum."
     )
-    return Check("the solver converged", passed, says, promised, SETTLED, fatal=True)
+    return Check("the solver converged", passed, says, promised, SETTLED, fatal=not promised <= ASTRAY)
 
 
 def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:

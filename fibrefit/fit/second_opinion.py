@@ -71,10 +71,11 @@ class _Root:
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         if self._place is None or not np.array_equal(values, self._place):
-            self._place, self._root = values.copy(), np.asarray(_value_root(self._problem, jnp.asarray(values)))
+            self._place, self._root = values.copy(), np.asarray(value_root(self._problem, jnp.asarray(values)))
         return self._root
 
 
 @eqx.filter_jit
-def _value_root(problem: Problem, values: jax.Array) -> jax.Array:
+def value_root(problem: Problem, values: jax.Array) -> jax.Array:
+    """Residuals and Jacobian per SI unit compressed to ``(n_free + 1, n_free + 1)``; see `gram_root`."""
     return gram_root(problem.gram(values))

@@ -117,9 +117,15 @@ def descend(problem: Problem, start: jax.Array, width: jax.Array, counts: jax.Ar
 
 @eqx.filter_jit
 def descend_all(problem: Problem, starts: jax.Array, width: jax.Array, counts: jax.Array) -> Descent:
-    """`descend` from many starts ``(n_start, n_free)``; leaves of the result are ``(n_start, ...)``."""
+    """`descend` from many starts ``(n_start, n_free)``, each with horizons of its own ``(n_start, n_stage, n_record)``.
+
+    Returns
+    -------
+    Descent
+        Leaves ``(n_start, ...)``.
+    """
     # One after the other: starts need very different numbers of steps, and in lock step all would wait for the slowest.
-    return jax.lax.map(lambda start: descend(problem, start, width, counts), starts)
+    return jax.lax.map(lambda pair: descend(problem, pair[0], width, pair[1]), (starts, counts))
 
 
 @eqx.filter_jit

@@ -110,7 +110,9 @@ def _slots(
         said = tuple(None if np.isnan(trace.conditions[condition.name]) else 0.0 for trace in traces)
         if condition.name in LEARNT and None in said:
             held = tuple(row.get(condition.name) for row in stated)
-            slots.append(Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ()))
+            slots.append(
+                Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ())
+            )
     return tuple(slots)
 
 
@@ -148,12 +150,13 @@ def first_size(parameter: Parameter) -> float:
 def _spread(
     declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
 ) -> dict[str, float]:
-    return {
-        name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed
-    }
+    return {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
 
 
 def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
-    first = [int(np.searchsorted(trace.times, end)) for trace, end in zip(traces, starting.settled, strict=True)]
-    whole = [len(trace.times) for trace in traces]
-    return np.array([first, whole], dtype=np.int32)
+    """Samples up to the end of the first contact, up to twice that span of motion, and all."""
+    rows = []
+    for trace, begin, end in zip(traces, starting.moving, starting.settled, strict=True):
+        spans = [end, begin + 2.0 * (end - begin), np.inf]
+        rows.append([int(np.searchsorted(trace.times, instant)) for instant in spans])
+    return np.array(rows, dtype=np.int32).T

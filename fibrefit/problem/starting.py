@@ -23,6 +23,8 @@ class Starting:
         One for each parameter of the base model.
     each : dict of (n_record,)
         One for each nuisance and each condition that had to be learnt.
+    moving : (n_record,)
+        Instant [s] at which the motion begins.
     settled : (n_record,)
         Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
     spread : dict of float
@@ -31,6 +33,7 @@ class Starting:
 
     shared: dict[str, float]
     each: dict[str, np.ndarray]
+    moving: np.ndarray
     settled: np.ndarray
     spread: dict[str, float]
 
@@ -72,6 +75,7 @@ def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
             "release": np.array([drop.release for drop in drops]),
             "lift": np.array([drop.lift for drop in drops]),
         },
+        moving=np.array([drop.release for drop in drops]),
         settled=np.array(settled),
         spread={"stiffness": 2.0, "damping": 5.0, "friction": 5.0},
     )

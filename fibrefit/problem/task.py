@@ -25,7 +25,7 @@ class Task:
     spread : mapping of name to factor
         A shared parameter is searched between start / factor and start * factor.
     counts : (n_stage, n_record) int
-        Samples of each record in horizons that grow to the whole record.
+        Samples of each record in horizons; the last one is the whole record, the others are ways to begin.
     noise : mapping of channel to Noise
     noise_given : tuple of str
         Channels whose noise the study states.

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.observations import Trace
 from fibrefit.rigs.rig import Rig
 
@@ -26,7 +26,10 @@ class Measured(Protocol):
     def channels(self) -> Mapping[str, np.ndarray]: ...
 
     @property
-    def masks(self) -> Mapping[str, np.ndarray]: ...
+    def rate(self) -> float: ...
+
+    @property
+    def uniform(self) -> bool: ...
 
 
 def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> Trace:
@@ -35,7 +38,7 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     Parameters
     ----------
     record : Measured
-        Channels in SI units with masks, True where valid.
+        Channels in SI units, NaN where a sample is damaged.
     rig : Rig
     stated : mapping of str to float or None
         What the study says of the record, in SI units.
@@ -48,6 +51,8 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     ------
     StudyError
         If a condition the rig needs is missing.
+    DataError
+        If a channel the rig needs is missing, or an input has holes.
     """
     conditions = {}
     for condition in rig.conditions:
@@ -61,9 +66,38 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
                 f"Give it in the record, under [rig], or with --set rig.{condition.name}=...",
             )
         conditions[condition.name] = float(value)
-    channels = {name: np.where(record.masks[name], record.channels[name], np.nan) for name in rig.channels}
-    inputs = {name: np.where(record.masks[name], record.channels[name], np.nan)[:, None] for name in rig.inputs}
-    return Trace(record.name, np.asarray(record.time, dtype=float), channels, inputs, conditions)
+    for name in (*rig.channels, *rig.inputs):
+        if name not in record.channels:
+            raise DataError(
+                record.name,
+                f"no {name} channel",
+                f"one, for a {rig.kind} rig",
+                f'Name its column: [channels] {name} = "...".',
+            )
+    times, place = _grid(record)
+    spread = {name: _spread(record.channels[name], place, len(times)) for name in (*rig.channels, *rig.inputs)}
+    return Trace(
+        record.name,
+        times,
+        {name: spread[name] for name in rig.channels},
+        {name: spread[name][:, None] for name in rig.inputs},
+        conditions,
+    )
+
+
+def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:
+    """Instants of an unbroken grid, and the place of each sample in it: what is missing is left out, not bridged."""
+    times = np.asarray(record.time, dtype=float)
+    if not record.uniform:
+        return times, np.arange(len(times))
+    place = np.round((times - times[0]) * record.rate).astype(int)
+    return times[0] + np.arange(place[-1] + 1) / record.rate, place
+
+
+def _spread(values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    full = np.full(size, np.nan)
+    full[place] = values
+    return full
 
 
 LEARNT = ("lift",)

@@ -1,0 +1,75 @@
+"""Profile-likelihood intervals: where the best fit with one value held becomes significantly worse.
+
+Source
+------
+Venzon and Moolgavkar, Appl. Stat. 37 (1988). The threshold is widened by the square of what correlated noise does to the
+standard error, as a composite likelihood's is (Pace, Salvan and Sartori, Stat. Sinica 21 (2011)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.fit.solve import costs, descend
+from fibrefit.problem.problem import Problem
+
+CHI2_95 = 3.841459
+FARTHEST = 8.0
+"""Distance in standard errors beyond which an end of the interval is not searched."""
+
+
+def profile_interval(
+    problem: Problem, values: np.ndarray, index: int, white: float, honest: float, width: np.ndarray, whole: np.ndarray
+) -> tuple[float, float]:
+    """95 % interval of one free value.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+        Of the best fit.
+    index : int
+        The value's place.
+    white, honest : float
+        Its standard error for white noise and for the noise as it is, in SI units.
+    width : (n_free,)
+        Unit of the solver's steps, see `solve.widths`.
+    whole : (1, n_record) int
+        Samples of each record.
+
+    Returns
+    -------
+    tuple of float
+        In SI units; infinite where the cost never rises enough within reach.
+    """
+    best = problem.layout.free(jnp.asarray(values))
+    lowest = float(costs(problem, best[None])[0])
+    rise = CHI2_95 * (honest / white) ** 2 * lowest / float(problem.n_measured)
+    held = jnp.asarray(width).at[index].set(0.0)
+
+    def excess(value: float) -> float:
+        start = problem.layout.free(jnp.asarray(np.where(np.arange(len(values)) == index, value, values)))
+        found = descend(problem, start, held, jnp.asarray(whole))
+        return float(costs(problem, found.free[None])[0]) - lowest - rise
+
+    limits = problem.layout.entries[index][0].range
+    low = _crossing(excess, values[index], -1.96 * honest, max(limits.lower, values[index] - FARTHEST * honest))
+    high = _crossing(excess, values[index], 1.96 * honest, min(limits.upper, values[index] + FARTHEST * honest))
+    return low if low is not None else limits.lower, high if high is not None else limits.upper
+
+
+def _crossing(excess: Callable[[float], float], centre: float, step: float, last: float) -> float | None:
+    """Where the excess turns positive on the way from `centre` past ``centre + step`` to `last`; None if nowhere."""
+    from scipy.optimize import brentq
+
+    inner, outer = centre, centre + step
+    while True:
+        outer = max(outer, last) if step < 0.0 else min(outer, last)
+        if excess(outer) > 0.0:
+            return float(brentq(excess, inner, outer, xtol=1e-3 * abs(step), rtol=1e-12))
+        if outer == last:
+            return None
+        inner, outer = outer, outer + step

@@ -1,0 +1,9 @@
+"""From a study to a result on disk: the only floor that knows all the others."""
+
+from __future__ import annotations
+
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import model_of, read_records, task_of
+from fibrefit.workflow.simulate import Simulation, simulate_study
+
+__all__ = ["Fit", "Simulation", "fit_study", "model_of", "read_records", "simulate_study", "task_of"]

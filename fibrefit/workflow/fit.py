@@ -1,0 +1,156 @@
+"""``fit``: a study in, an identification out, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fibrefit.fit.identify import identify
+from fibrefit.fit.result import Estimate, Identification
+from fibrefit.records import Record
+from fibrefit.report.text import fit_report
+from fibrefit.store import ResultDirectory
+from fibrefit.store.hdf5 import write_result
+from fibrefit.store.summary import provenance, write_summary
+from fibrefit.study import Study
+from fibrefit.study.summaries import FitSummary
+from fibrefit.workflow.fit_files import fit_groups, fit_summary
+from fibrefit.workflow.prepare import read_records, task_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STARTS = 32
+
+
+@dataclass(frozen=True)
+class Fit:
+    """An identified study.
+
+    Parameters
+    ----------
+    study : Study
+    records : tuple of Record
+    identification : Identification
+    seed : int
+    """
+
+    study: Study
+    records: tuple[Record, ...]
+    identification: Identification
+    seed: int
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return self.identification.status
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Parameters that all records share, by name, in SI units."""
+        return self.identification.parameters
+
+    @property
+    def values(self) -> np.ndarray:
+        """All free values, ``(n_free,)`` in SI units."""
+        return self.identification.values
+
+    def summary(self) -> FitSummary:
+        """Content of ``summary.json``."""
+        inputs = self.study.input_files()
+        origin = provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.identification.seconds)
+        return fit_summary(self.study, self.records, self.identification, origin)
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return fit_report(self.summary())
+
+    def plot(self) -> dict[str, Figure]:
+        """Figures by name: records, snaps, starts, correlation."""
+        from fibrefit.plots import fit_figures
+
+        return fit_figures(self.identification)
+
+    def save(self, out: Path | str, *, force: bool = False) -> Path:
+        """Write ``summary.json``, ``result.h5`` and the figures, whole or not at all.
+
+        Parameters
+        ----------
+        out : pathlib.Path or str
+            Folder of the result.
+        force : bool
+            Replace an earlier result there.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder exists and may not be replaced.
+        """
+        with ResultDirectory(Path(out), force=force) as directory:
+            summary = self.summary()
+            write_summary(directory.path, summary)
+            assert summary.provenance is not None
+            groups = fit_groups(self.identification)
+            write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
+            resolved = self.study.resolved_toml(relative_to=directory.out)
+            (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
+            self._draw(directory.path / "figures")
+        return directory.out
+
+    def _draw(self, folder: Path) -> None:
+        from fibrefit.plots import save_figures
+
+        save_figures(self.plot(), folder)
+
+
+def fit_study(
+    study: Study,
+    *,
+    starts: int = STARTS,
+    seed: int = 0,
+    robust: bool = False,
+    profile: bool = False,
+    progress: Callable[[str, float | None], None] | None = None,
+) -> Fit:
+    """Identify the model of a study from its records by least squares.
+
+    Parameters
+    ----------
+    study : Study
+    starts : int
+        Number of starts of the search.
+    seed : int
+        Of the scatter of starts and of the bootstrap; the same seed gives the same result.
+    robust : bool
+        Let residuals beyond three times the noise count less (soft L1).
+    profile : bool
+        Replace the normal intervals of shared parameters by profile-likelihood ones.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If the study and the model do not fit together.
+    """
+    if progress:
+        progress("reading records", None)
+    records = read_records(study)
+    task = task_of(study, records)
+    found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+    return Fit(study, records, found, seed)

@@ -1,0 +1,155 @@
+"""An identification as the files of a result: the summary and the groups of ``result.h5``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fibrefit.fit.result import Estimate, Gap, Identification, Starts, total
+from fibrefit.problem.phases import PHASES
+from fibrefit.records import Record
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study import Study
+from fibrefit.study.summaries import (
+    Basin,
+    ChannelGap,
+    CheckSummary,
+    FitSummary,
+    ParameterSummary,
+    Provenance,
+    RecordSummary,
+    StartsSummary,
+)
+from fibrefit.study.summaries import Gap as GapSummary
+
+DETERMINED = "every parameter is determined"
+
+
+def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:
+    """Content of ``summary.json`` of a fit."""
+    return FitSummary(
+        status=found.status,  # type: ignore[arg-type]
+        study=study.name,
+        rig=study.kind,
+        parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
+        gap=gap_summary(found.gap),
+        records={record.name: _record_summary(record, found) for record in records},
+        checks=tuple(
+            CheckSummary(
+                name=check.name,
+                passed=check.passed,
+                says=check.says,
+                statistic=finite(check.statistic),
+                threshold=finite(check.threshold),
+                unit=check.unit,
+                fatal=check.fatal,
+            )
+            for check in found.checks
+        ),
+        starts=starts_summary(found.starts),
+        effects=tuple(effect.name for effect in found.problem.model.effects),
+        error_method=found.method,
+        error_inflation=finite(found.inflation),
+        findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
+        advice=found.advice,
+        provenance=origin,
+    )
+
+
+def parameter_summary(estimate: Estimate) -> ParameterSummary:
+    """An estimate as `summary.json` has it."""
+    known = estimate.free and math.isfinite(estimate.std_error)
+    return ParameterSummary(
+        value=estimate.value,
+        std_error=estimate.std_error if known else None,
+        interval_95=estimate.interval_95 if known else None,
+        unit=estimate.unit,
+        free=estimate.free,
+        at_bound=estimate.at_bound,
+        std_errors={method: finite(error) for method, error in estimate.std_errors.items()},
+        interval_kind=estimate.interval_kind,
+    )
+
+
+def gap_summary(gap: Gap) -> GapSummary:
+    """A gap as `summary.json` has it."""
+    channels = {
+        name: ChannelGap(rms=channel.rms, unit=channel.unit, noise=channel.noise, ratio=channel.ratio)
+        for name, channel in gap.items()
+    }
+    return GapSummary(total=total(gap), **channels)  # type: ignore[arg-type]
+
+
+def starts_summary(starts: Starts) -> StartsSummary:
+    """The table of starts, a line for each basin."""
+    basins = []
+    for basin in range(min(int(starts.basin.max()) + 1, 8)):
+        inside = starts.basin == basin
+        first = int(np.flatnonzero(inside)[np.argmin(starts.cost[inside])])
+        values = dict(zip(starts.names, starts.ended[first].tolist(), strict=True))
+        excess = float(starts.cost[first] / starts.cost.min() - 1.0) if basin else 0.0
+        basins.append(Basin(cost=excess, starts=int(inside.sum()), parameters=values))
+    return StartsSummary(tried=starts.tried, agreeing=starts.agreeing, basins=tuple(basins))
+
+
+def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: estimates, data, the model's readings and residuals, starts."""
+    problem = found.problem
+    channels, records = problem.model.rig.channels, np.array(problem.layout.records, dtype=object)
+    names = np.array(problem.layout.free_names, dtype=object)
+    times = np.asarray(problem.observations.experiment.times)
+    grid = ("record", "sample")
+    shared = {"record": Variable(records, ("record",)), "time": Variable(times, grid, "s", "Time of each sample.")}
+    unit = {name: channel.unit for name, channel in found.gap.items()}
+    observed = {}
+    for name in channels:
+        counted = np.asarray(problem.observations.weight[name]) > 0.0
+        measured = np.where(counted, np.asarray(problem.observations.measured[name]), np.nan)
+        observed[name] = Variable(measured, grid, unit[name], "Measured; NaN where masked or beyond the record.")
+    return {
+        "estimate": {
+            "parameter": Variable(names, ("parameter",), doc="Free values; name[record] where each has its own."),
+            "value": Variable(found.values, ("parameter",), doc="SI units."),
+            "covariance": Variable(found.covariance, ("parameter", "parameter_2"), doc=f"From {found.method}."),
+            "parameter_2": Variable(names, ("parameter_2",)),
+        },
+        "observed_data": {**shared, **observed},
+        "predictions": {
+            **shared,
+            **{name: Variable(found.readings[name], grid, unit[name], "Simulated.") for name in channels},
+            "phase": Variable(found.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES))),
+        },
+        "residuals": {
+            **shared,
+            **{
+                name: Variable(found.residuals[:, i], grid, doc="Simulated minus measured over the noise.")
+                for i, name in enumerate(channels)
+            },
+        },
+        "starts": _starts_group(found.starts),
+    }
+
+
+def _starts_group(starts: Starts) -> Mapping[str, Variable]:
+    return {
+        "parameter": Variable(np.array(starts.names, dtype=object), ("parameter",)),
+        "began": Variable(starts.began, ("start", "parameter"), doc="SI units."),
+        "ended": Variable(starts.ended, ("start", "parameter"), doc="SI units."),
+        "cost": Variable(starts.cost, ("start",), doc="Sum of squared residuals over the noise."),
+        "basin": Variable(starts.basin, ("start",), doc="0 for the best minimum; -1 where the solver gave up."),
+    }
+
+
+def _record_summary(record: Record, found: Identification) -> RecordSummary:
+    own = {e.name: parameter_summary(e) for e in found.estimates if e.record == record.name}
+    masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
+    return RecordSummary(
+        gap=gap_summary(found.record_gaps[record.name]), parameters=own, samples=len(record.time), masked=masked
+    )
+
+
+def finite(value: float | None) -> float | None:
+    """The number, or None where JSON has none."""
+    return None if value is None or not math.isfinite(value) else float(value)

@@ -1,0 +1,61 @@
+"""What every command does first: read the records of a study, assemble its model, state the problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fibrefit.core.errors import StudyError
+from fibrefit.effects.catalogue import select_effects
+from fibrefit.problem.formulate import formulate
+from fibrefit.problem.task import Task
+from fibrefit.records import Record, read_record
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulate.model import Model
+from fibrefit.study import Study
+
+
+def model_of(study: Study) -> Model:
+    """Model of a study: its rig with the effects it names.
+
+    Raises
+    ------
+    StudyError
+        If an effect is unknown or does not suit the rig.
+    """
+    effects = select_effects(study.model.effects, study.kind, study.source.parent)
+    return Model(RIGS[study.kind], effects, study.model.tension_law)
+
+
+def read_records(study: Study) -> tuple[Record, ...]:
+    """Records of a study, in its order.
+
+    Raises
+    ------
+    DataError
+        If a file is not understood.
+    StudyError
+        If a record is planned only and has no file.
+    """
+    return tuple(_read(study, record) for record in study.records)
+
+
+def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
+    """Task of a study.
+
+    Parameters
+    ----------
+    study : Study
+    records : sequence of Record, optional
+        Its records where they have been read already.
+    """
+    return formulate(study, read_records(study) if records is None else records, model_of(study))
+
+
+def _read(study: Study, record: object) -> Record:
+    file, label = record.file, record.label  # type: ignore[attr-defined]
+    if file is None:
+        raise StudyError(str(study.source), f'record "{label}" has no file', "a measured record", "Name its file.")
+    channels = {role: header for role, header in study.channels if header}
+    units = {role: unit for role, _ in study.channels if (unit := study.unit_of(role))}
+    rate = getattr(record, "sampling_rate", None)
+    return read_record(study.path_of(file), channels=channels, units=units, rate=rate, name=label)

@@ -1,0 +1,94 @@
+"""``simulate``: what the model of a study says of each record's conditions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.task import Task
+from fibrefit.store import ResultDirectory
+from fibrefit.store.files import write_whole
+from fibrefit.study import Study
+from fibrefit.workflow.prepare import task_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PRINTED = {
+    "force": ("force [N]", 1.0, "%.6g"),
+    "position": ("position [mm]", 1e3, "%.6g"),
+    "drive": ("drive [mm]", 1e3, "%.6g"),
+}
+"""Header, factor from SI, and format of each channel as written."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Simulated records.
+
+    Parameters
+    ----------
+    study : Study
+    task : Task
+    readings : dict of channel to (n_record, n_time) in SI units
+    """
+
+    study: Study
+    task: Task
+    readings: dict[str, np.ndarray]
+
+    def table(self, record: int) -> tuple[list[str], np.ndarray]:
+        """Headers and columns ``(n_time, n_column)`` of one record as it is written."""
+        trace = self.task.traces[record]
+        headers, columns = ["time [s]"], [trace.times]
+        for channel, values in self.readings.items():
+            header, factor, _ = PRINTED[channel]
+            headers.append(header)
+            columns.append(values[record, : len(trace.times)] * factor)
+        for name, values in trace.inputs.items():
+            header, factor, _ = PRINTED[name]
+            headers.append(header)
+            columns.append(values[:, 0] * factor)
+        return headers, np.column_stack(columns)
+
+    def plot(self) -> dict[str, Figure]:
+        """One figure a record."""
+        from fibrefit.plots import simulation_figures
+
+        return simulation_figures(self.task, self.readings)
+
+    def save(self, out: Path | str, *, force: bool = False) -> Path:
+        """Write ``simulated/<record>.csv`` and the figures, whole or not at all."""
+        from fibrefit.plots import save_figures
+
+        with ResultDirectory(Path(out), force=force) as directory:
+            for r, trace in enumerate(self.task.traces):
+                headers, columns = self.table(r)
+                rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
+                path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write_whole(path, "\n".join(rows) + "\n")
+            save_figures(self.plot(), directory.path / "figures")
+        return directory.out
+
+
+def simulate_study(study: Study) -> Simulation:
+    """Simulate every record of a study at the study's initial values.
+
+    Parameters
+    ----------
+    study : Study
+        Parameters without an `initial` take the value the record itself suggests.
+
+    Returns
+    -------
+    Simulation
+    """
+    task = task_of(study)
+    values = jnp.asarray(task.start)
+    readings = {name: np.asarray(array) for name, array in task.problem.readings(values).items()}
+    return Simulation(study, task, readings)
