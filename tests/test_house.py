@@ -62,11 +62,11 @@ def name_of(path: Path) -> str:
 MODULES = {name_of(path): ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
-def imports(module: str, *, at_import_only: bool = False) -> Iterator[str]:
-    """Dotted names `module` imports; those inside functions too, unless only import time counts."""
+def imports(module: str, *, at_import_only: bool = False, for_types: bool = True) -> Iterator[str]:
+    """Dotted names `module` imports: inside functions unless only import time counts, and those for types if asked."""
     tree = MODULES[module]
     is_package = any(other.startswith(f"{module}.") for other in MODULES)
-    for node in _statements(tree) if at_import_only else ast.walk(tree):
+    for node in _statements(tree, not at_import_only, for_types and not at_import_only):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -81,14 +81,14 @@ def imports(module: str, *, at_import_only: bool = False) -> Iterator[str]:
             yield from names
 
 
-def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+def _statements(tree: ast.AST, in_functions: bool, for_types: bool) -> Iterator[ast.AST]:
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+        if not in_functions and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             continue
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if not for_types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         yield node
-        yield from _statements(node)
+        yield from _statements(node, in_functions, for_types)
 
 
 def own_imports(module: str, *, at_import_only: bool = False) -> set[str]:
@@ -132,7 +132,7 @@ def test_no_import_cycle() -> None:
 
 @pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
 def test_each_outside_package_has_its_importers(module: str) -> None:
-    for name in imports(module):
+    for name in imports(module, for_types=False):
         owners = SOLE_IMPORTERS.get(name.split(".")[0])
         allowed = owners is None or any(module == owner or module.startswith(f"{owner}.") for owner in owners)
         assert allowed, f"{module} imports {name}: only {', '.join(sorted(owners or ()))} may"

@@ -16,6 +16,8 @@ from fibrefit.core.errors import FibrefitError, did_you_mean
 COMMANDS = {
     "init": "Write a study that runs, with a demonstration record.",
     "inspect": "Say what was understood of records or of a study.",
+    "simulate": "Compute the response of the model to the conditions of each record.",
+    "fit": "Identify the parameters by least squares.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
     "doctor": "Check the installation.",

@@ -82,3 +82,36 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
 def is_study(file: str) -> bool:
     """Whether a word of the command line names a study rather than a record."""
     return Path(file).is_dir() or Path(file).suffix.lower() == ".toml"
+
+
+def result_directory(study: Study, out: Path | None, force: bool, *settings: str) -> Path:
+    """Folder of the result, refused before any work is done for it.
+
+    Parameters
+    ----------
+    study : Study
+        What is worked on; the default folder is named after it.
+    out : pathlib.Path or None
+        Value of ``--out``.
+    force : bool
+        Whether an earlier result may be replaced.
+    settings : str
+        All else the result depends on.
+
+    Returns
+    -------
+    pathlib.Path
+        `out`, or ``results/<study>-<hash>``.
+
+    Raises
+    ------
+    UsageError
+        If it exists and may not be replaced.
+    """
+    from fibrefit.store.directory import ResultDirectory, default_directory
+    from fibrefit.store.files import sha256_of
+
+    digests = [sha256_of(path) for path in study.input_files() if path.is_file()]
+    folder = out or default_directory(study.name, study.resolved_toml(), *digests, *settings)
+    ResultDirectory(folder, force=force).check()
+    return folder

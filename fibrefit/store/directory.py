@@ -78,9 +78,8 @@ class ResultDirectory:
         self._shown, self._force, self._resume, self._keep = out, force, resume, keep
 
     def __enter__(self) -> Self:
-        """Make the folder to write to, after all that could forbid the run has been looked at."""
-        self._check_out()
-        self._check_partial()
+        """Make the folder to write to, unless something forbids it."""
+        self.check()
         if self._resume:
             self.previous = next((folder for folder in (self.path, self.out) if folder.is_dir()), None)
         elif self.path.exists():
@@ -102,6 +101,17 @@ class ResultDirectory:
             shutil.rmtree(self.path, ignore_errors=True)
         elif error is not None:
             error.add_note(f"What was done is kept in {self._shown}.partial; --resume goes on from there.")
+
+    def check(self) -> None:
+        """Refuse now what would be refused on entering: before long work, that is.
+
+        Raises
+        ------
+        UsageError
+            If OUT exists and may not be replaced, or another process is writing it.
+        """
+        self._check_out()
+        self._check_partial()
 
     @property
     def kept(self) -> Path | None:

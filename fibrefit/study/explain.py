@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -19,6 +20,7 @@ EXPECTED = {
     "dict_type": "a table",
     "tuple_type": "a list",
     "string_too_short": "some text",
+    "string_too_long": "one character",
 }
 
 
@@ -87,7 +89,7 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
         return f'no "{key}"', "it to be given", ""
     if kind in ("literal_error", "union_tag_invalid"):
         choices = context["expected"] if kind == "literal_error" else context["expected_tags"]
-        known = [word.strip("' ") for word in choices.replace(" or ", ", ").split(",")]
+        known = re.findall(r"'([^']*)'", choices)
         word = context.get("tag", found)
         do = did_you_mean(word, known) if isinstance(word, str) else ""
         return shown(word), " or ".join(f'"{name}"' for name in known), do

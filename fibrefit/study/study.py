@@ -15,6 +15,7 @@ from fibrefit.core.units import to_si
 from fibrefit.study import rigs
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
+from fibrefit.study.reading import Files, reading_arguments
 from fibrefit.study.table import Table
 from fibrefit.study.toml import to_toml
 
@@ -43,6 +44,7 @@ class Study(Table):
     units: dict[str, StrictStr] = Field(
         default_factory=dict, description="Unit of a column, by role or header, where the header has none."
     )
+    files: Files = Files()
     model: Model = Model()
     parameters: dict[str, ParameterTable] = Field(default_factory=dict)
     noise: Any
@@ -76,6 +78,10 @@ class Study(Table):
     def unit_of(self, role: str) -> str | None:
         """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""
         return self.units.get(role) or self.units.get(getattr(self.channels, role, None) or "")
+
+    def reading(self, record: Any) -> dict[str, Any]:
+        """Arguments for the reader of a record's file, see `reading_arguments`."""
+        return reading_arguments(dict(self.channels), self.units, self.files, record.sampling_rate)
 
     def check_effects(self, known: Iterable[str]) -> None:
         """Refuse effects that are not in the catalogue; those in the user's own files are left to their loader.

@@ -1,0 +1,48 @@
+"""``fibrefit fit``: least squares."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+#: Exit code of a run that ended but whose result did not pass its own checks.
+NOT_TRUSTED = 5
+
+
+@click.command("fit")
+@study_options
+@click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Number of starts of the search.")
+@click.option("--robust", is_flag=True, help="Let residuals far beyond the noise count less.")
+@click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    files: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    force: bool,
+    seed: int,
+    starts: int,
+    robust: bool,
+    profile: bool,
+) -> int:
+    """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
+    study = study_from(files, rig, overrides)
+    folder = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
+    from fibrefit.workflow import fit_study
+
+    with shown_progress(terminal) as progress:
+        fit = fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+        progress("drawing and writing", None)
+        fit.save(folder, force=force)
+    summary = fit.summary()
+    terminal.answer(fit.report(), summary.model_dump(mode="json", by_alias=True))
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, figures.")
+    return NOT_TRUSTED if fit.status == "failed" else 0

@@ -1,0 +1,91 @@
+"""How the files of a study are to be read: what their columns are, and what they do not say themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, StrictStr, ValidationError
+
+from fibrefit.study.explain import explained
+from fibrefit.study.overrides import apply_overrides
+from fibrefit.study.places import Places
+from fibrefit.study.rigs import ROLE_UNITS
+from fibrefit.study.table import Table
+
+
+class Files(Table):
+    """``[files]``: what has to be said of files that can be read in two ways, or have no headings."""
+
+    columns: tuple[StrictStr, ...] = Field(default=(), description='Headings in order: ["time [s]", "force [N]"].')
+    delimiter: StrictStr | None = Field(
+        default=None, min_length=1, max_length=1, description="Character between columns."
+    )
+    decimal: Literal[".", ","] | None = Field(default=None, description="Character before decimals.")
+
+
+class Reading(Table):
+    """The parts of a study that tell how to read a file; all that counts for bare files."""
+
+    channels: dict[Literal[tuple(ROLE_UNITS)], StrictStr] = Field(default_factory=dict)  # type: ignore[valid-type]
+    units: dict[str, StrictStr] = Field(default_factory=dict)
+    files: Files = Files()
+
+
+def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
+    """Arguments for the reader of bare files.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        Such as ``units.force=kN``, ``channels.force=Kraft`` or ``files.decimal=,``.
+
+    Returns
+    -------
+    dict
+        As `reading_arguments`.
+
+    Raises
+    ------
+    StudyError
+        If an override is not known or has a wrong value.
+    """
+    raw: dict[str, Any] = {}
+    place = Places(Path("command line"), None, apply_overrides(raw, overrides))
+    try:
+        reading = Reading.model_validate(raw)
+    except ValidationError as error:
+        raise explained(error, raw, place) from None
+    return reading_arguments(reading.channels, reading.units, reading.files)
+
+
+def reading_arguments(
+    channels: Mapping[str, str | None], units: Mapping[str, str], files: Files, rate: float | None = None
+) -> dict[str, Any]:
+    """Arguments for the reader of a file.
+
+    Parameters
+    ----------
+    channels : mapping of str to str or None
+        Header by role.
+    units : mapping of str to str
+        Unit by role or header.
+    files : Files
+        What the files do not say themselves.
+    rate : float or None
+        Sampling rate in Hz, where the file does not tell.
+
+    Returns
+    -------
+    dict
+        ``channels``, ``units``, ``columns``, ``delimiter``, ``decimal`` and ``rate``.
+    """
+    return {
+        "channels": {role: header for role, header in channels.items() if header},
+        "units": dict(units),
+        "columns": files.columns or None,
+        "delimiter": files.delimiter,
+        "decimal": files.decimal,
+        "rate": rate,
+    }

@@ -1,0 +1,99 @@
+"""What was understood of files is said, and so is what was not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+
+PLAIN = "time [s],force [N],position [mm]\n" + "".join(
+    f"{i * 0.0005:.4f},{12.5 + 0.001 * i},{-0.25 + 0.001 * i}\n" for i in range(20)
+)
+NO_UNITS = PLAIN.replace("force [N]", "Kraft")
+HEADLESS = PLAIN.partition("\n")[2]
+
+
+@pytest.fixture
+def written(fibrefit: Run) -> Run:
+    for name, text in {"plain.csv": PLAIN, "no_units.csv": NO_UNITS, "headless.csv": HEADLESS}.items():
+        Path(name).write_text(text)
+    return fibrefit
+
+
+def test_a_record(written: Run) -> None:
+    done = written("inspect", "plain.csv")
+    assert done.code == 0
+    for part in ("plain.csv: 20 rows", "2000 Hz", '"force [N]" is the force', '"position [mm]" is the position'):
+        assert part in done.out
+    assert not done.err
+    (file,) = written("inspect", "plain.csv", "--json").document["files"]
+    assert file["times"][0]["rate_hz"] == 2000.0
+
+
+def test_what_is_missing_is_said_and_can_be_given(written: Run) -> None:
+    done = written("inspect", "no_units.csv")
+    assert done.code == 0
+    assert "Not ready to be used" in done.out
+    assert "--set units.force=kN" in done.err
+    mended = written("inspect", "no_units.csv", "--set", "units.force=kN")
+    assert "Not ready" not in mended.out
+    assert "12.5 kN" in mended.out
+
+
+def test_what_is_not_understood_exits_with_3_but_not_before_the_others(written: Run) -> None:
+    done = written("inspect", "headless.csv", "plain.csv")
+    assert done.code == 3
+    assert "Not understood: headless.csv" in done.out
+    assert "plain.csv: 20 rows" in done.out
+    columns = 'files.columns=["time [s]", "force [N]", "position [mm]"]'
+    assert written("inspect", "headless.csv", "--set", columns).code == 0
+
+
+def test_a_missing_file(written: Run) -> None:
+    done = written("inspect", "none.csv", "--json")
+    assert done.code == 3
+    assert "none.csv" in done.document["files"][0]["refused"]
+
+
+def test_a_misspelt_setting(written: Run) -> None:
+    done = written("inspect", "plain.csv", "--set", "unit.force=N")
+    assert done.code == 4
+    assert 'Did you mean "units"' in done.err
+
+
+def test_a_study(fibrefit: Run) -> None:
+    fibrefit("init", "here")
+    done = fibrefit("inspect", "here", "--set", 'parameters.stiffness.bounds=["1 kN/m", "20 kN/m"]')
+    assert done.code == 0
+    for part in (
+        "demonstration drop: fibre_mass, 1 record.",
+        "stiffness: bounds 1 kN/m to 20 kN/m",
+        "drop_10mm_90deg.csv: ",
+        "Conditions: weight_mass 3.096 kg, inclination 90 deg",
+    ):
+        assert part in done.out
+    assert max(map(len, done.out.splitlines())) <= 80
+    assert fibrefit("inspect", "here/study.toml", "--json").document["study"]["name"] == "demonstration drop"
+
+
+def test_a_planned_record(fibrefit: Run) -> None:
+    Path("study.toml").write_text(
+        'schema = "fibrefit/study/1"\nname = "x"\n[rig]\nkind = "fibre_mass"\nweight_mass = "3 kg"\n'
+        'inclination = "1 rad"\n[[records]]\nname = "plan"\nsampling_rate = "2 kHz"\nduration = "4 s"\nlift = "7 mm"\n'
+    )
+    done = fibrefit("inspect", "study.toml")
+    assert "plan: planned, not measured yet." in done.out
+    assert "lift 7 mm" in done.out
+
+
+def test_it_can_be_kept(written: Run) -> None:
+    assert written("inspect", "plain.csv", "--out", "kept").code == 0
+    kept = json.loads(Path("kept/inspection.json").read_text())
+    assert kept["schema"] == "fibrefit/inspection/1"
+    again = written("inspect", "plain.csv", "--out", "kept")
+    assert again.code == 2
+    assert "exists already" in again.err
+    assert written("inspect", "plain.csv", "--out", "kept", "--force").code == 0
