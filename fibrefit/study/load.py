@@ -73,6 +73,10 @@ def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[
     first = Path(files[0]).stem if files else ""
     name = first if len(files) == 1 else f"{first} and {len(files) - 1} more"
     records = [{"file": Path(file).as_posix()} for file in files]
+    names = [Path(file).name for file in files]
+    if len(set(names)) == len(names):
+        for record, short in zip(records, names, strict=True):
+            record["name"] = short
     raw = {"schema": SCHEMA, "name": name, "rig": {"kind": rig}, "records": records}
     return _study(raw, Path("command line"), overrides)
 

@@ -225,6 +225,7 @@ def test_a_study_of_bare_files(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert study.name == "one and 1 more"
     assert [record.lift for record in study.records] == [None, 0.005]
     assert study.input_files() == [Path("one.csv"), folder / "two.csv"]
+    assert [record.label for record in study.records] == ["one.csv", "two.csv"]
 
 
 def test_a_study_of_bare_files_says_which_option_is_missing(folder: Path) -> None:
