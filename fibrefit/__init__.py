@@ -1,6 +1,192 @@
-"""Identify mechanical models of fibres, cables and their rigs from measured records."""
+"""Identify mechanical models of fibres, cables and their rigs from measured records.
+
+Examples
+--------
+>>> import fibrefit
+>>> study = fibrefit.load_study("configs/drop_series")
+>>> result = fibrefit.fit(study)
+>>> print(result.report())
+>>> result.parameters["stiffness"].interval_95
+>>> result.plot()["snaps"].savefig("snaps.pdf")
+>>> result.save("results/drop_series")
+
+All numbers are in SI units. To import the package costs next to nothing; what it needs comes with the first call.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.environment import configure_jax as _configure_jax
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from fibrefit.records import Record
+    from fibrefit.study import Study
+    from fibrefit.workflow import Fit, Simulation
+
+__all__ = ["fit", "load_study", "read_record", "simulate"]
+
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
+
+
+def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """Read a study.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        A study file, or a folder with a ``study.toml``.
+    overrides : sequence of str
+        Changes to it, as on the command line: ``'rig.weight_mass="3.1 kg"'``.
+
+    Returns
+    -------
+    Study
+        Complete, in SI units; it cannot be changed.
+
+    Raises
+    ------
+    StudyError
+        If it is not valid: where, what was found, what was expected.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/drop_series")
+    >>> study.records[0].lift
+    0.005
+    """
+    from fibrefit import study
+
+    return study.load_study(path, overrides)
+
+
+def read_record(path: str | Path, **how: Any) -> Record:
+    """Read one measured record.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Text of any logger, LVM or MATLAB; TDMS and MDF4 with the extra of that name.
+    **how
+        What the file does not say itself; see `fibrefit.records.read_record`. ``channels={"force": "F [N]"}`` names
+        columns, ``units={"force": "N"}`` their units, ``rate=2000.0`` the sampling rate in Hz.
+
+    Returns
+    -------
+    Record
+        Channels in SI units, damaged samples NaN; it cannot be changed.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or not in one way only.
+
+    Examples
+    --------
+    >>> record = fibrefit.read_record("drop_10mm_90deg.csv")
+    >>> record.channels["force"].max(), record.rate
+    """
+    from fibrefit import records
+
+    return records.read_record(path, **how)
+
+
+def fit(
+    study: Study,
+    *,
+    starts: int = 32,
+    seed: int = 0,
+    robust: bool = False,
+    profile: bool = False,
+    progress: Callable[[str, float | None], None] | None = None,
+) -> Fit:
+    """Identify the model of a study from its records by least squares.
+
+    Parameters
+    ----------
+    study : Study
+    starts : int
+        Number of starts of the search.
+    seed : int
+        Of the scatter of starts and of the bootstrap; the same seed gives the same result.
+    robust : bool
+        Let residuals beyond three times the noise count less (soft L1).
+    profile : bool
+        Replace the normal intervals of shared parameters by profile-likelihood ones.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Fit
+        With ``parameters``, ``status``, ``report()``, ``summary()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If the study and the model do not fit together.
+
+    Examples
+    --------
+    >>> result = fibrefit.fit(fibrefit.load_study("configs/drop_series"))
+    >>> stiffness = result.parameters["stiffness"]
+    >>> print(stiffness.value, stiffness.std_error, stiffness.unit)
+    >>> result.status
+    'ok'
+    """
+    from fibrefit.workflow import fit_study
+
+    return fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+
+
+def simulate(study: Study) -> Simulation:
+    """Simulate every record of a study at the study's initial values.
+
+    Parameters
+    ----------
+    study : Study
+        Parameters without an `initial` take the value the records themselves suggest.
+
+    Returns
+    -------
+    Simulation
+        With ``readings``, ``table(record)``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood.
+    StudyError
+        If the study and the model do not fit together.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/drop_series", ['parameters.stiffness.initial="20 kN/m"'])
+    >>> fibrefit.simulate(study).readings["force"].max()
+    """
+    from fibrefit.workflow import simulate_study
+
+    return simulate_study(study)
+
+
+class _Root(ModuleType):
+    """The package itself, in which a name that people call is never replaced by the package of the same name.
+
+    The import system binds ``fibrefit.fit`` to the package of that name once anything in it is imported. From there,
+    things are imported with ``from fibrefit.fit.solve import descend``.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in __all__ and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Root

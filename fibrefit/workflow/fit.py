@@ -22,7 +22,7 @@ from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prepare import read_records, task_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fibrefit.plots import Figures
 
 STARTS = 32
 
@@ -69,7 +69,7 @@ class Fit:
         """The terminal report, at most 80 columns wide."""
         return fit_report(self.summary())
 
-    def plot(self) -> dict[str, Figure]:
+    def plot(self) -> Figures:
         """Figures by name: records, snaps, starts, correlation."""
         from fibrefit.plots import fit_figures
 

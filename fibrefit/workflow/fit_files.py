@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -30,7 +30,7 @@ DETERMINED = "every parameter is determined"
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:
     """Content of ``summary.json`` of a fit."""
     return FitSummary(
-        status=found.status,  # type: ignore[arg-type]
+        status=found.status,
         study=study.name,
         rig=study.kind,
         parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
@@ -79,7 +79,7 @@ def gap_summary(gap: Gap) -> GapSummary:
         name: ChannelGap(rms=channel.rms, unit=channel.unit, noise=channel.noise, ratio=channel.ratio)
         for name, channel in gap.items()
     }
-    return GapSummary(total=total(gap), **channels)  # type: ignore[arg-type]
+    return GapSummary(total=total(gap), **channels)
 
 
 def starts_summary(starts: Starts) -> StartsSummary:
@@ -132,7 +132,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
     }
 
 
-def _starts_group(starts: Starts) -> Mapping[str, Variable]:
+def _starts_group(starts: Starts) -> dict[str, Variable]:
     return {
         "parameter": Variable(np.array(starts.names, dtype=object), ("parameter",)),
         "began": Variable(starts.began, ("start", "parameter"), doc="SI units."),

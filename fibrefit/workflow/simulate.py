@@ -16,7 +16,7 @@ from fibrefit.study import Study
 from fibrefit.workflow.prepare import task_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fibrefit.plots import Figures
 
 PRINTED = {
     "force": ("force [N]", 1.0, "%.6g"),
@@ -55,7 +55,7 @@ class Simulation:
             columns.append(values[:, 0] * factor)
         return headers, np.column_stack(columns)
 
-    def plot(self) -> dict[str, Figure]:
+    def plot(self) -> Figures:
         """One figure a record."""
         from fibrefit.plots import simulation_figures
 

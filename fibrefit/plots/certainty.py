@@ -1,0 +1,147 @@
+"""How sure the values are: correlations between them, and error bars by every method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.quantities import axis_label, readable_unit, spelt
+from fibrefit.plots.style import GREY, KINDS, SMALL, USUAL, label, new_figure, place, title
+
+if TYPE_CHECKING:
+    from fibrefit.fit.result import Estimate, Identification
+
+Z_95 = 1.959964
+METHODS = {"white": "white noise", "newey_west": "Newey-West", "block_bootstrap": "block bootstrap"}
+CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
+LETTER = 1.3
+"""Width of a small letter, in mm, not less."""
+
+
+def correlation_figure(names: tuple[str, ...], covariance: np.ndarray) -> Figure:
+    """Correlation of all free values, as colours and numbers; empty where the data do not determine a value.
+
+    Parameters
+    ----------
+    names : tuple of str
+    covariance : (n_free, n_free)
+    """
+    correlation = correlations(covariance)
+    number = len(names)
+    side = min(CELL * number, LARGEST)
+    longest = max(len(name) for name in names)
+    left = 12.0 + min(LETTER * longest, 70.0)
+    figure = new_figure(side + 22.0, width=max(left + side + 26.0, 90.0))
+    title(figure, "Correlation of the estimates")
+    axes = place(figure, left, 9.0, side, side)
+    shown = np.ma.masked_invalid(np.where(np.tri(number, k=-1, dtype=bool), correlation, np.nan))
+    image = axes.imshow(shown, cmap=colormaps["RdBu_r"], vmin=-1.0, vmax=1.0)
+    axes.set_xticks(range(number), [str(i + 1) for i in range(number)])
+    axes.set_yticks(range(number), [f"{_short(name)}  {i + 1}" for i, name in enumerate(names)])
+    axes.tick_params(length=0, labelsize=SMALL if number <= MOST_NUMBERS else 4.0)
+    axes.spines[:].set_visible(False)
+    if number <= MOST_NUMBERS:
+        _numbers(axes, correlation)
+    bar = place(figure, left + side + 5.0, 9.0, 3.0, min(side, 40.0))
+    figure.colorbar(image, cax=bar, ticks=[-1, -0.5, 0, 0.5, 1])
+    bar.tick_params(labelsize=SMALL, width=0.5, length=2)
+    return figure
+
+
+def correlations(covariance: np.ndarray) -> np.ndarray:
+    """Correlation matrix; NaN in the rows and columns of values that are not determined."""
+    spread = np.sqrt(np.diag(covariance))
+    known = np.isfinite(spread) & (spread > 0.0)
+    scale = np.where(known, spread, np.nan)
+    with np.errstate(invalid="ignore"):
+        return covariance / np.outer(scale, scale)
+
+
+def _short(name: str) -> str:
+    parameter, _, record = name.partition("[")
+    words = parameter.replace("_", " ")
+    return f"{words}, {record.rstrip(']')}" if record else words
+
+
+def _numbers(axes: Axes, correlation: np.ndarray) -> None:
+    for i in range(len(correlation)):
+        for j in range(i):
+            value = correlation[i, j]
+            if np.isfinite(value):
+                colour = "white" if abs(value) > 0.65 else "black"
+                said = f"{value:.2f}".replace("0.", ".", 1).replace("-", "\N{MINUS SIGN}")
+                axes.text(j, i, said, ha="center", va="center", fontsize=5.0, color=colour)
+
+
+def errors_figure(found: Identification) -> Figure:
+    """95 % intervals of the shared parameters by every method; the one that is reported stands out."""
+    estimates = [estimate for estimate in found.estimates if estimate.record is None and estimate.free]
+    height, gap, top, bottom, left = 16.0, 10.0, 12.0, 11.0, 36.0
+    figure = new_figure(top + bottom + len(estimates) * (height + gap) - gap, width=126.0)
+    title(figure, "Error bars by method", f"honest ones {found.inflation:.2f} times the white ones")
+    up = figure.get_size_inches()[1] * 25.4
+    for row, estimate in enumerate(estimates):
+        axes = place(figure, left, up - top - height - row * (height + gap), 84.0, height)
+        _intervals(axes, estimate, found.method)
+    return figure
+
+
+def _intervals(axes: Axes, estimate: Estimate, chosen: str) -> None:
+    rows = [
+        (words, estimate.value - Z_95 * error, estimate.value + Z_95 * error, method == chosen)
+        for method, words in METHODS.items()
+        if np.isfinite(error := estimate.std_errors.get(method, np.nan))
+    ]
+    if estimate.interval_kind == "profile likelihood":
+        rows = [(*row[:3], False) for row in rows] + [("profile", *estimate.interval_95, True)]
+    unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)
+    for i, (_, low, high, reported) in enumerate(rows):
+        colour, marker = KINDS[0] if reported else (GREY, "o")
+        width = 1.8 if reported else 0.9
+        axes.plot([low / worth, high / worth], [i, i], color=colour, linewidth=width, solid_capstyle="butt")
+        axes.plot(estimate.value / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
+    axes.set_yticks(range(len(rows)), [f"{row[0]} (reported)" if row[3] else row[0] for row in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.margins(x=0.08)
+    label(axes, x=axis_label(estimate.name, unit))
+    if not rows:
+        axes.text(0.5, 0.5, "not determined", transform=axes.transAxes, ha="center", va="center", fontsize=USUAL)
+
+
+def each_figure(estimates: list[Estimate]) -> Figure:
+    """Values that each record has for itself, with their 95 % intervals: one row a parameter."""
+    names = list(dict.fromkeys(estimate.name for estimate in estimates))
+    records = list(dict.fromkeys(str(estimate.record) for estimate in estimates))
+    height, gap, top, left, room = 26.0, 5.0, 12.0, 18.0, 159.0
+    flat = LETTER * sum(len(record) + 3 for record in records) < room
+    bottom = 7.0 if flat else 5.0 + LETTER * min(max(len(record) for record in records), 40)
+    figure = new_figure(top + bottom + len(names) * (height + gap) - gap)
+    title(figure, "One value for each record")
+    up = figure.get_size_inches()[1] * 25.4
+    for row, name in enumerate(names):
+        axes = place(figure, left, up - top - height - row * (height + gap), room, height)
+        _by_record(axes, [e for e in estimates if e.name == name], records)
+        last = row == len(names) - 1
+        turned: dict = {} if flat else {"rotation": 70, "ha": "right", "rotation_mode": "anchor"}
+        axes.set_xticks(range(len(records)), records if last else [""] * len(records), **turned)
+        axes.set_xlim(-0.5, len(records) - 0.5)
+    return figure
+
+
+def _by_record(axes: Axes, estimates: list[Estimate], records: list[str]) -> None:
+    values = np.array([estimate.value for estimate in estimates])
+    unit, worth = readable_unit(values, estimates[0].unit)
+    places = [records.index(str(estimate.record)) for estimate in estimates]
+    limits = np.array([estimate.interval_95 for estimate in estimates])
+    bars = np.abs(np.where(np.isfinite(limits), limits, values[:, None]) - values[:, None]).T / worth
+    colour, marker = KINDS[0]
+    axes.errorbar(
+        places, values / worth, yerr=bars, linestyle="none", marker=marker, markersize=3.5, color=colour,
+        linewidth=0.9, capsize=2.0, capthick=0.6,
+    )  # fmt: skip
+    axes.axhline(float(np.mean(values)) / worth, color=GREY, linewidth=0.5, linestyle=(0, (3, 3)), zorder=0)
+    label(axes, y=axis_label(estimates[0].name.rpartition(".")[2], spelt(unit)))

@@ -1,0 +1,28 @@
+"""Names and units as a person reads them on an axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.core.units import shown_unit
+
+#: SI unit of each channel.
+CHANNEL_UNITS = {"force": "N", "force_1": "N", "force_2": "N", "position": "m", "drive": "m", "angle": "rad"}
+
+
+def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
+    """Unit for an axis on which `values` (in SI) are drawn, and what it is worth in SI."""
+    finite = np.abs(values[np.isfinite(values)]) if np.size(values) else np.empty(0)
+    unit, worth = shown_unit(float(finite.max()) if finite.size and finite.max() > 0.0 else 1.0, si)
+    return spelt(unit), worth
+
+
+def spelt(unit: str) -> str:
+    """A unit in the signs of print: ``µm``, ``N s/m``, ``m/s²``."""
+    return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
+
+
+def axis_label(name: str, unit: str) -> str:
+    """``position / mm``, the way of the standard for quantities (ISO 80000-1); the bare name for a pure number."""
+    words = name.replace("_", " ")
+    return words if unit in ("-", "") else f"{words} / {unit}" if "/" not in unit else f"{words} / ({unit})"

@@ -1,0 +1,86 @@
+"""The first contact of each record under a magnifier: where the fibre goes taut, and where it goes slack again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.records import Compared
+from fibrefit.plots.style import SIMULATED, SKY, SMALL, label, legend, new_figure, place, title
+
+ROWS = 6
+"""Records in one figure."""
+LEFT, TOP, BOTTOM, HEIGHT, WIDTH, GAP, BETWEEN = 16.0, 13.0, 10.0, 30.0, 74.0, 8.0, 14.0
+SHARE = 0.35
+"""Half of a window over the duration of the contact."""
+FEWEST = 8
+"""Samples shown on either side of a snap, at least."""
+
+
+def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
+    """Figures of at most `ROWS` records each.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    taut : tuple of int
+        Phases in which the fibre carries load.
+    """
+    contacts = [(r, contact) for r in range(len(fitted.records)) if (contact := first_contact(fitted, r, taut))]
+    for first in range(0, len(contacts), ROWS):
+        yield _figure(fitted, contacts[first : first + ROWS])
+
+
+def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[int, int | None] | None:
+    """Samples at which the fibre is taut for the first time and slack again; None where that does not happen."""
+    loaded = np.isin(fitted.phase(record), taut)
+    if loaded.all() or not loaded.any():
+        return None
+    start = int(np.argmax(loaded & ~np.roll(loaded, 1))) if loaded[0] else int(np.argmax(loaded))
+    slack = np.flatnonzero(~loaded[start:])
+    return start, start + int(slack[0]) if slack.size else None
+
+
+def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
+    figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + GAP) - GAP)
+    title(figure, "First contact: take-up and release", "")
+    up = figure.get_size_inches()[1] * 25.4
+    for row, (record, (start, end)) in enumerate(contacts):
+        bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)
+        force = fitted.compared(record)[0]
+        half = max(FEWEST, round(SHARE * ((end or start + 60) - start)))
+        windows = [(start, "take-up")] if end is None else [(start, "take-up"), (end, "release")]
+        for column, (instant, what) in enumerate(windows):
+            axes = place(figure, LEFT + column * (WIDTH + BETWEEN), bottom, WIDTH, HEIGHT)
+            _zoom(axes, force, instant, half)
+            if column == 0:
+                _name(axes, fitted, record)
+            axes.text(1.0, 1.02, what, transform=axes.transAxes, fontsize=SMALL, color="0.25", ha="right", va="bottom")
+            if row == 0:
+                legend(axes, loc="lower right" if column == 0 else "upper right", ncols=1)
+            if row == len(contacts) - 1:
+                label(axes, x="time after the contact begins / ms" if column == 0 else "time after it ends / ms")
+    return figure
+
+
+def _name(axes: Axes, fitted: Fitted, record: int) -> None:
+    said = ", ".join(filter(None, (fitted.records[record], fitted.conditions(record))))
+    axes.text(0.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
+
+
+def _zoom(axes: Axes, force: Compared, instant: int, half: int) -> None:
+    window = slice(max(instant - half, 0), instant + half)
+    times = 1e3 * (force.times[window] - force.times[instant])
+    unit, worth = readable_unit(force.measured[window], force.unit)
+    axes.axvline(0.0, color="0.7", linewidth=0.5, linestyle=(0, (3, 3)))
+    dots: dict = {"linestyle": "none", "marker": "o", "markersize": 2.6, "markerfacecolor": SKY, "markeredgewidth": 0.0}
+    axes.plot(times, force.measured[window] / worth, label="measured", **dots)
+    axes.plot(times, force.simulated[window] / worth, label="simulated", **SIMULATED)
+    axes.set_xlim(times[0], times[-1])
+    axes.margins(y=0.1)
+    label(axes, y=axis_label(force.name, unit))

@@ -1,0 +1,119 @@
+"""The search: where each start began, where it ended, and how well it fits there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.style import GREY, KINDS, SMALL, label, new_figure, place, title
+
+if TYPE_CHECKING:
+    from fibrefit.fit.result import Starts
+
+LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
+ROW = 2.2
+MOST_PANELS = 5
+LOST = "given up"
+WIDE = 20.0
+"""Ratio of largest to smallest value beyond which an axis is logarithmic."""
+
+
+def starts_figure(starts: Starts, units: dict[str, str]) -> Figure:
+    """Starts in the order of their cost, a column for each parameter, colour and marker by basin.
+
+    Parameters
+    ----------
+    starts : Starts
+    units : dict of str to str
+        SI unit of each parameter.
+    """
+    order = np.argsort(np.where(np.isfinite(starts.cost), starts.cost, np.inf), kind="stable")
+    names = starts.names[:MOST_PANELS]
+    figure = new_figure(TOP + BOTTOM + max(30.0, ROW * starts.tried))
+    title(figure, "Starts of the search", f"{starts.agreeing} of {starts.tried} ended in the best minimum")
+    across, up = figure.get_size_inches() * 25.4
+    width = (across - LEFT - RIGHT - BETWEEN * len(names)) / (len(names) + 1)
+    panels = [
+        place(figure, LEFT + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM) for i in range(len(names) + 1)
+    ]
+    for axes, name in zip(panels, names, strict=False):
+        _ways(axes, starts, order, name, units.get(name, "-"))
+    _costs(panels[-1], starts, order)
+    for axes in panels:
+        axes.set_ylim(starts.tried + 0.5, 0.5)
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    for axes in panels[1:]:
+        axes.tick_params(labelleft=False)
+    label(panels[0], y="start, by its cost at the end")
+    _key(figure, panels[0], starts)
+    return figure
+
+
+def _kind(basin: int) -> tuple[str, str]:
+    return ("0.6", "x") if basin < 0 else KINDS[min(basin, len(KINDS) - 1)]
+
+
+def _ways(axes: Axes, starts: Starts, order: np.ndarray, name: str, si: str) -> None:
+    column = starts.names.index(name)
+    began, ended = starts.began[order, column], starts.ended[order, column]
+    unit, worth = readable_unit(np.concatenate([began, ended]), si)
+    rank = np.arange(1, len(order) + 1)
+    for basin in np.unique(starts.basin):
+        colour, marker = _kind(int(basin))
+        mine = starts.basin[order] == basin
+        x, y = np.stack([began[mine], ended[mine]]) / worth, np.stack([rank[mine], rank[mine]])
+        axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.6)
+        axes.plot(x[0], y[0], linestyle="none", marker="|", markersize=4.0, markeredgewidth=0.6, color=colour)
+        axes.plot(x[1], y[1], linestyle="none", marker=marker, markersize=3.2, markeredgewidth=0.6, color=colour)
+    values = np.concatenate([began, ended])
+    positive = values[np.isfinite(values)]
+    if positive.size and positive.min() > 0.0 and positive.max() > WIDE * positive.min():
+        logarithmic(axes)
+    label(axes, x=axis_label(name.rpartition(".")[2], unit))
+
+
+def _costs(axes: Axes, starts: Starts, order: np.ndarray) -> None:
+    cost, best = starts.cost[order], float(np.min(starts.cost))
+    rank = np.arange(1, len(order) + 1)
+    ratio = np.sqrt(cost / best) if best > 0.0 else np.full(len(cost), np.nan)
+    for basin in np.unique(starts.basin[starts.basin >= 0]):
+        colour, marker = _kind(int(basin))
+        mine = starts.basin[order] == basin
+        axes.plot(ratio[mine], rank[mine], linestyle="none", marker=marker, markersize=3.2, color=colour)
+    finite = ratio[np.isfinite(ratio)]
+    if finite.size and finite.max() > WIDE:
+        logarithmic(axes)
+    elif finite.size:
+        axes.set_xlim(0.97, max(1.1, 1.05 * finite.max()))
+    axes.axvline(1.0, color=GREY, linewidth=0.5, linestyle=(0, (3, 3)), zorder=0)
+    label(axes, x="residual rms / that of the best")
+
+
+def logarithmic(axes: Axes) -> None:
+    """Logarithmic axis with plain numbers."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=7))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.tick_params(which="minor", width=0.4, length=1.5)
+
+
+def _key(figure: Figure, axes: Axes, starts: Starts) -> None:
+    entries = []
+    basins, numbers = np.unique(starts.basin, return_counts=True)
+    for basin, number in sorted(zip(basins.tolist(), numbers.tolist(), strict=True), key=lambda b: (b[0] < 0, b[0])):
+        colour, marker = _kind(basin)
+        said = LOST if basin < 0 else "best minimum" if basin == 0 else f"minimum {basin + 1}"
+        entries += axes.plot(
+            [], [], color=colour, marker=marker, markersize=3.2, linewidth=0.5, label=f"{said}: {number}"
+        )
+    entries += axes.plot([], [], color="0.3", linestyle="none", marker="|", markersize=4.0, label="where it began")
+    figure.legend(
+        handles=entries[-8:] if len(entries) > 8 else entries, loc="upper left", ncols=8, fontsize=SMALL, frameon=False,
+        bbox_to_anchor=(0.015, 1.0 - 8.0 / (figure.get_size_inches()[1] * 25.4)), handlelength=1.8, columnspacing=1.4,
+    )  # fmt: skip
