@@ -35,6 +35,7 @@ class Hysteresis(FibreLaw):
 
     name: ClassVar[str] = "fibre.hysteresis"
     memory: ClassVar[tuple[str, ...]] = ("hysteretic_stretch",)
+    forgets: ClassVar[bool] = True
     hysteretic_stiffness: jax.Array = quantity("N/m", "stiffness of the rubbing part", 3e3, lower=0.0, upper=1e6)
     beta: jax.Array = quantity("1/m", "loop shape: dissipation", 600.0, lower=5.0, upper=3e3, log=True)
     gamma: jax.Array = quantity("1/m", "loop shape: difference of loading and unloading", 300.0, lower=-2e3, upper=2e3)
@@ -43,12 +44,12 @@ class Hysteresis(FibreLaw):
         """k_h z."""
         return self.hysteretic_stiffness * memory[0]
 
-    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, taut: jax.Array) -> Memory:
+    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, slack: jax.Array) -> Memory:
         """Rate of z."""
         (z,) = memory
         change = rate - self.beta * jnp.abs(rate) * z - self.gamma * rate * jnp.abs(z)
-        return (jnp.where(taut > 0, change, 0.0),)
+        return (jnp.where(slack, 0.0, change),)
 
-    def at_release(self, memory: Memory) -> Memory:
-        """A slack fibre forgets."""
+    def when_slack(self, memory: Memory) -> Memory:
+        """A slack fibre has forgotten."""
         return (jnp.zeros_like(memory[0]),)

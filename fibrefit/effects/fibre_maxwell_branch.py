@@ -46,6 +46,6 @@ class MaxwellBranch(FibreLaw):
         """Relaxed: q = e."""
         return (jnp.maximum(stretch, 0.0),)
 
-    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, taut: jax.Array) -> Memory:
+    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, slack: jax.Array) -> Memory:
         """Creep of the dashpot."""
-        return ((jnp.where(taut > 0, stretch, 0.0) - memory[0]) / self.relaxation_time,)
+        return ((jnp.maximum(stretch, 0.0) - memory[0]) / self.relaxation_time,)

@@ -87,10 +87,13 @@ class FibreLaw(Effect):
     ----------
     memory : tuple of str
         Names of the states the law owns.
+    forgets : bool
+        Whether they jump when the fibre goes slack.
     """
 
     rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
     memory: ClassVar[tuple[str, ...]] = ()
+    forgets: ClassVar[bool] = False
 
     def initial_slack(self) -> jax.Array:
         """Stretch at which the fibre is just taut, in m."""
@@ -112,12 +115,12 @@ class FibreLaw(Effect):
         """The law's own states in a fibre that has been at rest at `stretch` for long; slack where it is negative."""
         return tuple(jnp.zeros(()) for _ in self.memory)
 
-    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, taut: jax.Array) -> Memory:
-        """Rate of the law's own states; `taut` tells whether the fibre is stretched."""
+    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, slack: jax.Array) -> Memory:
+        """Rate of the law's own states; while `slack` too, which is just what is meant where the law `forgets`."""
         return ()
 
-    def at_release(self, memory: Memory) -> Memory:
-        """The law's own states just after the fibre has gone slack."""
+    def when_slack(self, memory: Memory) -> Memory:
+        """The law's own states just after the fibre has gone slack, where the law `forgets`."""
         return memory
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import operator
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,7 +14,10 @@ from fibrefit.effects.law import FibreLaw, Memory
 Memories = tuple[Memory, ...]
 
 SLACK, LOADED, LIMP = 0, 1, 2
-"""Modes of a fibre: not stretched; stretched and pulling; stretched, but not pulling because it is let go too fast."""
+"""Modes of a fibre: without load; with load; stretched, and yet without load because it is let go too fast.
+
+The last is told from the first only where a law asks for it.
+"""
 
 
 class Fibre(eqx.Module):
@@ -59,11 +65,6 @@ class Fibre(eqx.Module):
             added = added + law.tension(self.stiffness, e, rate, memory)
         return elastic + viscous + added
 
-    @property
-    def remembers(self) -> bool:
-        """Whether any law has states of its own, which go on with the stretch while the clamp holds the load at nil."""
-        return self.tension_law == "clamped" and any(law.memory for law in self.laws)
-
     def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
         """Tension in N; nil unless loaded."""
         return jnp.where(mode == LOADED, self.pull(length, rate, memories), 0.0)
@@ -76,25 +77,35 @@ class Fibre(eqx.Module):
         # In metres too, so that the two conditions for load are of one size at the switch.
         load = self.pull(length, rate, memories) / self.stiffness
         loaded = jnp.minimum(e, load)
-        if not self.remembers:
-            return jnp.where(mode == LOADED, loaded, -loaded)
-        return jnp.where(mode == LOADED, loaded, jnp.where(mode == LIMP, jnp.minimum(e, -load), -e))
+        plain = jnp.where(mode == LOADED, loaded, -loaded)
+        if not self._forgetful():
+            return plain
+        exact = jnp.where(mode == LIMP, jnp.minimum(e, -load), jnp.where(mode == SLACK, -e, loaded))
+        return jnp.where(self._tells_limp(), exact, plain)
 
     def memory_rates(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> Memories:
         """Rates of the laws' own states."""
-        e, taut = self.stretch(length), mode != SLACK
-        return tuple(law.memory_rate(e, rate, m, taut) for law, m in zip(self.laws, memories, strict=True))
+        e, slack = self.stretch(length), mode == SLACK
+        return tuple(law.memory_rate(e, rate, m, slack) for law, m in zip(self.laws, memories, strict=True))
 
     def switch(
         self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array, crossed: jax.Array
     ) -> tuple[Memories, jax.Array]:
         """Memories and mode after the fibre has changed its mode, or as they were."""
-        if not self.remembers:
-            after = jnp.where(mode == LOADED, SLACK, LOADED)
-        else:
-            limp = self.pull(length, rate, memories) < 0.0
-            after = jnp.where(self.stretch(length) < 0.0, SLACK, jnp.where(limp, LIMP, LOADED))
-        released = crossed & (after == SLACK)
-        forgot = tuple(law.at_release(m) for law, m in zip(self.laws, memories, strict=True))
-        memories = jax.tree.map(lambda new, old: jnp.where(released, new, old), forgot, memories)
+        after = jnp.where(mode == LOADED, SLACK, LOADED)
+        if self._forgetful() and self.tension_law == "clamped":
+            lame = self.pull(length, rate, memories) < 0.0
+            exact = jnp.where(self.stretch(length) < 0.0, SLACK, jnp.where(lame, LIMP, LOADED))
+            after = jnp.where(self._tells_limp(), exact, after)
+        slackened = crossed & (after == SLACK)
+        blank = tuple(law.when_slack(m) for law, m in zip(self.laws, memories, strict=True))
+        memories = jax.tree.map(lambda new, old: jnp.where(slackened, new, old), blank, memories)
         return memories, jnp.where(crossed, after, mode)
+
+    def _forgetful(self) -> tuple[FibreLaw, ...]:
+        """Laws for which it matters that a fibre was slack and did not only carry no load."""
+        return tuple(law for law in self.laws if law.forgets)
+
+    def _tells_limp(self) -> jax.Array:
+        """Whether to tell limp from slack: an additional switch, which an absent law must not bring."""
+        return ~functools.reduce(operator.and_, (law.absent() for law in self._forgetful()))

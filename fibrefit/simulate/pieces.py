@@ -94,13 +94,15 @@ def _in_order(solution: Solution, times: jax.Array, of_steps: Cubic, of_arcs: Cu
     before = jnp.cumsum(pieces_in) - pieces_in
     rank = jnp.arange(ARCS) - (jnp.cumsum(arcs_in) - arcs_in)[arcs.step] + (arcs.step == first)
     size = n_steps + ARCS + 1
-    row_of_steps = jnp.where(arcs_in > 0, size, before)
-    row_of_arcs = jnp.where(valid, before[arcs.step] + rank, size)
+    # Rows that are not wanted go out of range, each to a place of its own: scattering backwards needs that.
+    row_of_steps = jnp.where(arcs_in > 0, size + jnp.arange(n_steps), before)
+    row_of_arcs = jnp.where(valid, before[arcs.step] + rank, size + jnp.arange(ARCS))
 
     def place(blank: jax.Array, steps: jax.Array, arcs: jax.Array, waiting: jax.Array) -> jax.Array:
         rows = jnp.broadcast_to(blank, (size,))
-        rows = rows.at[row_of_steps].set(steps, mode="drop").at[row_of_arcs].set(arcs, mode="drop")
-        return rows.at[before[first]].set(waiting)
+        rows = rows.at[row_of_steps].set(steps, mode="drop", unique_indices=True)
+        rows = rows.at[row_of_arcs].set(arcs, mode="drop", unique_indices=True)
+        return rows.at[before[first]].set(waiting, unique_indices=True)
 
     end = _constant(of_steps[0][-1] + of_steps[1][-1] + of_steps[2][-1] + of_steps[3][-1])
     return Pieces(

@@ -121,13 +121,14 @@ def _grid_maps(solution: Solution, steps: _Linear, ends: _Linear, count: jax.Arr
     """Maps of all steps of the grid, those that hold a switch replaced by the chain of their arcs."""
     arcs = solution.arcs
     complete = (jnp.arange(ARCS) < solution.n_arcs) & (arcs.ended_by < 0)
-    where = jnp.where(complete, arcs.step, jnp.iinfo(jnp.int32).max)
     index = jnp.arange(steps.offset.shape[0])
+    # Rows that are not wanted go out of range, each to a place of its own: scattering backwards needs that.
+    where = jnp.where(complete, arcs.step, index.size + jnp.arange(ARCS))
     held = (index < arcs.step[0]) | (index >= count - 1)
     factor = jnp.where(held[:, None, None], jnp.eye(steps.offset.shape[1]), steps.factor)
     offset = jnp.where(held[:, None], 0.0, steps.offset)
-    factor = factor.at[where].set(ends.factor[:, :-1, :-1], mode="drop")
-    offset = offset.at[where].set(ends.offset[:, :-1], mode="drop")
+    factor = factor.at[where].set(ends.factor[:, :-1, :-1], mode="drop", unique_indices=True)
+    offset = offset.at[where].set(ends.offset[:, :-1], mode="drop", unique_indices=True)
     # The first step has the tangent of the start in its offset already.
     return _Linear(factor.at[arcs.step[0]].set(0.0), offset)
 
