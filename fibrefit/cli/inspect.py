@@ -15,6 +15,7 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 from fibrefit.core.errors import FibrefitError
 
 if TYPE_CHECKING:
+    from fibrefit.records import Table
     from fibrefit.study import Study
 
 SCHEMA = "fibrefit/inspection/1"
@@ -36,12 +37,15 @@ class Seen:
         For a person.
     understood : dict
         For a program.
+    table : Table or None
+        What the file says, where it could be read.
     refusal : FibrefitError or None
-        Why the file could not be read.
+        Why it could not.
     """
 
     lines: list[str]
     understood: dict[str, Any]
+    table: Table | None = None
     refusal: FibrefitError | None = None
 
 
@@ -49,7 +53,9 @@ class Seen:
 @click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True)
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Such as units.force=kN, repeatable.")
 @click.option("--force", is_flag=True, help="Replace an earlier inspection in DIR.")
-@click.option("--out", metavar="DIR", type=click.Path(path_type=Path), help="Keep what was understood in this folder.")
+@click.option(
+    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder for the pictures [results/inspect_NAME-HASH]."
+)
 @with_terminal
 def command(
     terminal: Terminal, files: tuple[str, ...], overrides: tuple[str, ...], force: bool, out: Path | None
@@ -62,20 +68,19 @@ def command(
     document: dict[str, Any] = {"schema": SCHEMA}
     if any(is_study(file) for file in files):
         study = study_from(files, None, overrides)
-        lines, seen = _study_lines(study), _records_of(study)
+        name, lines, seen = study.name, _study_lines(study), _records_of(study)
         document["study"] = study.model_dump(mode="json", by_alias=True, exclude_none=True)
     else:
-        lines, seen = [], _bare(files, overrides)
+        name, lines, seen = Path(files[0]).stem, [], _bare(files, overrides)
     document["files"] = [each.understood for each in seen]
     text = "\n\n".join("\n".join(part) for part in [lines, *(each.lines for each in seen)] if part)
     terminal.answer(text, document)
-    if not document.get("study") and any(
-        "refused" in each.understood or "not_ready" in each.understood for each in seen
-    ):
+    if not document.get("study") and any({"refused", "not_ready"} & each.understood.keys() for each in seen):
         terminal.remark(HINT)
-    if out is not None:
-        _keep(out, force, text, document)
-        terminal.remark(f"\nWritten to {out}.")
+    tables = _named([each.table for each in seen if each.table is not None])
+    if tables:
+        kept = _keep(name, out, force, text, document, tables)
+        terminal.remark(f"\nPictures are in {kept / 'figures'}.")
     return max((each.refusal.exit_code for each in seen if each.refusal), default=0)
 
 
@@ -93,7 +98,7 @@ def _records_of(study: Study) -> list[Seen]:
             seen.append(Seen([f"{record.label}: planned, not measured yet.", *_conditions(record)], {"file": None}))
             continue
         one = _seen(study.path_of(record.file), study.reading(record))
-        seen.append(Seen([*one.lines, *_conditions(record)], one.understood, one.refusal))
+        seen.append(Seen([*one.lines, *_conditions(record)], one.understood, one.table, one.refusal))
     return seen
 
 
@@ -104,14 +109,14 @@ def _seen(path: Path, arguments: dict[str, Any]) -> Seen:
     try:
         table = read_table(path, **arguments)
     except FibrefitError as error:
-        return Seen(_wrapped(f"Not understood: {error}"), {"file": path.name, "refused": str(error)}, error)
+        return Seen(_wrapped(f"Not understood: {error}"), {"file": path.name, "refused": str(error)}, refusal=error)
     lines, understood = describe(table), table.understood
     try:
         record_of(table, channels=arguments["channels"])
     except FibrefitError as error:
         lines += _wrapped(f"Not ready to be used: {error}")
         understood["not_ready"] = str(error)
-    return Seen(lines, understood)
+    return Seen(lines, understood, table)
 
 
 def _study_lines(study: Study) -> list[str]:
@@ -148,12 +153,29 @@ def _plain(value: Any) -> str:
     return " to ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
-def _keep(out: Path, force: bool, text: str, document: dict[str, Any]) -> None:
+def _named(tables: Sequence[Table]) -> dict[str, Table]:
+    """Tables by the name of their file, with its folder where names alone would not tell them apart."""
+    stems = [table.path.stem for table in tables]
+    return {
+        stem if stems.count(stem) == 1 else str(table.path): table for stem, table in zip(stems, tables, strict=True)
+    }
+
+
+def _keep(
+    name: str, out: Path | None, force: bool, text: str, document: dict[str, Any], tables: dict[str, Table]
+) -> Path:
+    """Write what was understood, with a picture of each file; the folder it was written to."""
     import json
 
-    from fibrefit.store.directory import ResultDirectory
+    from fibrefit.plots import save_figures, table_figure
+    from fibrefit.store.directory import ResultDirectory, default_directory
     from fibrefit.store.files import write_whole
 
-    with ResultDirectory(out, force=force) as directory:
-        write_whole(directory.path / "inspection.json", json.dumps(document, indent=1, allow_nan=False) + "\n")
+    content = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    # A folder named after its content may be written again: it will hold the same.
+    folder = out or default_directory(f"inspect {name}", content)
+    with ResultDirectory(folder, force=force or out is None) as directory:
+        write_whole(directory.path / "inspection.json", content)
         write_whole(directory.path / "inspection.txt", text + "\n")
+        save_figures({file: table_figure(table) for file, table in tables.items()}, directory.path / "figures")
+    return folder

@@ -166,7 +166,7 @@ def _records(summary: FitResultSummary) -> list[str]:
 def _starts(starts: StartsSummary) -> str:
     text = f"{starts.agreeing} of {starts.tried} starts ended in the same, best minimum."
     others = [basin for basin in starts.basins if basin.cost > 0][:2]
-    told = [f"{basin.starts} with {basin.cost:.3g} times its cost" for basin in others]
+    told = [f"{basin.starts} at {1.0 + basin.cost:.3g} times its cost" for basin in others]
     return f"{text} Others: {'; '.join(told)}." if told else text
 
 

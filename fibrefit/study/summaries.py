@@ -87,7 +87,7 @@ class CheckSummary(Part):
 class Basin(Part):
     """A minimum in which some of the starts ended."""
 
-    cost: float = Field(description="Cost over that of the best minimum.")
+    cost: float = Field(description="Excess over the cost of the best minimum, as a share of it.")
     starts: int
     parameters: dict[str, float] = Field(default_factory=dict, description="In SI.")
 

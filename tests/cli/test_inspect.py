@@ -28,7 +28,9 @@ def test_a_record(written: Run) -> None:
     assert done.code == 0
     for part in ("plain.csv: 20 rows", "2000 Hz", '"force [N]" is the force', '"position [mm]" is the position'):
         assert part in done.out
-    assert not done.err
+    assert "Pictures are in results/inspect_plain-" in done.err
+    (figure,) = Path("results").glob("inspect_plain-*/figures/*.png")
+    assert figure.read_bytes().startswith(b"\x89PNG")
     (file,) = written("inspect", "plain.csv", "--json").document["files"]
     assert file["times"][0]["rate_hz"] == 2000.0
 
@@ -97,3 +99,11 @@ def test_it_can_be_kept(written: Run) -> None:
     assert again.code == 2
     assert "exists already" in again.err
     assert written("inspect", "plain.csv", "--out", "kept", "--force").code == 0
+
+
+def test_files_of_the_same_name_have_a_picture_each(written: Run) -> None:
+    for folder in ("one", "two"):
+        Path(folder).mkdir()
+        Path(folder, "a.csv").write_text(PLAIN)
+    assert written("inspect", "one/a.csv", "two/a.csv", "--out", "kept").code == 0
+    assert len(list(Path("kept/figures").iterdir())) == 2
