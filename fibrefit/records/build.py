@@ -1,0 +1,220 @@
+"""From columns as read to a table in SI: roles, units, times, and what is masked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from fibrefit.core import units as registry
+from fibrefit.core.errors import DataError, did_you_mean
+from fibrefit.records.grouping import Group, groups_of
+from fibrefit.records.headings import known_unit
+from fibrefit.records.numbers import REASONS, Numbers
+from fibrefit.records.raw import Raw, RawColumn
+from fibrefit.records.roles import USUAL, Heading, find_column, guessed_roles, named_roles
+from fibrefit.records.sensors import absurd, flat_stretches, lone_outliers
+from fibrefit.records.style import masked_with, odd_numbers
+from fibrefit.records.table import Column, Table, frozen, frozen_mapping
+from fibrefit.records.timebase import TimeBase
+from fibrefit.records.times import time_base
+from fibrefit.records.words import ROLES
+
+#: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
+_CUT_OFF_BY_AMPLIFIERS = ("N", "V")
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the user says about the columns.
+
+    Parameters
+    ----------
+    channels : mapping of str to str
+        Header by role.
+    units : mapping of str to str
+        Unit by header or role, where the file has none or a wrong one.
+    rate : float or None
+        Sampling rate in Hz.
+    roles : tuple of str
+        Roles to look for among the columns that are not named.
+    """
+
+    channels: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    rate: float | None = None
+    roles: tuple[str, ...] = USUAL
+
+
+def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
+    """Table of a file.
+
+    Parameters
+    ----------
+    raw : Raw
+        Its columns as read.
+    path : Path
+        The file.
+    sha256 : str
+        Of its bytes.
+    wishes : Wishes
+        What the user says.
+
+    Returns
+    -------
+    Table
+        In SI where units are known.
+
+    Raises
+    ------
+    DataError
+        If a named column is not there, or the times are not understood.
+    """
+    where = path.name
+    headings = [Heading(c.header, c.name, c.unit, c.clock) for c in raw.columns]
+    named = named_roles(wishes.channels, headings, where)
+    groups = groups_of(raw.columns, headings, named.get("time"))
+    notes = [*raw.notes, *raw.facts.notes]
+    roles, doubts = _roles(named, groups, headings, wishes.roles, where)
+    columns = _declared(raw.columns, headings, wishes.units, roles, where, notes)
+    timed = [time_base(raw, columns, group, wishes.rate, where) for group in groups]
+    groups, bases = _merged(groups, [base for base, _ in timed])
+    finished = {i: _finished(columns[i], bases[g], g, notes) for g, group in enumerate(groups) for i in group.members}
+    places = {i: place for place, i in enumerate(finished)}
+    times = groups[0].time
+    return Table(
+        path=path,
+        sha256=sha256,
+        columns=tuple(finished.values()),
+        times=tuple(replace(base, time=frozen(base.time)) for base in bases),
+        time_header=None if times is None else columns[times].header,
+        time_unit=timed[0][1],
+        roles=frozen_mapping({role: places[i] for role, i in roles.items() if i in places}),
+        doubts=frozen_mapping(doubts),
+        layout=frozen_mapping(raw.layout),
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _roles(
+    named: Mapping[str, int], groups: Sequence[Group], headings: Sequence[Heading], wanted: Sequence[str], where: str
+) -> tuple[dict[str, int], dict[str, DataError]]:
+    """Position of each role, named or guessed; roles in doubt with the reason."""
+    times = [i for group in groups for i in (group.time, *group.beside) if i is not None and i not in named.values()]
+    taken = {**named, **{f"time {i}": i for i in times}}
+    guessed, doubts = guessed_roles(headings, taken, wanted, where)
+    roles = {**named, **guessed}
+    if groups[0].time is not None:
+        roles.setdefault("time", groups[0].time)
+    return roles, doubts
+
+
+def _declared(
+    columns: Sequence[RawColumn],
+    headings: Sequence[Heading],
+    declared: Mapping[str, str],
+    roles: Mapping[str, int],
+    where: str,
+    notes: list[str],
+) -> list[RawColumn]:
+    """Columns with the units the user declared, by role, header or number of the column."""
+    result = list(columns)
+    for key, unit in declared.items():
+        place = roles[key] if key in roles else find_column(key, headings)
+        if place is None and key in ROLES:
+            continue  # this file has no such channel
+        if place is None:
+            known = [*(h.header for h in headings if h.header), *ROLES]
+            raise DataError(
+                f'{where}, unit of "{key}"', "no such column", "a header or a role", did_you_mean(key, known)
+            )
+        column = columns[place]
+        if registry.expression(unit) is None:
+            expected = "a known unit, such as N, mm or ms"
+            raise DataError(
+                f'{where}, unit of "{key}"', f'unit "{unit}"', expected, did_you_mean(unit, ("N", "mm", "ms"))
+            )
+        if column.unit is not None and registry.expression(column.unit) != registry.expression(unit):
+            notes.append(f'Column "{column.header}" is read in {unit}, as declared, not in {column.unit}.')
+        result[place] = replace(column, unit=unit)
+    return result
+
+
+def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Group], list[TimeBase]]:
+    """Groups whose samples were taken at the same times, put together."""
+    merged: list[Group] = []
+    kept: list[TimeBase] = []
+    for group, base in zip(groups, bases, strict=True):
+        for i, other in enumerate(kept):
+            if other.time.size == base.time.size and np.array_equal(other.time, base.time, equal_nan=True):
+                merged[i] = replace(merged[i], members=merged[i].members + group.members)
+                break
+        else:
+            merged.append(group)
+            kept.append(base)
+    return merged, kept
+
+
+def _finished(column: RawColumn, base: TimeBase, group: int, notes: list[str]) -> Column:
+    """Column in SI with all that is wrong with it masked."""
+    known = None if column.unit is None else known_unit(column.name, column.unit)
+    si = None if known is None else registry.si_unit(known)
+    factor = 1.0 if known is None or si is None else registry.to_si(known, si)
+    if column.unit is not None and si is None:
+        notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
+    numbers, outliers = _masked(column, base, si, notes)
+    valid = numbers.reasons == 0
+    counts = {REASONS[c]: int(n) for c, n in zip(*np.unique(numbers.reasons[~valid], return_counts=True), strict=True)}
+    return Column(
+        header=column.header,
+        name=column.name,
+        unit=column.unit,
+        si=si,
+        values=frozen(_scaled(numbers.values, factor)),
+        valid=frozen(valid),
+        masked=frozen_mapping(counts),
+        group=group,
+        outliers=tuple(map(int, outliers)),
+    )
+
+
+def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
+    """Values times a factor; by division where that is exact, so that 12.5 mm is 0.0125 m to the last bit."""
+    inverse = 1.0 / factor
+    return values / round(inverse) if factor < 1 and abs(inverse - round(inverse)) < 1e-9 * inverse else values * factor
+
+
+def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str]) -> tuple[Numbers, np.ndarray]:
+    """Numbers of a column with damage masked, and the rows of outliers that are only reported."""
+    n = base.time.size
+    whole = column.numbers
+    numbers = Numbers(whole.values[:n], whole.reasons[:n], whole.shapes[:n], whole.texts[:n], whole.mark)
+    numbers = masked_with(numbers, absurd(numbers.values), "absurd")
+    if len(numbers.texts):
+        numbers = masked_with(numbers, odd_numbers(numbers), "digit lost or doubled")
+    numbers = masked_with(numbers, np.isnan(base.time), "time unusable")
+    flat = flat_stretches(numbers.values, numbers.resolution if len(numbers.texts) else column.resolution)
+    numbers = masked_with(numbers, flat.saturated, "saturated")
+    numbers = masked_with(numbers, flat.stuck, "stuck")
+    if flat.stops_dead.any():
+        edges = np.count_nonzero(np.diff(np.concatenate([[0], flat.stops_dead.view(np.int8)])) == 1)
+        if si in _CUT_OFF_BY_AMPLIFIERS and edges > 1:
+            numbers = masked_with(numbers, flat.stops_dead, "saturated")
+        else:
+            notes.append(_stops_dead(column, flat.stops_dead))
+    outliers = lone_outliers(numbers.values)
+    if outliers.size:
+        shown = ", ".join(f"{base.time[i]:.6g}" for i in outliers[:3])
+        more = " ..." if outliers.size > 3 else ""
+        notes.append(f'Column "{column.header}" has {outliers.size} lone outliers (at {shown}{more} s); they are kept.')
+    return numbers, outliers
+
+
+def _stops_dead(column: RawColumn, where: np.ndarray) -> str:
+    count = int(where.sum())
+    return (
+        f'Column "{column.header}" stops dead at its extreme for {count} samples: an end stop, a drive at rest, '
+        "or a sensor at full scale; they are kept."
+    )

@@ -1,0 +1,114 @@
+"""Bytes to text: the encodings loggers and spreadsheets write, without a guess that could change a digit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fibrefit.core.errors import DataError
+
+#: How files that are no text begin, and what to do with them.
+FOREIGN = {
+    b"PK\x03\x04": ("a spreadsheet or an archive", "Save the sheet as CSV."),
+    b"\xd0\xcf\x11\xe0": ("an old spreadsheet", "Save the sheet as CSV."),
+    b"\x1f\x8b": ("a compressed file", "Unpack it first."),
+    b"%PDF": ("a PDF", "Export the measured values as CSV."),
+    b"\x89PNG": ("a picture", "Export the measured values as CSV."),
+}
+
+#: Bytes that are letters of Czech in cp1250 and rare signs in cp1252.
+_CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf2\xf8\xf9")
+
+#: A text holds no control bytes. Some may come from damage; blocks of zeros come from a power failure.
+_MOST_CONTROLS, _MOST_ZEROS = 0.01, 0.3
+_CONTROLS = bytes(set(range(1, 32)) - set(b"\t\n\r\x0b\x0c\x1a"))
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Text of a file.
+
+    Parameters
+    ----------
+    lines : list of str
+        Lines without their ends.
+    encoding : str
+        Name of the encoding.
+    ended : bool
+        Whether the last line had an end; without one its last value may be cut short.
+    notes : tuple of str
+        What had to be decided.
+    """
+
+    lines: list[str]
+    encoding: str
+    ended: bool
+    notes: tuple[str, ...] = ()
+
+
+def decode(data: bytes, where: str) -> Text:
+    """Text of a file, whatever its encoding.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    Text
+        Its lines.
+
+    Raises
+    ------
+    DataError
+        If the file is empty or no text.
+    """
+    if not data.strip(b"\x00\r\n\t \x1a\xff\xfe"):
+        raise DataError(where, "the file is empty", "a table of measured values")
+    for start, (what, do) in FOREIGN.items():
+        if data.startswith(start):
+            raise DataError(where, f"{what}, not text", "a text file, .mat, .tdms or .mf4", do)
+    text, encoding, notes = _decoded(data, where)
+    text = text.lstrip("\ufeff").rstrip("\x1a")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = text.split("\n")
+    ended = lines[-1] == ""
+    return Text(lines[:-1] if ended else lines, encoding, ended, notes)
+
+
+def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
+    wide = _wide_encoding(data)
+    if wide:
+        return data.decode(wide, errors="replace"), wide.upper(), ()
+    controls = len(data) - len(data.translate(None, _CONTROLS))
+    if controls > max(8, _MOST_CONTROLS * len(data)) or data.count(0) > _MOST_ZEROS * len(data):
+        raise DataError(where, "binary data, not text", "a text file, .mat, .tdms or .mf4", "Export the values as CSV.")
+    try:
+        return data.decode("utf-8"), "UTF-8", ()
+    except UnicodeDecodeError:
+        pass
+    text = data.decode("utf-8", errors="replace")
+    broken = text.count("\ufffd")
+    whole = sum(1 for char in text if char > "\x7f") - broken
+    if data.startswith(b"\xef\xbb\xbf") or whole > broken:
+        return text, "UTF-8", (f"{broken} characters are not valid UTF-8.",)
+    encoding = "cp1250" if _CZECH & set(data) else "cp1252"
+    return data.decode(encoding, errors="replace"), encoding, ()
+
+
+def _wide_encoding(data: bytes) -> str | None:
+    """Encoding with two or four bytes a character, from its mark or from where the zero bytes stand."""
+    if data.startswith((b"\xff\xfe\x00\x00", b"\x00\x00\xfe\xff")):
+        return "utf-32"
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    head = data[:4096]
+    zeros_even, zeros_odd = head[::2].count(0), head[1::2].count(0)
+    half = max(1, len(head) // 2)
+    if zeros_odd > 0.6 * half and zeros_even < 0.1 * half:
+        return "utf-16-le"
+    if zeros_even > 0.6 * half and zeros_odd < 0.1 * half:
+        return "utf-16-be"
+    return None

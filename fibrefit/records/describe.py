@@ -1,0 +1,153 @@
+"""What was understood of a file, in sentences for a terminal of 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+
+import numpy as np
+
+from fibrefit.core.units import format_number, format_quantity
+from fibrefit.records.record import Record
+from fibrefit.records.table import Column, Table
+from fibrefit.records.timebase import Gap, TimeBase
+
+WIDTH = 80
+
+#: Gaps named one by one; the rest are counted.
+_GAPS_SHOWN = 3
+
+
+def describe(what: Table | Record) -> list[str]:
+    """Sentences on a table or a record.
+
+    Parameters
+    ----------
+    what : Table or Record
+        As read.
+
+    Returns
+    -------
+    list of str
+        Lines of at most 80 characters: layout, columns with unit and range, rate and where it comes from, gaps, what is
+        masked and why, everything that was decided.
+    """
+    return _of_table(what) if isinstance(what, Table) else _of_record(what)
+
+
+def _of_table(table: Table) -> list[str]:
+    lines = _wrapped(f"{table.path.name}: {_layout(table)}")
+    for number, base in enumerate(table.times):
+        members = [column for column in table.columns if column.group == number]
+        if len(table.times) > 1:
+            lines += _wrapped(f"Group {number + 1} of {len(table.times)}:")
+        lines += _wrapped(_times(base, known=table.time_unit is not None))
+        lines += _lost(base)
+        for column in members:
+            role = next((r for r, place in table.roles.items() if table.columns[place] is column), None)
+            lines += _wrapped(_column(column, role), indent=2)
+    for doubt in table.doubts.values():
+        lines += _wrapped(f"In doubt: {doubt.got}. {doubt.do}")
+    for note in table.notes:
+        lines += _wrapped(note)
+    return lines
+
+
+def _of_record(record: Record) -> list[str]:
+    span = f"{format_quantity(record.duration, 's')} from {format_quantity(float(record.time[0]), 's')}"
+    rate = f"{format_number(record.rate, 7)} Hz" if record.uniform else f"about {format_number(record.rate)} Hz, uneven"
+    lines = _wrapped(f"{record.name}: {len(record)} samples, {span}, {rate}.")
+    lines += _gaps(record.gaps)
+    for role, values in record.channels.items():
+        valid = record.valid[role]
+        lines += _wrapped(f"{role}: {_range(values[valid], record.units[role])}; {_share(valid)}.", indent=2)
+    for sentence in record.history:
+        lines += _wrapped(sentence)
+    return lines
+
+
+def _layout(table: Table) -> str:
+    layout = table.layout
+    if layout.get("format") != "text":
+        return f"{layout.get('format', 'binary')} file, {layout.get('rows', 0)} rows, {len(table.columns)} channels."
+    header = f"header in line {layout['header_line']}" if layout.get("header_line") else "no header"
+    unit_line = f", units in line {layout['unit_line']}" if layout.get("unit_line") else ""
+    return (
+        f"{layout['rows']} rows in lines {layout['first_row']} to {layout['last_row']}, {header}{unit_line}; "
+        f"{layout['encoding']}, columns separated by {layout['delimiter']}, decimal {layout['decimal']}."
+    )
+
+
+def _times(base: TimeBase, *, known: bool) -> str:
+    usable = base.time[np.isfinite(base.time)]
+    source = f"{base.source[0].upper()}{base.source[1:]}"
+    if not known:
+        return f"{source}: from {usable[0]:.6g} to {usable[-1]:.6g}, without a known unit."
+    rate = f"{format_number(base.rate, 7)} Hz" if base.uniform else f"about {format_number(base.rate)} Hz, uneven"
+    first, last = (format_quantity(float(t), "s", 6) for t in (usable[0], usable[-1]))
+    return f"{source}: {rate}, {usable.size} samples from {first} to {last}."
+
+
+def _lost(base: TimeBase) -> list[str]:
+    lines = _gaps(base.gaps)
+    for reason, rows in base.lost.items():
+        lines += _wrapped(f"{_count(len(rows), 'row')} without a usable time: {reason}.")
+    return lines
+
+
+def _gaps(gaps: tuple[Gap, ...]) -> list[str]:
+    lines = []
+    for gap in gaps[:_GAPS_SHOWN]:
+        lines += _wrapped(f"Gap after {format_quantity(gap.after, 's', 6)}: {_count(gap.missing, 'sample')} missing.")
+    rest = gaps[_GAPS_SHOWN:]
+    if rest:
+        missing = sum(gap.missing for gap in rest)
+        lines += _wrapped(f"{_count(len(rest), 'further gap')} with {_count(missing, 'sample')} missing.")
+    return lines
+
+
+def _column(column: Column, role: str | None) -> str:
+    named = f'"{column.header}"' + (f" is the {role}" if role else "")
+    unit = f"unit {column.unit}" if column.unit else "no unit"
+    values = column.values[column.valid]
+    return f"{named}: {unit}; {_range(values, column.si)}{_reasons(column.masked)}."
+
+
+def _range(values: np.ndarray, si: str | None) -> str:
+    if not values.size:
+        return "no usable sample"
+    low, high = float(values.min()), float(values.max())
+    if si is None:
+        return f"{low:.6g} to {high:.6g}"
+    if low == high:
+        return f"{format_quantity(low, si)} throughout"
+    return f"{format_quantity(low, si)} to {format_quantity(high, si)}"
+
+
+def _reasons(masked: Mapping[str, int]) -> str:
+    if not masked:
+        return ""
+    return (
+        f"; {sum(masked.values())} masked (" + ", ".join(f"{count} {reason}" for reason, count in masked.items()) + ")"
+    )
+
+
+def _share(valid: np.ndarray) -> str:
+    masked = int((~valid).sum())
+    return f"{_count(masked, 'sample')} masked" if masked else "all samples valid"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _wrapped(sentence: str, indent: int = 0) -> list[str]:
+    first = " " * indent
+    return textwrap.wrap(
+        sentence,
+        WIDTH,
+        initial_indent=first,
+        subsequent_indent=first + "  ",
+        break_long_words=True,
+        break_on_hyphens=False,
+    )

@@ -1,0 +1,246 @@
+"""From a file to a table, and from a table to a record."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fibrefit.core import units as registry
+from fibrefit.core.errors import DataError, UsageError
+from fibrefit.records.build import Wishes, build
+from fibrefit.records.decode import decode
+from fibrefit.records.lvm import is_lvm, read_lvm
+from fibrefit.records.raw import Raw
+from fibrefit.records.record import Record
+from fibrefit.records.roles import USUAL
+from fibrefit.records.table import Column, Table
+from fibrefit.records.text import Hints, read_text
+from fibrefit.records.words import ROLES
+
+
+def read_table(
+    path: str | Path,
+    *,
+    columns: Sequence[str] | None = None,
+    channels: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    rate: float | None = None,
+    roles: Sequence[str] | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+) -> Table:
+    """Read what a measurement file says, without choosing from it.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text of any logger, LVM, MATLAB, TDMS or MDF4.
+    columns : sequence of str, optional
+        Headings in order, for a file without any (``"time [s]"``, ``"force [N]"``).
+    channels : mapping of str to str, optional
+        Header by role (``{"force": "F_Seil [N]"}``), or ``"column 2"``.
+    units : mapping of str to str, optional
+        Unit by role or header, where the file has none or a wrong one.
+    rate : float, optional
+        Sampling rate in Hz, where the file does not tell.
+    roles : sequence of str, optional
+        Roles to look for among columns nobody named; force, position, drive and angle by default.
+    delimiter, decimal : str, optional
+        Characters between columns and before decimals, where the file can be read in two ways.
+
+    Returns
+    -------
+    Table
+        Columns in SI where units are known, with masks, times and notes.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read, or not in one way only.
+    UsageError
+        If an argument makes no sense.
+    """
+    path = Path(path)
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise UsageError("rate", f"{rate}", "a positive number in Hz")
+    if decimal is not None and decimal not in (".", ","):
+        raise UsageError("decimal", f'"{decimal}"', '"." or ","')
+    if delimiter is not None and len(delimiter) != 1:
+        raise UsageError("delimiter", f'"{delimiter}"', "one character")
+    data = _bytes(path)
+    wishes = Wishes(channels or {}, units or {}, rate, tuple(roles or USUAL))
+    hints = Hints(tuple(columns or ()), frozenset((channels or {}).values()), delimiter, decimal)
+    raw = _raw(data, path, hints)
+    return build(raw, path, hashlib.sha256(data).hexdigest(), wishes)
+
+
+def read_record(
+    path: str | Path,
+    *,
+    channels: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    columns: Sequence[str] | None = None,
+    rate: float | None = None,
+    roles: Sequence[str] | None = None,
+    name: str | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+) -> Record:
+    """Read a record: time, force, position and, where there is one, the drive, in SI.
+
+    Parameters
+    ----------
+    path : str or Path
+        As for `read_table`; so are the arguments not listed here.
+    name : str, optional
+        Name of the record; that of the file by default.
+    channels, units, columns, rate, roles, delimiter, decimal
+        See `read_table`.
+
+    Returns
+    -------
+    Record
+        Channels found by name, or by heading and unit where they leave no doubt. Rows without a usable time are left
+        out; all other damage is masked and counted in the history.
+
+    Raises
+    ------
+    DataError
+        If the file is not understood, a channel is in doubt or carries no unit, or there is no channel at all.
+    UsageError
+        If an argument makes no sense.
+    """
+    table = read_table(
+        path,
+        columns=columns,
+        channels=channels,
+        units=units,
+        rate=rate,
+        roles=roles,
+        delimiter=delimiter,
+        decimal=decimal,
+    )
+    return record_of(table, channels=channels or {}, name=name)
+
+
+def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: str | None = None) -> Record:
+    """Record from a table.
+
+    Parameters
+    ----------
+    table : Table
+        What the file says.
+    channels : mapping of str to str, optional
+        Roles the user named: these must be there, whatever group of columns they belong to.
+    name : str, optional
+        Name of the record.
+
+    Returns
+    -------
+    Record
+        Of the group of columns that holds the force, or else the first channel found.
+
+    Raises
+    ------
+    DataError
+        As for `read_record`.
+    """
+    where = table.path.name
+    for doubt in table.doubts.values():
+        raise doubt
+    found = {role: table.columns[place] for role, place in table.roles.items() if role in ROLES and role != "time"}
+    if not found:
+        headers = ", ".join(f'"{column.header}"' for column in table.columns[:8])
+        do = 'Name the channels, such as force = "F_Seil [N]", under [channels].'
+        raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
+    group = _group(found, channels or {}, where)
+    kept = {role: column for role, column in found.items() if column.group == group}
+    for role, column in kept.items():
+        _check_unit(column, role, where)
+    base = table.times[group]
+    if table.time_unit is None:
+        header = f'{where}, column "{table.time_header}"'
+        raise DataError(header, "the time has no known unit", registry.ACCEPTED["s"], "Declare it under [units].")
+    rows = np.isfinite(base.time)
+    return Record(
+        name=name or where,
+        path=table.path,
+        sha256=table.sha256,
+        time=base.time[rows],
+        channels={role: column.values[rows] for role, column in kept.items()},
+        valid={role: column.valid[rows] for role, column in kept.items()},
+        rate=base.rate,
+        uniform=base.uniform,
+        gaps=base.gaps,
+        headers={"time": table.time_header or base.source} | {role: column.header for role, column in kept.items()},
+        history=tuple(_history(table, kept, group)),
+    )
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise DataError(str(path), error.strerror or "cannot be read", "a measurement file") from None
+
+
+def _raw(data: bytes, path: Path, hints: Hints) -> Raw:
+    """Columns of a file, by the reader its first bytes call for."""
+    where = path.name
+    if data[:4] == b"TDSm":
+        from fibrefit.records.tdms import read_tdms
+
+        return read_tdms(path, where)
+    if data[:3] == b"MDF" or data[:6] == b"UnFinM":
+        from fibrefit.records.mdf import read_mdf
+
+        return read_mdf(path, where)
+    if data[:6] == b"MATLAB" or b"\x89HDF\r\n\x1a\n" in data[:1024] or path.suffix.casefold() == ".mat":
+        from fibrefit.records.matlab import read_matlab
+
+        return read_matlab(path, where, hints.wanted)
+    text = decode(data, where)
+    return read_lvm(text, where) if is_lvm(text) else read_text(text, where, hints)
+
+
+def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str) -> int:
+    """Group of columns the record is made of."""
+    named = {found[role].group for role in channels if role in found}
+    if len(named) > 1:
+        headers = ", ".join(f'"{found[role].header}"' for role in channels if role in found)
+        do = "Export them at one rate."
+        raise DataError(where, f"the channels {headers} were sampled at different times", "one time base", do)
+    if named:
+        return named.pop()
+    first = found.get("force") or next(iter(found.values()))
+    return first.group
+
+
+def _check_unit(column: Column, role: str, where: str) -> None:
+    place, si = f'{where}, column "{column.header}"', ROLES[role]
+    if column.unit is None:
+        raise DataError(place, "no unit", registry.ACCEPTED[si], "Declare it under [units].")
+    if column.si != si:
+        raise DataError(place, f'unit "{column.unit}"', registry.ACCEPTED[si], "Declare it under [units].")
+
+
+def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
+    base = table.times[group]
+    said = [f"Read from {table.path.name}; time: {base.source}."]
+    said += [f'{role}: column "{column.header}" in {column.unit}.' for role, column in kept.items()]
+    for reason, rows in base.lost.items():
+        said.append(f"{len(rows)} rows left out: {reason}.")
+    for role, column in kept.items():
+        for reason, count in column.masked.items():
+            if reason != "time unusable":
+                said.append(f"{role}: {count} samples masked ({reason}).")
+    missing = sum(gap.missing for gap in base.gaps)
+    if missing:
+        said.append(f"{missing} samples are missing in {len(base.gaps)} gaps.")
+    aside = [column.header for column in table.columns if column not in kept.values()]
+    if aside:
+        said.append(f"Columns left out: {', '.join(aside)}.")
+    return [*said, *table.notes]

@@ -1,0 +1,240 @@
+"""A measured record in SI: immutable, with the history of what was done to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.units import format_number, format_quantity
+from fibrefit.records.table import frozen, frozen_mapping
+from fibrefit.records.timebase import Gap
+from fibrefit.records.words import ROLES
+
+#: Relative deviation of a step from the usual one that still belongs to a uniform grid with printed times.
+_ON_GRID = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """Measured channels of one run.
+
+    Arrays cannot be written to; every method returns a new record whose history says what was done.
+
+    Parameters
+    ----------
+    name : str
+        Name in results and messages.
+    path : Path
+        File it was read from.
+    sha256 : str
+        Of that file's bytes.
+    time : (n,) float array
+        In s, strictly increasing.
+    channels : mapping of str to (n,) float array
+        By role (force in N, position and drive in m, angle in rad); NaN where nothing usable was measured.
+    valid : mapping of str to (n,) bool array
+        By role; True where the channel holds a measured sample.
+    rate : float
+        Samples a second, in Hz; the median where `uniform` is False.
+    uniform : bool
+        Whether all steps in time are equal, gaps aside.
+    gaps : tuple of Gap
+        Missing samples.
+    headers : mapping of str to str
+        Header in the file of each role, the time included.
+    history : tuple of str
+        Sentences: how it was read, what was left out, what was done since.
+    """
+
+    name: str
+    path: Path
+    sha256: str
+    time: np.ndarray
+    channels: Mapping[str, np.ndarray]
+    valid: Mapping[str, np.ndarray]
+    rate: float
+    uniform: bool = True
+    gaps: tuple[Gap, ...] = ()
+    headers: Mapping[str, str] | None = None
+    history: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        n = self.time.size
+        sizes = {role: (values.size, self.valid[role].size) for role, values in self.channels.items()}
+        if any(size != (n, n) for size in sizes.values()):
+            raise ValueError(f"channels and masks of {sizes} samples do not fit {n} times")
+        object.__setattr__(self, "time", frozen(self.time))
+        object.__setattr__(self, "channels", frozen_mapping({r: frozen(v) for r, v in self.channels.items()}))
+        object.__setattr__(self, "valid", frozen_mapping({r: frozen(v) for r, v in self.valid.items()}))
+        object.__setattr__(self, "headers", frozen_mapping(self.headers or {}))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        plain = {f: getattr(self, f) for f in self.__dataclass_fields__}
+        plain |= {f: dict(plain[f]) for f in ("channels", "valid", "headers")}
+        return _rebuilt, (plain,)
+
+    def __len__(self) -> int:
+        return int(self.time.size)
+
+    @property
+    def duration(self) -> float:
+        """Time between the first and the last sample, in s."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each channel."""
+        return {role: ROLES[role] for role in self.channels}
+
+    def window(self, start: float | None = None, stop: float | None = None) -> Record:
+        """Part of the record.
+
+        Parameters
+        ----------
+        start, stop : float or None
+            First and last time kept, in s; None keeps that end.
+
+        Returns
+        -------
+        Record
+            Its times stay as they were.
+
+        Raises
+        ------
+        UsageError
+            If fewer than 3 samples are left.
+        """
+        low = self.time[0] if start is None else start
+        high = self.time[-1] if stop is None else stop
+        keep = (self.time >= low) & (self.time <= high)
+        if keep.sum() < 3:
+            span = f"{format_number(float(self.time[0]), 6)} to {format_number(float(self.time[-1]), 6)} s"
+            got = f"a window from {format_number(low, 6)} to {format_number(high, 6)} s holds {int(keep.sum())} samples"
+            raise UsageError(self.name, got, f"at least 3 of the record's {span}")
+        said = f"Kept {format_number(low, 6)} to {format_number(high, 6)} s: {int(keep.sum())} of {len(self)} samples."
+        gaps = tuple(gap for gap in self.gaps if low <= gap.after < high)
+        return self._rows(keep, said, gaps)
+
+    def masked(self, role: str, where: np.ndarray, why: str) -> Record:
+        """Record with some samples of a channel declared unusable.
+
+        Parameters
+        ----------
+        role : str
+            The channel.
+        where : (n,) bool array
+            Samples to mask.
+        why : str
+            Reason, for the history.
+
+        Returns
+        -------
+        Record
+            With those samples NaN and not valid.
+
+        Raises
+        ------
+        UsageError
+            If the record has no such channel.
+        """
+        self._check(role)
+        fresh = int((self.valid[role] & where).sum())
+        values, valid = self.channels[role].copy(), self.valid[role] & ~where
+        values[where] = np.nan
+        return replace(
+            self,
+            channels={**self.channels, role: values},
+            valid={**self.valid, role: valid},
+            history=(*self.history, f"Masked {fresh} samples of {role}: {why}."),
+        )
+
+    def only(self, *roles: str) -> Record:
+        """Record with some of its channels.
+
+        Parameters
+        ----------
+        *roles : str
+            Channels to keep.
+
+        Returns
+        -------
+        Record
+            Without the others.
+
+        Raises
+        ------
+        UsageError
+            If the record lacks one of them.
+        """
+        for role in roles:
+            self._check(role)
+        return replace(
+            self,
+            channels={role: self.channels[role] for role in roles},
+            valid={role: self.valid[role] for role in roles},
+            history=(*self.history, f"Kept the channels {', '.join(roles)}."),
+        )
+
+    def on_grid(self) -> Record:
+        """Record with a row for every tick of its rate: missing samples become rows without valid values.
+
+        Returns
+        -------
+        Record
+            Itself, where nothing is missing. No value is interpolated and no sample is moved to another tick; times
+            are those of the grid, which differ from printed ones by rounding only.
+
+        Raises
+        ------
+        UsageError
+            If the sampling is uneven.
+        """
+        ticks = (self.time - self.time[0]) * self.rate
+        places = np.round(ticks).astype(int)
+        if not self.uniform or np.abs(ticks - places).max() > _ON_GRID or (np.diff(places) < 1).any():
+            do = "Export it with a constant rate."
+            raise UsageError(self.name, "its sampling is uneven", "equal steps in time", do)
+        n = int(places[-1]) + 1
+        if n == len(self):
+            return self
+        channels = {role: _spread(values, places, n, np.nan) for role, values in self.channels.items()}
+        valid = {role: _spread(mask, places, n, False) for role, mask in self.valid.items()}
+        said = f"Put on a grid of {format_number(self.rate, 7)} Hz: {n - len(self)} missing samples are empty rows."
+        time = self.time[0] + np.arange(n) / self.rate
+        return replace(self, time=time, channels=channels, valid=valid, gaps=(), history=(*self.history, said))
+
+    def _rows(self, keep: np.ndarray, said: str, gaps: tuple[Gap, ...]) -> Record:
+        return replace(
+            self,
+            time=self.time[keep],
+            channels={role: values[keep] for role, values in self.channels.items()},
+            valid={role: mask[keep] for role, mask in self.valid.items()},
+            gaps=gaps,
+            history=(*self.history, said),
+        )
+
+    def _check(self, role: str) -> None:
+        if role not in self.channels:
+            do = did_you_mean(role, self.channels)
+            raise UsageError(self.name, f'no channel "{role}"', f"one of {', '.join(self.channels)}", do)
+
+    def __repr__(self) -> str:
+        n, span = len(self), format_quantity(self.duration, "s")
+        return (
+            f"Record({self.name!r}: {', '.join(self.channels)}; {n} samples, {span}, {format_number(self.rate, 6)} Hz)"
+        )
+
+
+def _rebuilt(plain: dict[str, Any]) -> Record:
+    return Record(**plain)
+
+
+def _spread(values: np.ndarray, places: np.ndarray, n: int, empty: float | bool) -> np.ndarray:
+    spread = np.full(n, empty, dtype=values.dtype)
+    spread[places] = values
+    return spread

@@ -1,0 +1,181 @@
+"""What a sensor does to a record: absurd values, a full scale that was reached, a reading that froze.
+
+A held weight, a slack fibre and a drive at rest are flat too, and rightly so. A reading counts as frozen or full only
+if it is exactly the same for longer than the noise around it allows; without noise, only if it stops dead at its
+extreme while it was running on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+#: A number this large, and this much larger than the rest of its column, is no measured value.
+_ABSURD, _ABSURD_RATIO = 1e9, 1e4
+
+#: Nines as loggers write them for "no value", far outside the rest of the column.
+_NINES, _NINES_RATIO = 999.0, 10.0
+
+#: Chance at which a run of equal readings in a noisy record may be an accident.
+_CHANCE = 1e-4
+
+#: Shortest run of equal readings that is looked at.
+_SHORTEST = 4
+
+#: A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off.
+_OVERSHOOT = 4.0
+
+#: A flat stretch this close to zero, against the range, is a slack fibre or a sensor at rest.
+_AT_ZERO = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Flat:
+    """Stretches in which a reading does not move although it should.
+
+    Parameters
+    ----------
+    saturated : (n,) bool array
+        At the extreme of the column.
+    stuck : (n,) bool array
+        Elsewhere.
+    stops_dead : (n,) bool array
+        Flat at the extreme without any noise in the column: a full sensor, an end stop, or a drive that holds.
+    """
+
+    saturated: np.ndarray
+    stuck: np.ndarray
+    stops_dead: np.ndarray
+
+
+def absurd(values: np.ndarray) -> np.ndarray:
+    """Samples that are no measured value: 1E+10 among tens, or -9999 among ones.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where there is none.
+
+    Returns
+    -------
+    (n,) bool array
+        True for absurd ones.
+    """
+    size = np.abs(values)
+    present = size[np.isfinite(size)]
+    if present.size < 3:
+        return np.zeros(values.size, bool)
+    usual = float(np.quantile(present, 0.5))
+    huge = (size >= _ABSURD) & (size > _ABSURD_RATIO * max(usual, 1e-300))
+    nines = (size >= _NINES) & np.isin(size, _nines(float(present.max())))
+    rest = size[~huge & ~nines & np.isfinite(size)]
+    far = size > _NINES_RATIO * float(rest.max()) if rest.size else np.zeros(values.size, bool)
+    return huge | (nines & far)
+
+
+def _nines(largest: float) -> np.ndarray:
+    """999, 999.9, 9999, ... up to the largest value; and 999.25, which one family of loggers writes."""
+    digits = range(3, int(math.log10(max(largest, 10.0))) + 2)
+    return np.array([999.25] + [float("9" * n) + tail for n in digits for tail in (0.0, 0.9, 0.99)])
+
+
+def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
+    """Find where a reading is frozen or cut off at full scale.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+    resolution : float
+        Step of the last printed digit, in the unit of `values`; 0 where it is not known.
+
+    Returns
+    -------
+    Flat
+        Masks.
+    """
+    nothing = np.zeros(values.size, bool)
+    rows = np.flatnonzero(np.isfinite(values))
+    run = values[rows]
+    if run.size < 20 or np.ptp(run) == 0:
+        return Flat(nothing, nothing, nothing)
+    starts, lengths = _runs_of_equals(run)
+    noisy, longest_by_chance = _noise_of(run, lengths)
+    saturated, stuck, dead = nothing.copy(), nothing.copy(), nothing.copy()
+    for start, length in zip(starts[lengths >= _SHORTEST], lengths[lengths >= _SHORTEST], strict=True):
+        here = rows[start : start + length]
+        extreme = run[start] in (run.max(), run.min())
+        if noisy and length > longest_by_chance:
+            (saturated if extreme else stuck)[here] = True
+        elif (
+            extreme
+            and not noisy
+            and abs(run[start]) > _AT_ZERO * np.ptp(run)
+            and _stops_dead(run, start, length, resolution)
+        ):
+            dead[here] = True
+    return Flat(saturated, stuck, dead)
+
+
+def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(run) != 0) + 1])
+    return starts, np.diff(np.append(starts, run.size))
+
+
+def _noise_of(run: np.ndarray, lengths: np.ndarray) -> tuple[bool, float]:
+    """Whether readings scatter from sample to sample, and the longest run of equal ones that leaves to chance."""
+    second = np.diff(run, 2)
+    second = second[second != 0]
+    if second.size < 10:
+        return False, math.inf
+    # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
+    turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
+    ordinary = np.sort(lengths)[: max(1, lengths.size - 5)]
+    equal = 1.0 - ordinary.size / float(ordinary.sum())
+    if turns < 0.55 or equal > 0.6:
+        return False, math.inf
+    equal = max(equal, 1.0 / run.size)
+    return True, max(_SHORTEST, 1 + math.log(_CHANCE / run.size) / math.log(equal))
+
+
+def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> bool:
+    """Whether a smooth reading was on its way past the flat level when it stopped, or came from beyond it."""
+    level, stop = run[start], start + length
+    outward = 1.0 if level == run.max() else -1.0
+    overshoots = []
+    for before in (
+        run[start - 3 : start] if start >= 3 else None,
+        run[stop : stop + 3][::-1] if stop + 3 <= run.size else None,
+    ):
+        if before is not None:
+            slope, curvature = before[2] - before[1], before[2] - 2 * before[1] + before[0]
+            beyond = outward * (before[2] + 2 * slope + 3 * curvature - level)
+            overshoots.append(beyond > _OVERSHOOT * max(abs(curvature), resolution))
+    return bool(overshoots) and all(overshoots)
+
+
+def lone_outliers(values: np.ndarray) -> np.ndarray:
+    """Single samples far from both neighbours, which agree among themselves. They are reported, not masked.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+
+    Returns
+    -------
+    (m,) int array
+        Their rows.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    run = values[rows]
+    if run.size < 20:
+        return np.zeros(0, int)
+    middle = 0.5 * (run[:-2] + run[2:])
+    apart = np.abs(run[1:-1] - middle)
+    sides = np.abs(run[2:] - run[:-2])
+    scatter = 1.4826 * float(np.median(apart))
+    far = apart > 12 * np.maximum(scatter, sides) if scatter > 0 else np.zeros(apart.size, bool)
+    return rows[1:-1][far]

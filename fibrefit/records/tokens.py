@@ -1,0 +1,85 @@
+"""What one cell of a table is: a number, a time of day, a sign for a missing value, or text."""
+
+from __future__ import annotations
+
+import re
+
+#: A number with a decimal point or a decimal comma. A trailing mark is read for points only: "12," is a separator.
+NUMBER = {
+    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
+}
+
+_GROUP = {".": "[,'\u2019 ]", ",": "[.'\u2019 ]"}
+
+#: Digits in groups of three: 1.012,5 or 1'012.5.
+THOUSANDS = {mark: re.compile(rf"[+-]?\d{{1,3}}(?:{group}\d{{3}})+(?:[{mark}]\d*)?") for mark, group in _GROUP.items()}
+
+_DATE = r"(?:\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
+_TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,:]\d+)?|[.,]\d+)"
+_HALF = r"(?:\s?[aApP]\.?[mM]\.?)?"
+_ZONE = r"(?:\s?(?:Z|[+-]\d{2}:?\d{2}))?"
+
+#: Time of day, with or without a date before it; or a date alone.
+CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:[T\s]\s*|$))?(?:(?P<time>{_TIME})(?P<half>{_HALF}){_ZONE})?")
+DATE = re.compile(_DATE)
+
+_NOT_A_NUMBER = (
+    r"nan|[+-]?1[.,]#(?:ind|snan|qnan)\w*|[+-]?nan\(.*\)|n/?a|#n/?a|#nv|#wert!|#value!|#num!|#zahl!|#ref!|null|none|nil"
+    r"|-+|\?+|x+|missing|invalid|ung[uü]ltig|neplatn\w*|err(?:or)?|#err\w*|fehler|chyba|bad|void|no ?data|burnout|open"
+)
+_OVERFLOW = (
+    r"[+-]?inf(?:inity)?|[+-]?1[.,]#inf\w*|[+-]?(?:over|under)(?:flow|range|load)?|[+-]?ovl?d?|[+-]?ovfl|[+-]?o\.?l\.?"
+    r"|[uü]berlauf|ueberlauf|[uü]bersteuert|p[rř]ete[cč]en[ií]|[+-]?sat(?:urated)?|clip(?:ped)?|\*+|#+|[+-]?∞|[<>]{2,}"
+)
+NOT_A_NUMBER = re.compile(_NOT_A_NUMBER, re.IGNORECASE)
+OVERFLOW = re.compile(_OVERFLOW, re.IGNORECASE)
+
+_SPACES = "\u2007\u2009\u202f\xa0"
+_PLAIN = str.maketrans({"\u2212": "-", "\u2013": "-", "\uff0b": "+"} | dict.fromkeys(_SPACES, " "))
+
+
+def clean(cell: str) -> str:
+    """Cell without surrounding blanks, with plain minus signs and plain spaces.
+
+    Parameters
+    ----------
+    cell : str
+        As in the file.
+
+    Returns
+    -------
+    str
+        The same characters otherwise.
+    """
+    text = cell.translate(_PLAIN).strip()
+    return text[0] + text[1:].lstrip() if text[:1] in "+-" and text[1:2] == " " else text
+
+
+def kind_of_cell(cell: str, mark: str) -> str:
+    """Kind of a cell under a decimal mark.
+
+    Parameters
+    ----------
+    cell : str
+        As in the file, without quotes.
+    mark : str
+        ``"."`` or ``","``.
+
+    Returns
+    -------
+    str
+        ``"number"``, ``"empty"``, ``"clock"``, ``"thousands"``, ``"not a number"``, ``"overflow"`` or ``"text"``.
+    """
+    text = clean(cell)
+    if not text:
+        return "empty"
+    if NUMBER[mark].fullmatch(text):
+        return "number"
+    if THOUSANDS[mark].fullmatch(text):
+        return "thousands"
+    if text[0].isdigit() and CLOCK.fullmatch(text):
+        return "clock"
+    if NOT_A_NUMBER.fullmatch(text):
+        return "not a number"
+    return "overflow" if OVERFLOW.fullmatch(text) else "text"

@@ -1,0 +1,125 @@
+"""Words for time, force, position, drive and angle in English, German and Czech headings."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+#: SI unit of each role a column can have.
+ROLES: dict[str, str] = {
+    "time": "s",
+    "force": "N",
+    "position": "m",
+    "drive": "m",
+    "angle": "rad",
+    "force_1": "N",
+    "force_2": "N",
+}
+
+#: Kind of quantity each role is.
+KIND_OF_ROLE = {role: {"s": "time", "N": "force", "m": "length", "rad": "angle"}[si] for role, si in ROLES.items()}
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+#: Stems that name a role wherever they stand in a word: Seilkraft, Pruefzeit, Standardweg.
+_STEMS = {
+    "time": _words("zeit timestamp elapsed"),
+    "force": _words("kraft force loadcell zatizeni"),
+    "position": _words("position displac extens verschieb poloh auslenk vychylk prodlouz"),
+    "drive": _words("antrieb pohon actuator aktuator aktor"),
+    "angle": _words("angle winkel uhel rotation"),
+}
+
+#: Whole words.
+_WORDS = {
+    "time": _words("time cas datum date uhrzeit t clock doba"),
+    "force": _words("load sila sily silu last tension tah f fn fz gauge"),
+    "position": _words("weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos"),
+    "drive": _words("drive motor excitation anregung buzeni stellweg"),
+    "angle": _words("phi alpha tilt natoceni"),
+}
+
+#: Words that tell a wanted or derived signal from a measured one.
+_NOT_MEASURED = _words("soll sollwert setpoint command cmd target reference zadana raw rohwert")
+
+#: Names of a column that only counts rows.
+_COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")
+
+#: Names of a column of remarks, which may be empty throughout.
+_REMARKS = _words(
+    "comment comments kommentar bemerkung bemerkungen poznamka remark remarks marker event events"
+) | _words("note notes info status hinweis")
+
+
+def tokens(text: str) -> list[str]:
+    """Words of a heading in lower case, without accents, split at signs, digits and changes of case.
+
+    Parameters
+    ----------
+    text : str
+        A heading, e.g. ``"F_Seil"`` or ``"Síla v laně"``.
+
+    Returns
+    -------
+    list of str
+        E.g. ``["f", "seil"]``.
+    """
+    bare = "".join(c for c in unicodedata.normalize("NFD", text) if not unicodedata.combining(c)).replace("ß", "ss")
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", bare)
+    return [word for word in re.split(r"[^a-z]+", spaced.casefold()) if word]
+
+
+def score(text: str, role: str) -> int:
+    """How clearly a heading names a role: 0 not at all, 1 by a letter, 3 by a word; less for a wanted value.
+
+    Parameters
+    ----------
+    text : str
+        Heading without its unit.
+    role : str
+        One of `ROLES`.
+
+    Returns
+    -------
+    int
+        Points.
+    """
+    role = role.split("_")[0]
+    words = tokens(text)
+    points = 0
+    for word in words:
+        if any(stem in word for stem in _STEMS[role]):
+            points = max(points, 3)
+        elif word in _WORDS[role] or (role == "position" and word.endswith("weg")):
+            points = max(points, 1 if len(word) == 1 else 3)
+    return points - 2 if points > 2 and any(word in _NOT_MEASURED for word in words) else points
+
+
+def kinds_named(text: str) -> set[str]:
+    """Kinds of quantity the words of a heading stand for.
+
+    Parameters
+    ----------
+    text : str
+        Heading without its unit.
+
+    Returns
+    -------
+    set of str
+        Of ``"time"``, ``"force"``, ``"length"`` and ``"angle"``.
+    """
+    return {KIND_OF_ROLE[role] for role in ("time", "force", "position", "drive", "angle") if score(text, role) > 0}
+
+
+def counts_rows(text: str) -> bool:
+    """Whether a heading is that of a column that numbers the rows."""
+    found = tokens(text)
+    return text.strip() == "#" or (len(found) > 0 and _COUNTERS.issuperset(found))
+
+
+def is_remark(text: str) -> bool:
+    """Whether a heading is that of a column of remarks."""
+    return any(word in _REMARKS for word in tokens(text))
