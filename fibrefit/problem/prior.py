@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import equinox as eqx
 import jax
@@ -18,29 +18,13 @@ from fibrefit.problem.layout import Layout
 from fibrefit.problem.transform import Range
 from fibrefit.simulate.model import Model
 
+if TYPE_CHECKING:  # its module needs pydantic, which this one does not
+    from fibrefit.study.parameters import PriorSetting
+
 WIDE = 10.0
 """Default priors reach this many times the typical size of a parameter."""
 WIDE_LOG = math.log(1000.0)
 """Default standard deviation of the logarithm of a positive parameter without limits: three decades."""
-
-
-class PriorLike(Protocol):
-    """A prior as a study states it, in SI: kind, centre, spread, lower, upper."""
-
-    @property
-    def kind(self) -> str: ...
-
-    @property
-    def centre(self) -> float: ...
-
-    @property
-    def spread(self) -> float: ...
-
-    @property
-    def lower(self) -> float: ...
-
-    @property
-    def upper(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -69,7 +53,7 @@ class Prior:
     source: str = "study"
 
     @classmethod
-    def of(cls, stated: PriorLike) -> Prior:
+    def of(cls, stated: PriorSetting) -> Prior:
         """From what a study states."""
         if stated.kind in ("uniform", "log_uniform"):
             return cls(stated.kind == "log_uniform", 1.0, math.inf, stated.lower, stated.upper)
@@ -238,7 +222,7 @@ class Priors:
         )
 
 
-def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[str, PriorLike | Prior]) -> Priors:
+def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[str, PriorSetting | Prior]) -> Priors:
     """The priors of a problem: those stated, defaults for the others.
 
     Parameters
