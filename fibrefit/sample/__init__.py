@@ -1,0 +1,1 @@
+"""The posterior: independent ensembles on the log posterior density, and whether to believe them."""

@@ -1,0 +1,153 @@
+"""Where physics is missing, a model of the noise explains it away; this tells the one from the other.
+
+Plain and whitened least squares weigh the samples differently. Where the model is right and only the noise is coloured
+both find the same values up to an error that is known; where the model lacks something they are led to different ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.layout import Layout
+from fibrefit.problem.problem import Linearised
+from fibrefit.problem.whitening import Whitening
+
+UNLIKELY = 1e-3
+"""Probability below which the difference of the two estimates is not taken for chance."""
+LOUD = 1.1
+"""Noise in the residuals over the noise at rest that still passes."""
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Difference of the plain and the whitened estimate, in units of its standard error.
+
+    Parameters
+    ----------
+    scores : (n_free,)
+        NaN where the difference has no error to speak of.
+    chance : float
+        Probability of a difference as large as this, of all values together, if the model is right.
+    """
+
+    scores: np.ndarray
+    chance: float
+
+
+def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Parting:
+    """Compare the plain estimate with the one a whitened step leads to from there.
+
+    Law
+    ---
+    d = -(J'C^-1 J)^-1 J'C^-1 r at the plain optimum, where J'r = 0; if the model is right, d has the covariance of the
+    plain estimate less that of the whitened one.
+
+    Parameters
+    ----------
+    layout : Layout
+    linear : Linearised
+        At the plain estimate.
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+
+    Returns
+    -------
+    Parting
+
+    Source
+    ------
+    Hausman, Econometrica 46 (1978).
+    """
+    from scipy.stats import chi2
+
+    slopes, level = np.asarray(linear.slopes), level[:, None, None]
+    sharp = np.stack([np.asarray(whitening.whiten(slopes[..., i])) for i in range(slopes.shape[-1])], axis=-1) / level
+    innovations = np.asarray(whitening.whiten(linear.residuals))[..., None] / level
+    normal = _assembled(layout, slopes, slopes)
+    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    bread = _inverse(normal / np.outer(scale, scale))
+    middle = _assembled(layout, slopes, _correlated(slopes, whitening, level)) / np.outer(scale, scale)
+    best = _inverse(_assembled(layout, sharp, sharp) / np.outer(scale, scale))
+    difference = -best @ (_gathered(layout, np.sum(sharp * innovations, axis=(1, 2))) / scale)
+    of_plain = bread @ middle @ bread
+    unit = 1.0 / np.sqrt(np.diag(of_plain))
+    excess, difference = (of_plain - best) * np.outer(unit, unit), difference * unit
+    known = np.diag(excess) > SLIGHT
+    scores = np.where(known, difference / np.sqrt(np.where(known, np.diag(excess), 1.0)), np.nan)
+    values, vectors = np.linalg.eigh(excess)
+    used = values > SLIGHT
+    statistic = np.sum((vectors[:, used].T @ difference) ** 2 / values[used])
+    return Parting(scores, float(chi2.sf(statistic, max(used.sum(), 1))))
+
+
+SLIGHT = 0.02
+"""Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    return np.linalg.pinv(matrix, rcond=1e-10, hermitian=True)
+
+
+def _assembled(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Sum of ``left' right`` of all records in the places of the free values, ``(n_free, n_free)``."""
+    total = np.zeros((layout.size + 2, layout.size + 2))
+    for record, place in enumerate(layout.local_columns):
+        local = np.einsum("cti,ctj->ij", left[record], right[record])
+        np.add.at(total, (place[:, None], place[None, :]), local)
+    return total[: layout.size, : layout.size]
+
+
+def _gathered(layout: Layout, local: np.ndarray) -> np.ndarray:
+    """Sum of vectors ``(n_record, n_local)`` in the places of the free values, ``(n_free,)``."""
+    total = np.zeros(layout.size + 2)
+    np.add.at(total, layout.local_columns, local)
+    return total[: layout.size]
+
+
+def _correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
+    """Covariance of the noise times the slopes, by convolution with its autocovariance."""
+    size = slopes.shape[2]
+    lags = whitening.autocovariance(size) * level[..., 0] ** 2
+    wrapped = np.concatenate([lags, np.zeros_like(lags[..., :1]), lags[..., :0:-1]], axis=-1)
+    spectrum = np.fft.rfft(wrapped, axis=-1)[..., None] * np.fft.rfft(slopes, 2 * size, axis=2)
+    seen = np.any(slopes != 0.0, axis=-1, keepdims=True)
+    return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
+
+
+def parting_check(names: tuple[str, ...], found: Parting) -> Check:
+    """Whether both estimates agree within the error of their difference."""
+    passed = found.chance >= UNLIKELY
+    if passed:
+        says = "Plain and whitened estimates agree within their errors: the noise model hides no physics that shows."
+    else:
+        order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
+        worst = ", ".join(f"{names[i]} by {abs(found.scores[i]):.2g}" for i in order if np.isfinite(found.scores[i]))
+        says = (
+            f"Plain and whitened estimates part by more than their errors ({worst} standard errors of the difference): "
+            "the model lacks something, and the noise model is explaining it away. Run discover before you trust this."
+        )
+    return Check("plain and whitened estimates agree", passed, says, found.chance, UNLIKELY)
+
+
+def loudness_check(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
+    """Whether the residuals are as quiet as the records at rest.
+
+    Parameters
+    ----------
+    channels : tuple of str
+    ratio : (n_channel,)
+        Rms of the residuals over the noise at rest, or over that the study states.
+    """
+    worst = int(np.argmax(ratio))
+    passed = bool(ratio[worst] <= LOUD)
+    says = (
+        "The residuals are as quiet as the records at rest."
+        if passed
+        else f"The residuals of {channels[worst]} are {ratio[worst]:.3g} times as loud as the record at rest: what the "
+        "model lacks is counted as noise, and the intervals are those of a model that is wrong. Run discover."
+    )
+    return Check("the residuals are noise", passed, says, float(ratio[worst]), LOUD)

@@ -1,0 +1,74 @@
+"""How a posterior is sampled."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from fibrefit.core.errors import UsageError
+
+FEWEST_ENSEMBLES = 4
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the sampler.
+
+    Parameters
+    ----------
+    seed : int
+        Of everything random; the same seed gives the same bits.
+    ensembles : int
+        Independent ensembles; agreement between fewer than four says little.
+    walkers : int or None
+        Of each ensemble; None: as many as the number of coordinates needs.
+    r_hat : float
+        R-hat between ensembles below which they agree.
+    ess : float
+        Effective draws to gather for each parameter, in the middle and in the tails.
+    max_steps : int
+    max_seconds : float or None
+        Budget. One in seconds ends a run at a step that depends on the machine.
+    checkpoint_seconds : float
+    threads : int
+        Ensembles advanced at the same time; makes no difference to the result.
+    interval : float
+        Probability of the reported intervals.
+    """
+
+    seed: int = 0
+    ensembles: int = FEWEST_ENSEMBLES
+    walkers: int | None = None
+    r_hat: float = 1.01
+    ess: float = 400.0
+    max_steps: int = 4000
+    max_seconds: float | None = None
+    checkpoint_seconds: float = 5.0
+    threads: int = os.cpu_count() or 1
+    interval: float = 0.95
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot work."""
+        self._refuse(self.ensembles < FEWEST_ENSEMBLES, "ensembles", f"{FEWEST_ENSEMBLES} or more")
+        self._refuse(self.r_hat <= 1.0, "r_hat", "a number above 1, such as 1.01")
+        self._refuse(self.ess <= 0.0, "ess", "a positive number, such as 400")
+        self._refuse(self.max_steps < 1, "max_steps", "1 or more")
+        self._refuse(not 0.0 < self.interval < 1.0, "interval", "a probability between 0 and 1")
+
+    def walkers_for(self, size: int) -> int:
+        """Number of walkers for `size` coordinates; even, and at least twice as many and two.
+
+        Raises
+        ------
+        UsageError
+            If a number was asked for that is too small.
+        """
+        fewest = 2 * size + 2
+        if self.walkers is None:
+            return max(32, 3 * size + size % 2)
+        self._refuse(self.walkers < fewest or self.walkers % 2 == 1, "walkers", f"an even number from {fewest} on")
+        return self.walkers
+
+    def _refuse(self, wrong: bool, name: str, expected: str) -> None:
+        if wrong:
+            raise UsageError(name, str(getattr(self, name)), expected)
