@@ -16,7 +16,8 @@ bench: .venv/installed-bench
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
 
 validate: .venv/installed-test
-	$(RUN) -m pytest -s -m slow
+	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation
+	$(RUN) -m pytest -s -m slow --ignore=tests/validation
 
 lint: .venv/installed-lint
 	$(RUN) -m ruff check .

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -82,22 +82,6 @@ class Study(Table):
     def reading(self, record: Any) -> dict[str, Any]:
         """Arguments for the reader of a record's file, see `reading_arguments`."""
         return reading_arguments(dict(self.channels), self.units, self.files, record.sampling_rate)
-
-    def check_effects(self, known: Iterable[str]) -> None:
-        """Refuse effects that are not in the catalogue; those in the user's own files are left to their loader.
-
-        Raises
-        ------
-        StudyError
-            Naming the nearest known effect.
-        """
-        names = list(known)
-        for i, effect in enumerate(self.model.effects):
-            if ":" not in effect and effect not in names:
-                do = did_you_mean(effect, names) or "fibrefit effects lists them."
-                raise StudyError(
-                    self._place(f"model.effects[{i}]"), f'"{effect}"', "an effect that applies to this rig", do
-                )
 
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
         """What the study says about each declared parameter, in SI.

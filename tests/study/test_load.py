@@ -191,11 +191,8 @@ def test_a_study_that_is_not_utf8_names_the_line(load: Loader, folder: Path) -> 
         load_study(path)
 
 
-def test_unknown_effects_and_parameters_of_the_model(load: Loader) -> None:
+def test_parameters_the_model_does_not_have(load: Loader) -> None:
     study = load()
-    study.check_effects(["guide.stribeck_friction"])
-    with pytest.raises(StudyError, match=r'effects\[0\]: "guide.stribeck_friction".*mean "guide.strobeck_friction"'):
-        study.check_effects(["guide.strobeck_friction"])
     declared = {name: DECLARED[name] for name in ("stiffness", "damping", "friction")}
     with pytest.raises(StudyError, match="breakaway_excess: unknown parameter"):
         study.settings(declared)
