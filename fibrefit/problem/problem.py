@@ -63,7 +63,7 @@ class Problem(eqx.Module):
         ----------
         values : (n_free,) in SI units
         """
-        return jax.vmap(self._residuals)(self.layout.local(values), self.observations)
+        return jax.vmap(self.record_residuals)(self.layout.local(values), self.observations)
 
     def linearised(self, values: jax.Array) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
@@ -74,7 +74,7 @@ class Problem(eqx.Module):
 
         def one(local: jax.Array, observations: Observations) -> Linearised:
             def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
-                residuals = self._residuals(local.at[columns].set(part), observations)
+                residuals = self.record_residuals(local.at[columns].set(part), observations)
                 return residuals, residuals
 
             slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
@@ -121,7 +121,8 @@ class Problem(eqx.Module):
     def _respond(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
         return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment).channels
 
-    def _residuals(self, local: jax.Array, data: Observations) -> jax.Array:
+    def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
+        """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
         readings = self._respond(local, data.experiment)
         plain = jnp.stack([(readings[c] - data.measured[c]) * data.weight[c] for c in self.model.rig.channels])
         if self.soft_beyond is None:

@@ -37,7 +37,9 @@ class Range:
     @classmethod
     def of(cls, parameter: Parameter) -> Range:
         """Range a parameter declares for itself."""
-        return cls(parameter.lower, parameter.upper, abs(parameter.typical) or 1.0, parameter.log)
+        # One that vanishes at infinity spans decades too.
+        log = parameter.log or parameter.reciprocal
+        return cls(parameter.lower, parameter.upper, abs(parameter.typical) or 1.0, log)
 
     def within(self, lower: float | None, upper: float | None) -> Range:
         """The part of the range between limits a person has set."""

@@ -1,0 +1,202 @@
+"""Refitting a subset of a frame's values: a bounded Levenberg-Marquardt on local Gram matrices.
+
+Base parameters may scatter from record to record: each record then has its own relative deviation of each, held near zero.
+Deviations cost no simulation, since their columns are those of the parameter itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.discover.frame import Frame
+
+SCATTER = 0.005
+"""Standard deviation of a base parameter between records, as a share of it."""
+STEP = 1e-6
+"""Difference step, as a share of a value's size."""
+
+
+@dataclass(frozen=True)
+class Subset:
+    """Which values of a frame are active.
+
+    Parameters
+    ----------
+    shared : tuple of str
+        Values all records share.
+    each : tuple of str
+        Values of each record's own.
+    scattering : tuple of str
+        Shared values that may deviate from record to record.
+    """
+
+    shared: tuple[str, ...]
+    each: tuple[str, ...]
+    scattering: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refit:
+    """Where a refit ended.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+        Values of each record, deviations included.
+    cost : float
+        Sum of squared residuals over the noise.
+    penalty : float
+        Sum of squared deviations over their standard deviation.
+    shared : dict of str to float
+        Active shared values, in SI units.
+    steps : int
+    """
+
+    local: np.ndarray
+    cost: float
+    penalty: float
+    shared: Mapping[str, float]
+    steps: int
+
+    @property
+    def objective(self) -> float:
+        """Cost and penalty."""
+        return self.cost + self.penalty
+
+
+class _Map:
+    """Between the unknowns of a refit and the values of each record."""
+
+    def __init__(self, frame: Frame, subset: Subset, local: np.ndarray) -> None:
+        self.frame, self.subset, self.records = frame, subset, len(local)
+        index = {name: i for i, name in enumerate(frame.names)}
+        self.shared = np.array([index[name] for name in subset.shared], dtype=int)
+        self.each = np.array([index[name] for name in subset.each], dtype=int)
+        self.scattering = np.array([subset.shared.index(name) for name in subset.scattering], dtype=int)
+        self.columns = np.concatenate([self.shared, self.each])
+        self.rest = local.copy()
+        ranges = {slot.name: slot.range for slot in frame.problem.layout.slots}
+        self.lower = np.array([ranges[name].lower for name in subset.shared])
+        self.upper = np.array([ranges[name].upper for name in subset.shared])
+        self.size = np.array([abs(frame.declared[name].typical) for name in (*subset.shared, *subset.each)])
+
+    @property
+    def n_own(self) -> int:
+        """Unknowns of one record."""
+        return len(self.each) + len(self.scattering)
+
+    def unknowns(self) -> np.ndarray:
+        """Unknowns of the values it was made from, without deviations."""
+        own = np.concatenate([self.rest[:, self.each], np.zeros((self.records, len(self.scattering)))], axis=1)
+        return np.concatenate([self.rest[:, self.shared].mean(axis=0), own.ravel()])
+
+    def split(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Shared values and those of each record, ``(n_record, n_own)``."""
+        n = len(self.shared)
+        return unknowns[:n], unknowns[n:].reshape(self.records, self.n_own)
+
+    def local(self, unknowns: np.ndarray) -> np.ndarray:
+        """Values of each record."""
+        shared, own = self.split(unknowns)
+        local = self.rest.copy()
+        local[:, self.shared] = shared
+        local[:, self.each] = own[:, : len(self.each)]
+        local[:, self.shared[self.scattering]] *= 1.0 + own[:, len(self.each) :]
+        return local
+
+    def normal(self, unknowns: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Normal matrix, gradient and cost, deviations' penalty included in the first two."""
+        local = self.local(unknowns)
+        steps = STEP * np.maximum(np.abs(local[:, self.columns]), 0.01 * self.size)
+        grams = self.frame.grams(local, self.columns, steps, counts)
+        shared, own = self.split(unknowns)
+        n, total = len(self.shared), len(unknowns)
+        matrix, gradient = np.zeros((total, total)), np.zeros(total)
+        for r, gram in enumerate(grams):
+            spread = np.zeros((len(self.columns), total))
+            start = n + r * self.n_own
+            deviation = own[r, len(self.each) :]
+            spread[:n, :n] = np.eye(n)
+            spread[self.scattering, self.scattering] = 1.0 + deviation
+            spread[n:, start : start + len(self.each)] = np.eye(len(self.each))
+            places = start + len(self.each) + np.arange(len(self.scattering))
+            spread[self.scattering, places] = shared[self.scattering]
+            matrix += spread.T @ gram[:-1, :-1] @ spread
+            gradient += spread.T @ gram[:-1, -1]
+            matrix[places, places] += SCATTER**-2
+            gradient[places] += deviation / SCATTER**2
+        return matrix, gradient, float(grams[:, -1, -1].sum())
+
+    def penalty(self, unknowns: np.ndarray) -> float:
+        """Of the deviations."""
+        own = self.split(unknowns)[1]
+        return float(np.sum((own[:, len(self.each) :] / SCATTER) ** 2))
+
+    def clipped(self, unknowns: np.ndarray) -> np.ndarray:
+        """Shared values put back inside their bounds."""
+        n = len(self.shared)
+        return np.concatenate([np.clip(unknowns[:n], self.lower, self.upper), unknowns[n:]])
+
+    def refit(self, unknowns: np.ndarray, cost: float, steps: int) -> Refit:
+        """Result at the given unknowns."""
+        shared = dict(zip(self.subset.shared, self.split(unknowns)[0].tolist(), strict=True))
+        return Refit(self.local(unknowns), cost, self.penalty(unknowns), shared, steps)
+
+
+def refit(
+    frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray, max_steps: int = 30, enough: float = 1e-4
+) -> Refit:
+    """Fit a subset of values, from values given, over a horizon.
+
+    Parameters
+    ----------
+    frame : Frame
+    subset : Subset
+    local : (n_record, n_local) in SI units
+        Start; values outside the subset stay.
+    counts : (n_record,) int
+        Horizon in samples.
+    max_steps : int
+    enough : float
+        Relative fall of the objective below which it stops.
+
+    Returns
+    -------
+    Refit
+    """
+    unknown = _Map(frame, subset, local)
+    x, damping = unknown.clipped(unknown.unknowns()), 1e-3
+    matrix, gradient, cost = unknown.normal(x, counts)
+    objective = cost + unknown.penalty(x)
+    for step in range(1, max_steps + 1):
+        trial = unknown.clipped(x - _damped(unknown, x, matrix, gradient, damping))
+        there = float(frame.costs(unknown.local(trial), counts).sum())
+        gain = objective - there - unknown.penalty(trial)
+        if np.isfinite(there) and gain > 0.0:
+            x, damping = trial, max(damping / 10.0, 1e-9)
+            if gain < enough * objective:
+                return unknown.refit(x, there, step)
+            matrix, gradient, cost = unknown.normal(x, counts)
+            objective = cost + unknown.penalty(x)
+        else:
+            damping *= 10.0
+            if damping > 1e6:
+                break
+    return unknown.refit(x, cost, step)
+
+
+def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
+    """Step of Levenberg and Marquardt; a value at a bound that would leave it stays where it is."""
+    n = len(unknown.shared)
+    stuck = np.zeros(len(x), dtype=bool)
+    stuck[:n] = ((x[:n] <= unknown.lower) & (gradient[:n] > 0)) | ((x[:n] >= unknown.upper) & (gradient[:n] < 0))
+    diagonal = np.diag(matrix)
+    free = ~stuck & (diagonal > 0.0)
+    step = np.zeros(len(x))
+    scale = np.sqrt(diagonal[free])
+    scaled = matrix[np.ix_(free, free)] / np.outer(scale, scale)
+    step[free] = np.linalg.solve(scaled + damping * np.eye(len(scale)), gradient[free] / scale) / scale
+    return step
