@@ -133,6 +133,10 @@ class GuideLaw(Effect):
         """Addition to the level of the set-valued friction that acts in `direction` (+1 or -1) of motion."""
         return jnp.zeros(())
 
+    def roughness(self, position: jax.Array) -> jax.Array:
+        """Addition to that level where the weight is at `position` [m]."""
+        return jnp.zeros(())
+
     def viscosity(self) -> jax.Array:
         """Addition to the coefficient of viscous friction, in N s/m."""
         return jnp.zeros(())

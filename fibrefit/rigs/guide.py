@@ -27,11 +27,11 @@ class Guide(eqx.Module):
     friction: jax.Array
     laws: tuple[GuideLaw, ...] = ()
 
-    def level(self, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+    def level(self, direction: jax.Array, position: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
         """Friction against sliding in `direction`, in N."""
         level = self.friction
         for law in self.laws:
-            level = level + law.friction(self.friction, direction, velocity, tension)
+            level = level + law.friction(self.friction, direction, velocity, tension) + law.roughness(position)
         return level
 
     def single_valued(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
@@ -48,7 +48,7 @@ class Guide(eqx.Module):
         self, drive: jax.Array, direction: jax.Array, position: jax.Array, velocity: jax.Array, tension: jax.Array
     ) -> jax.Array:
         """Force that accelerates the weight when `drive` acts on it besides the guide, in N; nil at rest."""
-        level = self.level(direction.astype(float), velocity, tension)
+        level = self.level(direction.astype(float), position, velocity, tension)
         net = drive - self.single_valued(position, velocity) - direction * level
         return jnp.where(direction == 0, 0.0, net)
 
@@ -70,4 +70,4 @@ class Guide(eqx.Module):
     def _reserve(self, drive: jax.Array, position: jax.Array, tension: jax.Array) -> jax.Array:
         net = drive - self.single_valued(position, jnp.zeros(()))
         towards = jnp.where(net >= 0.0, 1.0, -1.0)
-        return self.level(towards, jnp.zeros(()), tension) - towards * net
+        return self.level(towards, position, jnp.zeros(()), tension) - towards * net
