@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,11 +19,11 @@ from fibrefit.fit.identifiability import weaknesses
 from fibrefit.fit.multistart import scattered, table
 from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
-from fibrefit.fit.second_opinion import second_opinion, value_root
-from fibrefit.fit.solve import Descent, costs, descend, descend_all, widths
+from fibrefit.fit.second_opinion import second_opinion
+from fibrefit.fit.solve import Descent, descend, descend_all, gram_at, linearised, widths
 from fibrefit.fit.structure import Residuals, structure_checks
-from fibrefit.problem.phases import motion
-from fibrefit.problem.problem import Linearised, Problem
+from fibrefit.problem.phases import Motion, motion
+from fibrefit.problem.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -46,7 +47,7 @@ def identify(
     starts : int
         Number of starts, the one from the data included.
     seed : int
-        Of the scatter of starts and of the bootstrap.
+        Of the scatter of starts.
     robust : bool
         Let residuals beyond `SOFT_BEYOND` times the noise count less than quadratically.
     profile : bool
@@ -64,12 +65,12 @@ def identify(
         task = replace(task, problem=softened)
     problem = task.problem
     tell("compiling", 0.0)
-    width = widths(problem, problem.layout.free(jnp.asarray(task.start)))
+    width = widths(problem, problem.layout.free(task.start))
     found = _search(task, width, starts, seed, tell)
     tell("second solver", 0.85)
     values, agreed = _settled(task, width, found)
-    linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(values)))
-    found_all = _concluded(task, found, values, linear, agreed, seed, tell)
+    tell("uncertainty", 0.9)
+    found_all = _concluded(task, found, values, agreed)
     if profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:])
@@ -79,56 +80,56 @@ def identify(
 SOFT_BEYOND = 3.0
 
 
-def _profiled(found: Identification, width: jax.Array, whole: np.ndarray) -> Identification:
+def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray) -> Identification:
     estimates = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
         errors = estimates[i].std_errors
         if record is None and np.isfinite(estimates[i].std_error):
             interval = profile_interval(
-                found.problem, found.values, i, errors["white"], estimates[i].std_error, np.asarray(width), whole
+                found.problem, found.values, i, errors["white"], estimates[i].std_error, width, whole
             )
             estimates[i] = replace(estimates[i], interval_95=interval, interval_kind="profile likelihood")
     return replace(found, estimates=tuple(estimates))
 
 
-@eqx.filter_jit
-def _linearised(problem: Problem, values: jax.Array) -> Linearised:
-    return problem.linearised(values)
-
-
-def _search(task: Task, width: jax.Array, number: int, seed: int, tell: Progress) -> Starts:
-    problem = task.problem
-    began = scattered(task.problem.layout, task.start, task.spread, number, seed)
-    frees = jnp.stack([problem.layout.free(jnp.asarray(start)) for start in began])
+def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress) -> Starts:
+    problem, chunk = task.problem, min(CHUNK, number)
+    began = scattered(problem.layout, task.start, task.spread, number, seed)
+    # The last chunk is filled up, since one of another length would be another program.
+    places = np.arange(-(-number // chunk) * chunk) % number
+    frees = problem.layout.free(began)[places]
     # A model that lacks something may follow one set of horizons into a poor minimum and another into a better one.
-    counts = jnp.asarray(np.stack([task.counts[np.r_[i % (len(task.counts) - 1), -1]] for i in range(number)]))
+    counts = np.stack([task.counts[np.array([i % (len(task.counts) - 1), -1])] for i in places])
+
+    def part(i: int) -> Descent:
+        here = slice(i, i + chunk)
+        return jax.tree.map(np.asarray, descend_all(problem, frees[here], width, counts[here]))
+
     found: list[Descent] = []
-    for i in range(0, number, CHUNK):
-        tell("searching from many starts", 0.05 + 0.8 * i / number)
-        found.append(descend_all(problem, frees[i : i + CHUNK], width, counts[i : i + CHUNK]))
-    return table(problem, began, jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *found))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for descent in pool.map(part, range(0, len(places), chunk)):
+            found.append(descent)
+            tell("searching from many starts", 0.05 + 0.8 * min(len(found) * chunk / number, 1.0))
+    return table(problem.layout, began, jax.tree.map(lambda *leaves: np.concatenate(leaves)[:number], *found))
 
 
 CHUNK = 8
-"""Starts between two words of progress."""
+"""Starts that are searched from in one go, and between two words of progress."""
 
 
-def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, linear: Linearised, agreed: Check, seed: int, tell: Progress
-) -> Identification:
+def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) -> Identification:
     problem = task.problem
-    tell("uncertainty", 0.9)
+    linear = linearised(problem, values)
     scores = uncertainty.Scores.of(
         linear, np.asarray(problem.observations.experiment.count), problem.layout.local_columns, problem.layout.size
     )
-    covariances = _covariances(scores, seed)
+    covariances = _covariances(scores)
     method = max(("newey_west", "block_bootstrap"), key=lambda name: _size(problem, covariances[name]))
     covariance = covariances[method]
     errors = {name: np.sqrt(np.diag(matrix)) for name, matrix in covariances.items()}
     estimates = _estimates(problem, values, errors, method)
     moved = motion(problem, jnp.asarray(values))
-    readings = {name: np.asarray(array) for name, array in problem.readings(jnp.asarray(values)).items()}
-    gap, record_gaps = _gaps(task, readings)
+    gap, record_gaps = _gaps(task, moved.readings)
     residuals = _residuals(task, linear.residuals, moved)
     weak = weaknesses(problem.layout, values, covariance)
     checks = (
@@ -152,7 +153,7 @@ def _concluded(
         gap=gap,
         record_gaps=record_gaps,
         noise=task.noise,
-        readings=readings,
+        readings=moved.readings,
         residuals=linear.residuals,
         motion=moved,
         starts=starts,
@@ -162,12 +163,12 @@ def _concluded(
     )
 
 
-def _covariances(scores: uncertainty.Scores, seed: int) -> dict[str, np.ndarray]:
+def _covariances(scores: uncertainty.Scores) -> dict[str, np.ndarray]:
     normal = scores.normal_matrix()
     middles = {
         "white": uncertainty.white(scores),
         "newey_west": uncertainty.newey_west(scores),
-        "block_bootstrap": uncertainty.block_bootstrap(scores, seed),
+        "block_bootstrap": uncertainty.block_bootstrap(scores),
     }
     return {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
 
@@ -231,7 +232,7 @@ def _held(problem: Problem) -> list[Estimate]:
     return found
 
 
-def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, dict[str, Gap]]:
+def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[str, Gap]]:
     data, names = task.problem.observations, task.problem.layout.records
     gaps: dict[str, dict[str, ChannelGap]] = {name: {} for name in names}
     whole: dict[str, ChannelGap] = {}
@@ -249,7 +250,7 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, dict[str
     return whole, gaps
 
 
-def _residuals(task: Task, scaled: np.ndarray, moved: object) -> Residuals:
+def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
     data, channels = task.problem.observations, task.problem.model.rig.channels
     weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
     times = np.asarray(data.experiment.times)
@@ -265,9 +266,9 @@ def _residuals(task: Task, scaled: np.ndarray, moved: object) -> Residuals:
     )
 
 
-def _settled(task: Task, width: jax.Array, starts: Starts) -> tuple[np.ndarray, Check]:
+def _settled(task: Task, width: np.ndarray, starts: Starts) -> tuple[np.ndarray, Check]:
     """Best values, and whether another solver ends there too; if it ends lower, the search goes on from its place."""
-    problem, whole = task.problem, jnp.asarray(task.counts[-1:])
+    problem, whole = task.problem, task.counts[-1:]
     values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
     for _ in range(SECOND_CHANCES):
         errors = _rough_errors(problem, values, cost)
@@ -275,9 +276,8 @@ def _settled(task: Task, width: jax.Array, starts: Starts) -> tuple[np.ndarray, 
         gain = cost - other.cost
         if not gain > judge.SETTLED:
             break
-        found = descend(problem, problem.layout.free(jnp.asarray(other.values)), width, whole)
-        values = np.asarray(problem.layout.values(found.free))
-        cost = float(costs(problem, found.free[None])[0])
+        found = descend(problem, problem.layout.free(other.values), width, whole)
+        values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
     return values, judge.second_solver(float(np.max(np.abs(other.values - values) / errors)), gain)
 
 
@@ -286,9 +286,9 @@ SECOND_CHANCES = 3
 
 def _rough_errors(problem: Problem, values: np.ndarray, cost: float) -> np.ndarray:
     """Standard errors ``(n_free,)`` under white noise of the residuals' size; a small step where data see nothing."""
-    root = np.asarray(value_root(problem, jnp.asarray(values)))[:, :-1]
+    root = gram_root(gram_at(problem, values))[:, :-1]
     scale = np.linalg.norm(root, axis=0)
     seen = scale > 0.0
     inverse = np.linalg.pinv(root / np.where(seen, scale, 1.0), rcond=1e-8) / np.where(seen, scale, 1.0)[:, None]
-    errors = np.linalg.norm(inverse, axis=1) * np.sqrt(cost / float(problem.n_measured))
+    errors = np.linalg.norm(inverse, axis=1) * np.sqrt(cost / problem.n_measured)
     return np.where(seen & (errors > 0.0), errors, np.maximum(1e-3 * np.abs(values), 1e-9))

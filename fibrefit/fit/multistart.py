@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.fit.result import Starts
-from fibrefit.fit.solve import Descent, costs
+from fibrefit.fit.solve import Descent
 from fibrefit.problem.layout import Layout
-from fibrefit.problem.problem import Problem
 
 SAME_BASIN = 1e-3
 """Relative difference in cost below which two starts ended in the same minimum, if their values agree too."""
@@ -43,13 +41,11 @@ def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], n
     return starts
 
 
-def table(problem: Problem, began: np.ndarray, found: Descent) -> Starts:
+def table(layout: Layout, began: np.ndarray, found: Descent) -> Starts:
     """Where all starts ended, sorted into basins."""
-    layout = problem.layout
     shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
-    cost = np.asarray(costs(problem, found.free))
-    values = np.stack([np.asarray(layout.values(jnp.asarray(free))) for free in found.free])
-    cost = np.where(np.isfinite(values).all(axis=1), cost, np.inf)
+    cost = np.asarray(found.cost)
+    values = layout.values(np.asarray(found.free))
     return Starts(
         names=tuple(layout.entries[i][0].name for i in shared),
         began=began[:, shared],

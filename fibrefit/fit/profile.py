@@ -2,18 +2,17 @@
 
 Source
 ------
-Venzon and Moolgavkar, Appl. Stat. 37 (1988). The threshold is widened by the square of what correlated noise does to the
-standard error, as a composite likelihood's is (Pace, Salvan and Sartori, Stat. Sinica 21 (2011)).
+Venzon and Moolgavkar, Appl. Stat. 37 (1988). The threshold is widened by the square of what correlated noise does to
+the standard error, as a composite likelihood's is (Pace, Salvan and Sartori, Stat. Sinica 21 (2011)).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.fit.solve import costs, descend
+from fibrefit.fit.solve import descend, gram_at
 from fibrefit.problem.problem import Problem
 
 CHI2_95 = 3.841459
@@ -45,15 +44,14 @@ def profile_interval(
     tuple of float
         In SI units; infinite where the cost never rises enough within reach.
     """
-    best = problem.layout.free(jnp.asarray(values))
-    lowest = float(costs(problem, best[None])[0])
-    rise = CHI2_95 * (honest / white) ** 2 * lowest / float(problem.n_measured)
-    held = jnp.asarray(width).at[index].set(0.0)
+    lowest = float(gram_at(problem, values)[-1, -1])
+    rise = CHI2_95 * (honest / white) ** 2 * lowest / problem.n_measured
+    held = np.where(np.arange(len(width)) == index, 0.0, width)
 
     def excess(value: float) -> float:
-        start = problem.layout.free(jnp.asarray(np.where(np.arange(len(values)) == index, value, values)))
-        found = descend(problem, start, held, jnp.asarray(whole))
-        return float(costs(problem, found.free[None])[0]) - lowest - rise
+        start = problem.layout.free(np.where(np.arange(len(values)) == index, value, values))
+        found = descend(problem, start, held, whole)
+        return float(found.cost) - lowest - rise
 
     limits = problem.layout.entries[index][0].range
     low = _crossing(excess, values[index], -1.96 * honest, max(limits.lower, values[index] - FARTHEST * honest))

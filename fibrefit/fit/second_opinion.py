@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.fit.solve import gram_at
 from fibrefit.problem.problem import Problem, gram_root
 
 
@@ -71,11 +69,5 @@ class _Root:
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         if self._place is None or not np.array_equal(values, self._place):
-            self._place, self._root = values.copy(), np.asarray(value_root(self._problem, jnp.asarray(values)))
+            self._place, self._root = values.copy(), gram_root(gram_at(self._problem, values))
         return self._root
-
-
-@eqx.filter_jit
-def value_root(problem: Problem, values: jax.Array) -> jax.Array:
-    """Residuals and Jacobian per SI unit compressed to ``(n_free + 1, n_free + 1)``; see `gram_root`."""
-    return gram_root(problem.gram(values))

@@ -7,9 +7,13 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optimistix as optx
 
-from fibrefit.problem.problem import Problem, gram_root
+from fibrefit.problem.problem import Linearised, Problem, gram_root
+
+DIFFERENCE = 1e-6
+"""Step in a free coordinate for the slope of its value: widths need few digits."""
 
 
 class Descent(NamedTuple):
@@ -18,11 +22,13 @@ class Descent(NamedTuple):
     Parameters
     ----------
     free : (n_free,) free coordinates
+    cost : () sum of squared residuals; infinite where it has none
     steps : () int
     success : () bool, the solver's own word
     """
 
     free: jax.Array
+    cost: jax.Array
     steps: jax.Array
     success: jax.Array
 
@@ -55,25 +61,48 @@ def _compressed_jvp(primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Arr
 
 
 def _root(free: jax.Array, problem: Problem) -> jax.Array:
-    return gram_root(free_gram(problem, free))
-
-
-@eqx.filter_jit
-def free_gram(problem: Problem, free: jax.Array) -> jax.Array:
-    """`Problem.gram` per unit of the free coordinates."""
-    slope = jax.jvp(problem.layout.values, (free,), (jnp.ones_like(free),))[1]
+    values, slope = jax.jvp(problem.layout.values, (free,), (jnp.ones_like(free),))
     slope = jnp.append(slope, 1.0)
-    return problem.gram(problem.layout.values(free)) * slope[:, None] * slope
-
-
-def widths(problem: Problem, free: jax.Array) -> jax.Array:
-    """Steps ``(n_free,)`` that change the cost by about one each; solvers move in units of them."""
-    curvature = jnp.diag(free_gram(problem, free))[:-1]
-    return 1.0 / jnp.sqrt(jnp.where(curvature > 0.0, curvature, 1.0))
+    return gram_root(problem.gram(values) * slope[:, None] * slope)
 
 
 @eqx.filter_jit
-def descend(problem: Problem, start: jax.Array, width: jax.Array, counts: jax.Array, max_steps: int = 60) -> Descent:
+def _linearised(problem: Problem, values: Any) -> Linearised:
+    return problem.linearised(values)
+
+
+def linearised(problem: Problem, values: np.ndarray) -> Linearised:
+    """`Problem.linearised` in NumPy: the one compiled program that answers all questions about a single place.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+    """
+    return jax.tree.map(np.asarray, _linearised(problem, values))
+
+
+def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """`Problem.gram` in NumPy, ``(n_free + 1, n_free + 1)`` per SI units of the values ``(n_free,)``."""
+    linear, layout = linearised(problem, values), problem.layout
+    columns = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
+    columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
+    places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])
+    whole = np.zeros((layout.size + 2, layout.size + 2))
+    np.add.at(whole, (places[:, :, None], places[:, None, :]), columns.transpose(0, 2, 1) @ columns)
+    return whole[:-1, :-1]
+
+
+def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
+    """Steps ``(n_free,)`` that change the cost by about one each; solvers move in units of them."""
+    values = problem.layout.values
+    slope = (values(free + DIFFERENCE) - values(free - DIFFERENCE)) / (2.0 * DIFFERENCE)
+    curvature = np.diag(gram_at(problem, values(free)))[:-1] * slope**2
+    return 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
+
+
+@eqx.filter_jit
+def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = 60) -> Descent:
     """Levenberg-Marquardt from one start, over horizons that grow to the whole record.
 
     A wrong stiffness mistimes every later bounce, and the cost over a whole record has a minimum for each bounce that
@@ -98,7 +127,7 @@ def descend(problem: Problem, start: jax.Array, width: jax.Array, counts: jax.Ar
 
     def stage(carry: tuple[jax.Array, jax.Array], count: jax.Array) -> Any:
         free, steps = carry
-        solution = optx.least_squares(
+        solution: Any = optx.least_squares(
             lambda step, part: compressed_residuals(free + width * step, part),
             optx.LevenbergMarquardt(rtol=1e-9, atol=1e-4),
             jnp.zeros_like(free),
@@ -107,16 +136,18 @@ def descend(problem: Problem, start: jax.Array, width: jax.Array, counts: jax.Ar
             throw=False,
         )
         end = free + width * solution.value
-        sound = jnp.isfinite(end).all()
+        cost = jnp.sum(solution.state.f_info.residual**2)
+        sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
         steps = steps + solution.stats["num_steps"]
-        return (jnp.where(sound, end, free), steps), sound & (solution.result == optx.RESULTS.successful)
+        success = sound & (solution.result == optx.RESULTS.successful)
+        return (jnp.where(sound, end, free), steps), (jnp.where(sound, cost, jnp.inf), success)
 
-    (free, steps), success = jax.lax.scan(stage, (start, 0), counts)
-    return Descent(free, steps, success[-1])
+    (free, steps), (cost, success) = jax.lax.scan(stage, (start, jnp.zeros((), dtype=int)), counts)
+    return Descent(free, cost[-1], steps, success[-1])
 
 
 @eqx.filter_jit
-def descend_all(problem: Problem, starts: jax.Array, width: jax.Array, counts: jax.Array) -> Descent:
+def descend_all(problem: Problem, starts: Any, width: Any, counts: Any) -> Descent:
     """`descend` from many starts ``(n_start, n_free)``, each with horizons of its own ``(n_start, n_stage, n_record)``.
 
     Returns
@@ -126,9 +157,3 @@ def descend_all(problem: Problem, starts: jax.Array, width: jax.Array, counts: j
     """
     # One after the other: starts need very different numbers of steps, and in lock step all would wait for the slowest.
     return jax.lax.map(lambda pair: descend(problem, pair[0], width, pair[1]), (starts, counts))
-
-
-@eqx.filter_jit
-def costs(problem: Problem, frees: jax.Array) -> jax.Array:
-    """Sums of squared residuals, ``(n_start,)``, at free coordinates ``(n_start, n_free)``."""
-    return jax.lax.map(lambda free: jnp.sum(problem.residuals(problem.layout.values(free)) ** 2), frees)

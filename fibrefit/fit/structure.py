@@ -1,7 +1,7 @@
-"""Is there anything left in the residuals that noise would not leave there?
+"""Whether anything is left in the residuals that noise would not leave there.
 
-Noise of a logger is coloured, so "white" is the wrong question: residuals are compared with the spectrum of the records'
-own rests, with each other across the phases of the motion, and with the states of the rig.
+Noise of a logger is coloured, so "white" is the wrong question: residuals are compared with the spectrum of the
+records' own rests, with each other across the phases of the motion, and with the states of the rig.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fibrefit.problem.noise import MAINS, Noise
 from fibrefit.problem.phases import HELD, PHASES, Motion
 
 SPECTRUM_RATIO = 1.25
-"""Power of an octave relative to the noise at rest that still passes; the spectrum of short rests is known no better."""
+"""Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
 PHASE_RATIO = 1.15
 STATE_SHARE = 0.10
 HATS = 12

@@ -1,7 +1,7 @@
 """How sure an estimate is when the noise is not white: several answers side by side.
 
-All start from the sandwich ``H^-1 S H^-1``: H = J'J is what the model sees of the parameters, S the variance of the score
-J'r. They differ in what they believe of the residuals r.
+All start from the sandwich ``H^-1 S H^-1``: H = J'J is what the model sees of the parameters, S the variance of the
+score J'r. They differ in what they believe of the residuals r.
 
 Source
 ------
@@ -19,7 +19,6 @@ from fibrefit.problem.problem import Linearised
 
 MEMORY = 1.0 / 8.0
 """Longest correlation allowed for, as a share of a record: the wander of a logger has no time scale of its own."""
-RESAMPLES = 1000
 
 
 @dataclass(frozen=True)
@@ -91,19 +90,32 @@ def newey_west(scores: Scores) -> np.ndarray:
     return scores.assembled(local)
 
 
-def block_bootstrap(scores: Scores, seed: int) -> np.ndarray:
-    """Score variance from resampled blocks of residuals, circular within each record."""
-    random = np.random.default_rng(seed)
+def block_bootstrap(scores: Scores) -> np.ndarray:
+    """Score variance from resampled blocks of residuals, circular within each record.
+
+    Law
+    ---
+    Every place of a block draws its residuals from anywhere in the record, independently of the others. The variance
+    over all draws is then a sum over the places, and each is a sum over the frequencies of a cross-correlation: what
+    infinitely many resamples would give, without drawing one.
+    """
 
     def local(record: int) -> np.ndarray:
-        count = scores.counts[record]
+        count = int(scores.counts[record])
         length = max(round(MEMORY * count), 1)
-        residuals = scores.residuals[record, :, :count]
-        shifts = random.integers(0, count, size=(RESAMPLES, -(-count // length)))
-        index = (shifts[:, :, None] + np.arange(length)).reshape(RESAMPLES, -1)[:, :count] % count
-        slopes = scores.slopes[record, :, :count]
-        sums = sum(residuals[c][index] @ slopes[c] for c in range(len(residuals)))
-        return np.cov(sums.T).reshape(slopes.shape[-1], -1)
+        spectrum = np.fft.rfft(scores.residuals[record, :, :count])
+        double = np.full(spectrum.shape[-1], 2.0)
+        # The mean over all draws is no variance; the last frequency of an even number stands alone.
+        double[0] = 0.0
+        double[-1] -= 1.0 - count % 2
+        total = np.zeros((scores.slopes.shape[-1],) * 2)
+        for start in range(0, count, length):
+            block = np.zeros((*scores.slopes[record, :, :count].shape,))
+            here = slice(start, min(start + length, count))
+            block[:, here] = scores.slopes[record, :, here]
+            cross = np.einsum("cf,cfi->fi", spectrum, np.conj(np.fft.rfft(block, axis=1)))
+            total += np.real(np.conj(cross).T @ (double[:, None] * cross)) / count**2
+        return total
 
     return scores.assembled(local)
 

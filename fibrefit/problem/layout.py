@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.problem.arrays import functions_for
 from fibrefit.problem.transform import Range
 
 
@@ -72,9 +74,11 @@ class Layout:
     def entries(self) -> tuple[tuple[Slot, int | None], ...]:
         """Slot and record (None if shared) of each free value."""
         free = [self.slots[i] for i in self.local_free]
-        shared = [(slot, None) for slot in free if slot.shared]
+        shared: list[tuple[Slot, int | None]] = [(slot, None) for slot in free if slot.shared]
         own = [slot for slot in free if not slot.shared]
-        each = [(slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None]
+        each: list[tuple[Slot, int | None]] = [
+            (slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None
+        ]
         return tuple(shared + each)
 
     @cached_property
@@ -109,8 +113,8 @@ class Layout:
     def local_columns(self) -> np.ndarray:
         """Place of each record's own values among all free ones, ``(n_record, n_local_free)``.
 
-        A value held in this record but free in another has the place ``size + 1``: behind the free values and the column
-        of residuals that is appended to them.
+        A value held in this record but free in another has the place ``size + 1``: behind the free values and the
+        column of residuals that is appended to them.
         """
         columns = self._gather[0][:, list(self.local_free)]
         return np.where(columns < self.size, columns, self.size + 1)
@@ -128,21 +132,22 @@ class Layout:
             places.setdefault(slot.range, []).append(i)
         return {limits: np.array(index) for limits, index in places.items()}
 
-    def values(self, free: jax.Array) -> jax.Array:
-        """Free values in SI units, from free coordinates; ``(n_free,)`` both."""
-        values = jnp.zeros_like(free)
-        for limits, index in self._by_range.items():
-            values = values.at[index].set(limits.value(free[index]))
-        return values
+    @cached_property
+    def _order(self) -> np.ndarray:
+        """Puts values that were taken range by range back into their order."""
+        return np.argsort(np.concatenate([*self._by_range.values(), np.empty(0, dtype=int)]))
 
-    def free(self, values: jax.Array) -> jax.Array:
-        """Free coordinates from free values in SI units; ``(n_free,)`` both."""
-        free = jnp.zeros_like(values)
-        for limits, index in self._by_range.items():
-            free = free.at[index].set(limits.free(values[index]))
-        return free
+    def values(self, free: Any) -> Any:
+        """Free values in SI units, from free coordinates; ``(..., n_free)`` both, NumPy or JAX."""
+        parts = [limits.value(free[..., index]) for limits, index in self._by_range.items()]
+        return functions_for(free).concatenate([*parts, free[..., :0]], axis=-1)[..., self._order]
 
-    def pack(self, named: dict[str, float | Iterable[float]]) -> np.ndarray:
+    def free(self, values: Any) -> Any:
+        """Free coordinates from free values in SI units; ``(..., n_free)`` both, NumPy or JAX."""
+        parts = [limits.free(values[..., index]) for limits, index in self._by_range.items()]
+        return functions_for(values).concatenate([*parts, values[..., :0]], axis=-1)[..., self._order]
+
+    def pack(self, named: Mapping[str, float | np.ndarray]) -> np.ndarray:
         """Free values, ``(n_free,)`` in SI units, from one number a name or one for each record."""
         packed = []
         for slot, record in self.entries:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import DataError
@@ -79,19 +80,23 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[float]]) -> Obse
     longest = max(len(trace.times) for trace in traces)
     size = -(-longest // LENGTH_STEP) * LENGTH_STEP
     experiment = Experiment(
-        times=np.stack([_extended(trace.times, size) for trace in traces]),
-        count=np.array([len(trace.times) for trace in traces], dtype=np.int32),
-        conditions=_stacked([trace.conditions for trace in traces]),
+        times=_stacked([_extended(trace.times, size) for trace in traces]),
+        count=jnp.array([len(trace.times) for trace in traces], dtype=jnp.int32),
+        conditions={name: _stacked([trace.conditions[name] for trace in traces]) for name in traces[0].conditions},
         inputs={
-            name: Signals(*(np.stack([_padded(t.inputs[name][:, i], size) for t in traces]) for i in (0, 1)))
+            name: Signals(*(_stacked([_padded(t.inputs[name][:, i], size) for t in traces]) for i in (0, 1)))
             for name in traces[0].inputs
         },
     )
     channels = traces[0].channels
-    measured = {c: np.stack([_padded(np.nan_to_num(t.channels[c]), size) for t in traces]) for c in channels}
-    valid = {c: np.stack([_padded(np.isfinite(t.channels[c]) * 1.0, size, 0.0) for t in traces]) for c in channels}
-    weight = {c: valid[c] / np.asarray(noise[c])[:, None] for c in channels}
-    return jax.tree.map(jax.numpy.asarray, Observations(experiment, measured, weight))
+    return Observations(
+        experiment,
+        {c: _stacked([_padded(np.nan_to_num(t.channels[c]), size) for t in traces]) for c in channels},
+        {
+            c: _stacked([_weight(t.channels[c], size, n) for t, n in zip(traces, noise[c], strict=True)])
+            for c in channels
+        },
+    )
 
 
 def _extended(times: np.ndarray, size: int) -> np.ndarray:
@@ -104,5 +109,9 @@ def _padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndar
     return np.concatenate([values, np.full(size - len(values), last)])
 
 
-def _stacked(conditions: Sequence[Mapping[str, float]]) -> dict[str, np.ndarray]:
-    return {name: np.array([c[name] for c in conditions], dtype=float) for name in conditions[0]}
+def _weight(values: np.ndarray, size: int, noise: float) -> np.ndarray:
+    return _padded(np.isfinite(values) / noise, size, 0.0)
+
+
+def _stacked(rows: Sequence[np.ndarray] | Sequence[float]) -> jax.Array:
+    return jnp.asarray(np.array(rows, dtype=float))

@@ -28,11 +28,14 @@ class Motion:
         ``position`` [m], ``speed`` [m/s], ``tension`` [N] and others the rig knows.
     trouble : (n_record,) bool
         Whether the integrator had to give up on locating switches somewhere.
+    readings : dict of channel to (n_record, n_time)
+        What the sensors make of it.
     """
 
     phase: np.ndarray
     states: dict[str, np.ndarray]
     trouble: np.ndarray
+    readings: dict[str, np.ndarray]
 
 
 @eqx.filter_jit
@@ -55,4 +58,4 @@ def motion(problem: Problem, values: jax.Array) -> Motion:
         local = np.asarray(problem.layout.local(values))
         phase = np.where(times < local[:, [problem.layout.names.index("release")]], HELD, phase)
     known = {"position": states.position, "speed": speed, "tension": response.channels["force"]}
-    return Motion(phase, known, np.asarray(response.solution.trouble))
+    return Motion(phase, known, np.asarray(response.solution.trouble), response.channels)

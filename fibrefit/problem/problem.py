@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from fibrefit.problem.arrays import functions_for
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.observations import Observations
 from fibrefit.simulate.model import Experiment, Model
@@ -22,8 +24,8 @@ class Linearised(NamedTuple):
     slopes : (n_record, n_channel, n_time, n_local_free), per SI unit of the value
     """
 
-    residuals: jax.Array
-    slopes: jax.Array
+    residuals: Any
+    slopes: Any
 
 
 class Problem(eqx.Module):
@@ -114,9 +116,9 @@ class Problem(eqx.Module):
         return eqx.tree_at(lambda problem: problem.observations, self, shorter)
 
     @property
-    def n_measured(self) -> jax.Array:
-        """Number of samples that count."""
-        return sum(jnp.sum(weight > 0.0) for weight in self.observations.weight.values())
+    def n_measured(self) -> int:
+        """Number of samples that count; not inside compiled programs."""
+        return int(sum(np.count_nonzero(np.asarray(weight)) for weight in self.observations.weight.values()))
 
     def _respond(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
         return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment).channels
@@ -133,14 +135,15 @@ class Problem(eqx.Module):
         return plain * jnp.sqrt(2.0 / (share + 1.0))
 
 
-def gram_root(gram: jax.Array) -> jax.Array:
-    """A square matrix R with ``R'R = gram``, for a symmetric, positive semidefinite `gram`.
+def gram_root(gram: Any) -> Any:
+    """A square matrix R with ``R'R = gram``, for a symmetric, positive semidefinite `gram`; NumPy or JAX.
 
     With ``gram = [J r]'[J r]`` the last column of R and the others are a residual vector and its Jacobian that have the
     same cost, gradient and normal matrix as those of all samples.
     """
     # Columns differ by many orders of magnitude; an eigenvalue is lost only against others of its own scale.
-    scale = jnp.sqrt(jnp.diag(gram))
-    scale = jnp.where(scale > 0.0, scale, 1.0)
-    values, vectors = jnp.linalg.eigh(gram / (scale[:, None] * scale))
-    return jnp.sqrt(jnp.maximum(values, 0.0))[:, None] * vectors.T * scale
+    xp = functions_for(gram)
+    scale = xp.sqrt(xp.diag(gram))
+    scale = xp.where(scale > 0.0, scale, 1.0)
+    values, vectors = xp.linalg.eigh(gram / (scale[:, None] * scale))
+    return xp.sqrt(xp.maximum(values, 0.0))[:, None] * vectors.T * scale

@@ -17,19 +17,24 @@ class Measured(Protocol):
     """What a trace needs of a record that was read."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """In results and messages."""
 
     @property
-    def time(self) -> np.ndarray: ...
+    def time(self) -> np.ndarray:
+        """Instants ``(n_time,)``, in s."""
 
     @property
-    def channels(self) -> Mapping[str, np.ndarray]: ...
+    def channels(self) -> Mapping[str, np.ndarray]:
+        """Measured values ``(n_time,)`` in SI units, by role; NaN where a sample is damaged."""
 
     @property
-    def rate(self) -> float: ...
+    def rate(self) -> float:
+        """Samples a second, in Hz."""
 
     @property
-    def uniform(self) -> bool: ...
+    def uniform(self) -> bool:
+        """Whether all steps in time are equal, gaps aside."""
 
 
 def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> Trace:

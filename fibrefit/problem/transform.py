@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.problem.arrays import functions_for
+
+NUDGE = 1e-4
+"""Least distance from a limit at which a start is put: in units of the scale, or of the logarithm."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +56,15 @@ class Range:
         low = self.lower > 0.0 if self.log else math.isfinite(self.lower)
         return low, math.isfinite(self.upper)
 
-    def line(self, value: jax.Array) -> jax.Array:
+    def line(self, value: Any) -> Any:
         """Value on the scale it is moved on: its logarithm, or the value in units of `scale`."""
-        return jnp.log(value / self.scale) if self.log else value / self.scale
+        return functions_for(value).log(value / self.scale) if self.log else value / self.scale
 
-    def from_line(self, position: jax.Array) -> jax.Array:
+    def from_line(self, position: Any) -> Any:
         """Inverse of `line`."""
-        return jnp.exp(position) * self.scale if self.log else position * self.scale
+        return functions_for(position).exp(position) * self.scale if self.log else position * self.scale
 
-    def value(self, free: jax.Array) -> jax.Array:
+    def value(self, free: Any) -> Any:
         """Value in SI units of a free coordinate.
 
         Law
@@ -70,30 +73,32 @@ class Range:
         y = low + (high - low) / (1 + exp(-4 x / (high - low))), of slope 1 in the middle.
         """
         low, high = self._limits()
+        xp = functions_for(free)
         if all(self.bounded):
             width = high - low
-            position = low + width * jax.nn.sigmoid(4.0 * free / width)
+            # The logistic curve in a form that neither overflows nor loses digits at its foot.
+            position = low + width * xp.exp(-xp.logaddexp(0.0, -4.0 * free / width))
         elif self.bounded[0]:
-            position = low + jnp.sqrt(free**2 + 1.0) - 1.0
+            position = low + xp.sqrt(free**2 + 1.0) - 1.0
         elif self.bounded[1]:
-            position = high - jnp.sqrt(free**2 + 1.0) + 1.0
+            position = high - xp.sqrt(free**2 + 1.0) + 1.0
         else:
             position = free
         return self.from_line(position)
 
-    def free(self, value: jax.Array) -> jax.Array:
-        """Free coordinate of a value; one at a limit is nudged off it, where the map has no slope."""
+    def free(self, value: Any) -> Any:
+        """Free coordinate of a value; one nearer to a limit than `NUDGE` is put that far off, for want of a slope."""
         low, high = self._limits()
         position = self.line(value)
-        nudge = 1e-4
+        xp = functions_for(position)
         if all(self.bounded):
             width = high - low
-            share = jnp.clip((position - low) / width, nudge, 1.0 - nudge)
-            return 0.25 * width * jnp.log(share / (1.0 - share))
+            share = xp.clip((position - low) / width, NUDGE / width, 1.0 - NUDGE / width)
+            return 0.25 * width * xp.log(share / (1.0 - share))
         if self.bounded[0]:
-            return jnp.sqrt((jnp.maximum(position - low, nudge) + 1.0) ** 2 - 1.0)
+            return xp.sqrt((xp.maximum(position - low, NUDGE) + 1.0) ** 2 - 1.0)
         if self.bounded[1]:
-            return jnp.sqrt((jnp.maximum(high - position, nudge) + 1.0) ** 2 - 1.0)
+            return xp.sqrt((xp.maximum(high - position, NUDGE) + 1.0) ** 2 - 1.0)
         return position
 
     def at_bound(self, value: float, tolerance: float) -> bool:

@@ -129,7 +129,7 @@ def fit_study(
     starts : int
         Number of starts of the search.
     seed : int
-        Of the scatter of starts and of the bootstrap; the same seed gives the same result.
+        Of the scatter of starts; the same seed gives the same result.
     robust : bool
         Let residuals beyond three times the noise count less (soft L1).
     profile : bool

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.problem.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
@@ -89,6 +90,4 @@ def simulate_study(study: Study) -> Simulation:
     Simulation
     """
     task = task_of(study)
-    values = jnp.asarray(task.start)
-    readings = {name: np.asarray(array) for name, array in task.problem.readings(values).items()}
-    return Simulation(study, task, readings)
+    return Simulation(study, task, motion(task.problem, jnp.asarray(task.start)).readings)
