@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -17,17 +16,20 @@ from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.store.directory import ResultDirectory
 from tests.cli.conftest import Run
 
-#: Most that ``--help`` may take, in s, of the fastest of a few runs: the machine may be busy with other tests.
+#: Most that ``--help`` may take, in s: beyond it a person notices.
 HELP_TIME = 0.3
 
 
+@pytest.mark.skipif(os.name == "nt", reason="the processor time of other processes is not told there")
 def test_help_is_quick() -> None:
     def timed() -> float:
-        start = time.perf_counter()
+        """Processor time, which on a free machine is all the time there is, and which busy neighbours leave alone."""
+        before = os.times()
         subprocess.run([sys.executable, "-m", "fibrefit", "--help"], check=True, stdout=subprocess.DEVNULL)
-        return time.perf_counter() - start
+        after = os.times()
+        return after.children_user + after.children_system - before.children_user - before.children_system
 
-    assert min(timed() for _ in range(5)) < HELP_TIME
+    assert min(timed() for _ in range(3)) < HELP_TIME
 
 
 def test_help_imports_nothing_heavy() -> None:
