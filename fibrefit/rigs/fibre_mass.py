@@ -81,6 +81,10 @@ class FibreMass(eqx.Module):
         direction = self.guide.settle(self.pull_of_gravity - tension, mode[1], crossed[1], state.position, tension)
         return state, (taut, direction)
 
+    def stiff(self) -> jax.Array | None:
+        """Never: the weight is heavy against the fibre."""
+        return None
+
     def at_rest(self, position: jax.Array) -> tuple[FibreMassState, Mode]:
         """State and mode of a weight let go at `position`."""
         state = FibreMassState(position, jnp.zeros(()), self.fibre.memories(position))

@@ -16,36 +16,9 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from fibrefit.simulate.inputs import inputs_at
-from fibrefit.simulate.steps import Mode, State, System, flow, plus
+from fibrefit.simulate.steps import Mode, State, System, explicit, flow, plus
+from fibrefit.simulate.stiff import stiff_map
 from fibrefit.simulate.switched import ARCS, Arcs, Inputs, Solution, integrate, select, take
-
-
-def _arc_end(system: System, inputs: Any, times: jax.Array, arc: Arcs, state: State, start: jax.Array) -> Any:
-    """End of an arc as a differentiable function of its start.
-
-    An arc that the grid ends has a fixed end. One that a switch ends moves with the margin: the value of the
-    correction is nil, its derivative is that of the root.
-    """
-
-    def at(instant: jax.Array) -> State:
-        return flow(system, state, arc.mode, inputs, times, (arc.step, start, instant))
-
-    def margin(system: System, inputs: Any, state: State, instant: jax.Array) -> jax.Array:
-        here = inputs_at(inputs, times, arc.step, instant)
-        return jnp.stack(system.margins(state, arc.mode, here))[arc.ended_by]
-
-    reached = at(arc.end)
-    rate = system.derivative(reached, arc.mode, inputs_at(inputs, times, arc.step, arc.end))
-    fixed = jax.lax.stop_gradient((system, inputs, reached, rate))
-    _, slope = jax.jvp(partial(margin, fixed[0], fixed[1]), (fixed[2], arc.end), (fixed[3], jnp.ones(())))
-    value = margin(system, inputs, reached, arc.end)
-    moves = (arc.ended_by >= 0) & (jnp.abs(slope) > 1e-12)
-    shift = jnp.where(moves, -(value - jax.lax.stop_gradient(value)) / jnp.where(moves, slope, 1.0), 0.0)
-    state = plus(reached, shift, rate)
-    crossed = tuple((arc.ended_by == i) for i in range(len(arc.mode)))
-    here = inputs_at(inputs, times, arc.step, arc.end)
-    switched, _ = system.switch(state, arc.mode, crossed, here)
-    return select(arc.ended_by >= 0, switched, state), arc.end + shift
 
 
 class _Linear(NamedTuple):
@@ -53,6 +26,17 @@ class _Linear(NamedTuple):
 
     factor: jax.Array
     offset: jax.Array
+
+
+class _Piece(NamedTuple):
+    """A smooth piece of the motion: a whole step of the grid, or an arc."""
+
+    step: jax.Array
+    start: jax.Array
+    end: jax.Array
+    state: State
+    reached: State
+    mode: Mode
 
 
 def _apply(factor: jax.Array, vector: jax.Array) -> jax.Array:
@@ -66,35 +50,78 @@ def _linearise(function: Any, point: jax.Array, parameters: Any, tangents: Any) 
     return _Linear(factor, offset)
 
 
-def _step_maps(system: System, times: jax.Array, inputs: Any, solution: Solution, tangents: Any) -> _Linear:
+def _flow_maps(system: System, times: jax.Array, inputs: Inputs, pieces: _Piece, tangents: Any) -> _Linear:
+    """Linear maps from the start to the end of pieces, both at fixed instants."""
+    unravel = ravel_pytree(take(pieces.state, 0))[1]
+
+    def smooth(piece: _Piece) -> _Linear:
+        def move(state: jax.Array, system: System, inputs: Inputs) -> jax.Array:
+            arc = (piece.step, piece.start, piece.end)
+            return ravel_pytree(explicit(system, unravel(state), piece.mode, inputs, times, arc))[0]
+
+        return _linearise(move, ravel_pytree(piece.state)[0], (system, inputs), tangents)
+
+    def stiff(piece: _Piece) -> _Linear:
+        span, ends = (piece.start, piece.end), (piece.state, piece.reached)
+        return _Linear(*stiff_map(system, inputs, piece.mode, times, piece.step, span, ends, tangents))
+
+    if (is_stiff := system.stiff()) is None:
+        return jax.vmap(smooth)(pieces)
+    return jax.lax.cond(is_stiff, lambda: jax.vmap(stiff)(pieces), lambda: jax.vmap(smooth)(pieces))
+
+
+def _step_maps(system: System, times: jax.Array, inputs: Inputs, solution: Solution, tangents: Any) -> _Linear:
     """Linear maps of all steps of the grid, as if none held a switch."""
-    flat = jax.vmap(lambda state: ravel_pytree(state)[0])(solution.states)
-    unravel = ravel_pytree(take(solution.states, 0))[1]
-
-    def one(step: jax.Array, state: jax.Array, mode: Mode) -> _Linear:
-        def move(state: jax.Array, system: System, inputs: Any) -> jax.Array:
-            arc = (step, times[step], times[step + 1])
-            return ravel_pytree(flow(system, unravel(state), mode, inputs, times, arc))[0]
-
-        return _linearise(move, state, (system, inputs), tangents)
-
-    steps = jnp.arange(times.shape[0] - 1)
-    return jax.vmap(one)(steps, flat[:-1], take(solution.modes, slice(None, -1)))
+    first, last = (take(solution.states, slice(*ends)) for ends in ((None, -1), (1, None)))
+    modes = take(solution.modes, slice(None, -1))
+    steps = _Piece(jnp.arange(times.shape[0] - 1), times[:-1], times[1:], first, last, modes)
+    return _flow_maps(system, times, inputs, steps, tangents)
 
 
-def _arc_maps(system: System, times: jax.Array, inputs: Any, arcs: Arcs, tangents: Any) -> _Linear:
-    """Linear maps of the arcs, on states with the time of their end appended."""
-    unravel = ravel_pytree(take(arcs.state, 0))[1]
+def _arc_maps(system: System, times: jax.Array, inputs: Inputs, arcs: Arcs, tangents: Any) -> _Linear:
+    """Linear maps of the arcs, on states with the instant appended."""
 
-    def one(arc: Arcs) -> _Linear:
-        def move(point: jax.Array, system: System, inputs: Any) -> jax.Array:
-            state, end = _arc_end(system, inputs, times, arc, unravel(point[:-1]), point[-1])
-            return jnp.append(ravel_pytree(state)[0], end)
+    def reach(arc: Arcs) -> State:
+        return flow(system, arc.state, arc.mode, inputs, times, (arc.step, arc.start, arc.end))
 
-        start = jnp.append(ravel_pytree(arc.state)[0], arc.start)
-        return _linearise(move, start, (system, inputs), tangents)
+    reached = jax.vmap(reach)(arcs)
+    pieces = _Piece(arcs.step, arcs.start, arcs.end, arcs.state, reached, arcs.mode)
+    flows = _flow_maps(system, times, inputs, pieces, tangents)
 
-    return jax.vmap(one)(arcs)
+    def one(arc: Arcs, reached: State, flow: _Linear) -> _Linear:
+        end = _linearise(partial(_arc_end, times, arc, reached), ravel_pytree(reached)[0], (system, inputs), tangents)
+        # An arc that starts later has less time: its start moves back along the motion.
+        rate = system.derivative(arc.state, arc.mode, inputs_at(inputs, times, arc.step, arc.start))
+        late = -_apply(flow.factor, ravel_pytree(rate)[0])
+        carried = jnp.concatenate([flow.factor, late[:, None]], axis=1)
+        factor = jnp.sum(end.factor[:, :, None] * carried[None], axis=1)
+        return _Linear(factor, _apply(end.factor, flow.offset) + end.offset)
+
+    return jax.vmap(one)(arcs, reached, flows)
+
+
+def _arc_end(times: jax.Array, arc: Arcs, reached: State, flat: jax.Array, system: System, inputs: Inputs) -> jax.Array:
+    """State after an arc, and the instant of its end, as a function of the state `flat` at the end that was found.
+
+    An arc that the grid ends has a fixed end. One that a switch ends moves with the margin: the value of the
+    correction is nil, its derivative is that of the root.
+    """
+    state = ravel_pytree(reached)[1](flat)
+
+    def margin(state: State, instant: jax.Array) -> jax.Array:
+        here = inputs_at(inputs, times, arc.step, instant)
+        return jnp.stack(system.margins(state, arc.mode, here))[arc.ended_by]
+
+    here = inputs_at(inputs, times, arc.step, arc.end)
+    rate = jax.lax.stop_gradient(system.derivative(state, arc.mode, here))
+    value, slope = jax.jvp(margin, (state, arc.end), (rate, jnp.ones(())))
+    slope = jax.lax.stop_gradient(slope)
+    moves = (arc.ended_by >= 0) & (jnp.abs(slope) > 1e-12)
+    shift = jnp.where(moves, -(value - jax.lax.stop_gradient(value)) / jnp.where(moves, slope, 1.0), 0.0)
+    moved = plus(state, shift, rate)
+    crossed = tuple((arc.ended_by == i) for i in range(len(arc.mode)))
+    switched, _ = system.switch(moved, arc.mode, crossed, here)
+    return jnp.append(ravel_pytree(select(arc.ended_by >= 0, switched, moved))[0], arc.end + shift)
 
 
 def _chain(arcs: Arcs, maps: _Linear, start: jax.Array) -> tuple[_Linear, _Linear]:

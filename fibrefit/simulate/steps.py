@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import jax
 
 from fibrefit.simulate.inputs import inputs_at
+from fibrefit.simulate.stiff import stiff_flow
 
 State = Any
 Mode = tuple[jax.Array, ...]
@@ -28,6 +29,9 @@ class System(Protocol):
     def switch(self, state: State, mode: Mode, crossed: tuple[jax.Array, ...], inputs: Any) -> tuple[State, Mode]:
         """State and mode after the switches `crossed` have left their modes."""
 
+    def stiff(self) -> jax.Array | None:
+        """Whether rates occur that are fast against a step of the grid; None if there never are any."""
+
 
 def plus(state: State, factor: jax.Array, rate: State) -> State:
     """``state + factor * rate``."""
@@ -44,8 +48,19 @@ def runge_kutta(system: System, state: State, mode: Mode, span: Any, length: jax
     return jax.tree.map(lambda y, a, b, c, d: y + (length / 6.0) * (a + 2.0 * (b + c) + d), state, d1, d2, d3, d4)
 
 
-def flow(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
-    """State after the arc ``(step, start, end)``: one smooth step inside one mode, within one step of the grid."""
+def explicit(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
+    """As `flow`, for a system whose rates are slow against the step."""
     step, start, end = arc
     span = tuple(inputs_at(inputs, times, step, time) for time in (start, 0.5 * (start + end), end))
     return runge_kutta(system, state, mode, span, end - start)
+
+
+def flow(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
+    """State after the arc ``(step, start, end)``: one smooth step inside one mode, within one step of the grid."""
+    if (is_stiff := system.stiff()) is None:
+        return explicit(system, state, mode, inputs, times, arc)
+    return jax.lax.cond(
+        is_stiff,
+        lambda: stiff_flow(system, state, mode, inputs, times, *arc),
+        lambda: explicit(system, state, mode, inputs, times, arc),
+    )

@@ -85,34 +85,44 @@ def take(store: Any, index: Any) -> Any:
     return jax.tree.map(lambda array: array[index], store)
 
 
-def _locate(margin_at: Any, start: jax.Array, end: jax.Array) -> jax.Array:
-    """First instant, to rounding, at which the smallest margin is negative: false position with the Illinois rule.
+class _Bracket(NamedTuple):
+    """Where a switch lies: a margin that holds at `low`, and does not at `high`, with the state there."""
 
-    The end that is returned lies on the far side of the switch, so that the mode that follows finds itself valid.
+    low: jax.Array
+    high: jax.Array
+    at_low: jax.Array
+    at_high: jax.Array
+    state: State
+    tries: jax.Array
+
+
+def _locate(trial: Any, bracket: _Bracket) -> _Bracket:
+    """Narrow a bracket to rounding: false position with the Illinois rule.
+
+    ``trial(time)`` gives the state and the smallest margin there. The end that counts lies on the far side of the
+    switch, so that the mode that follows finds itself valid.
     """
 
-    def narrow(carry: Any) -> Any:
-        low, high, at_low, at_high, count = carry
-        ratio = at_low / (at_low - at_high)
+    def narrow(b: _Bracket) -> _Bracket:
+        ratio = b.at_low / (b.at_low - b.at_high)
         # Far from convergence the secant may stall at one end; every third step halves instead.
-        ratio = jnp.where((count % 3 == 2) | ~jnp.isfinite(ratio), 0.5, ratio)
-        middle = low + jnp.clip(ratio, 1e-3, 1.0 - 1e-3) * (high - low)
-        value = margin_at(middle)
+        ratio = jnp.where((b.tries % 3 == 2) | ~jnp.isfinite(ratio), 0.5, ratio)
+        middle = b.low + jnp.clip(ratio, 1e-3, 1.0 - 1e-3) * (b.high - b.low)
+        state, value = trial(middle)
         inside = value >= 0.0
-        return (
-            jnp.where(inside, middle, low),
-            jnp.where(inside, high, middle),
-            jnp.where(inside, value, 0.5 * at_low),
-            jnp.where(inside, 0.5 * at_high, value),
-            count + 1,
+        return _Bracket(
+            jnp.where(inside, middle, b.low),
+            jnp.where(inside, b.high, middle),
+            jnp.where(inside, value, 0.5 * b.at_low),
+            jnp.where(inside, 0.5 * b.at_high, value),
+            select(inside, b.state, state),
+            b.tries + 1,
         )
 
-    def wide(carry: Any) -> jax.Array:
-        low, high, _, _, count = carry
-        return (high - low > 1e-15 + 4e-16 * jnp.abs(high)) & (count < 60)
+    def wide(b: _Bracket) -> jax.Array:
+        return (b.at_high < 0.0) & (b.high - b.low > 1e-15 + 4e-16 * jnp.abs(b.high)) & (b.tries < 60)
 
-    first = (start, end, margin_at(start), margin_at(end), 0)
-    return jax.lax.while_loop(wide, narrow, first)[1]
+    return jax.lax.while_loop(wide, narrow, bracket)
 
 
 class _Run(NamedTuple):
@@ -156,20 +166,22 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
     """The rest of the present step, arc by arc, through every switch it holds."""
     step, end = run.step, times[run.step + 1]
 
-    def after(run: _Run, instant: jax.Array) -> State:
-        return flow(system, run.state, run.mode, inputs, times, (step, run.time, instant))
-
     def arc(carry: tuple[_Run, jax.Array]) -> tuple[_Run, jax.Array]:
         run, count = carry
 
-        def margin_at(instant: jax.Array) -> jax.Array:
-            here = inputs_at(inputs, times, step, instant)
-            return _worst(system.margins(after(run, instant), run.mode, here))
+        def worst(state: State, time: jax.Array) -> jax.Array:
+            return _worst(system.margins(state, run.mode, inputs_at(inputs, times, step, time)))
 
+        def trial(time: jax.Array) -> tuple[State, jax.Array]:
+            state = flow(system, run.state, run.mode, inputs, times, (step, run.time, time))
+            return state, worst(state, time)
+
+        state, at_end = trial(end)
         patient = count < SWITCHES_A_STEP
-        violated = (margin_at(end) < 0.0) & patient
-        instant = jax.lax.cond(violated, lambda: _locate(margin_at, run.time, end), lambda: end)
-        state = after(run, instant)
+        violated = (at_end < 0.0) & patient
+        at_end = jnp.where(violated, at_end, 0.0)
+        found = _locate(trial, _Bracket(run.time, end, worst(run.state, run.time), at_end, state, jnp.int32(0)))
+        instant, state = found.high, found.state
         here = inputs_at(inputs, times, step, instant)
         margins = system.margins(state, run.mode, here)
         crossed = tuple(violated & (margin < 0.0) for margin in margins)
