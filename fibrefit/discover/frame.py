@@ -24,7 +24,7 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
 from fibrefit.simulate.model import Model
 
-WIDEST = 16
+WIDEST = 24
 """Most values of one record that can be active at once."""
 
 

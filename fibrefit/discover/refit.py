@@ -200,3 +200,15 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
     scaled = matrix[np.ix_(free, free)] / np.outer(scale, scale)
     step[free] = np.linalg.solve(scaled + damping * np.eye(len(scale)), gradient[free] / scale) / scale
     return step
+
+
+def standard_errors(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> dict[str, float]:
+    """Standard errors of the shared values for white noise, in SI units; infinite where the data see nothing."""
+    unknown = _Map(frame, subset, local)
+    matrix, _, _ = unknown.normal(unknown.unknowns(), counts)
+    scale = np.sqrt(np.diag(matrix))
+    seen = scale > 0.0
+    scaled = matrix[np.ix_(seen, seen)] / np.outer(scale[seen], scale[seen])
+    errors = np.full(len(scale), np.inf)
+    errors[seen] = np.sqrt(np.abs(np.diag(np.linalg.pinv(scaled, rcond=1e-10)))) / scale[seen]
+    return dict(zip(subset.shared, errors[: len(subset.shared)].tolist(), strict=True))

@@ -42,7 +42,8 @@ class Range:
         """Range a parameter declares for itself."""
         # One that vanishes at infinity spans decades too.
         log = parameter.log or parameter.reciprocal
-        return cls(parameter.lower, parameter.upper, abs(parameter.typical) or 1.0, log)
+        size = abs(parameter.typical)
+        return cls(parameter.lower, parameter.upper, size if math.isfinite(size) and size > 0.0 else 1.0, log)
 
     def within(self, lower: float | None, upper: float | None) -> Range:
         """The part of the range between limits a person has set."""

@@ -55,7 +55,4 @@ def _read(study: Study, record: object) -> Record:
     file, label = record.file, record.label  # type: ignore[attr-defined]
     if file is None:
         raise StudyError(str(study.source), f'record "{label}" has no file', "a measured record", "Name its file.")
-    channels = {role: header for role, header in study.channels if header}
-    units = {role: unit for role, _ in study.channels if (unit := study.unit_of(role))}
-    rate = getattr(record, "sampling_rate", None)
-    return read_record(study.path_of(file), channels=channels, units=units, rate=rate, name=label)
+    return read_record(study.path_of(file), **study.reading(record), name=label)  # type: ignore[arg-type]

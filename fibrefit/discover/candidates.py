@@ -1,0 +1,182 @@
+"""Candidates: which effects may be missing, where their refits start, and how they did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.discover.frame import Frame
+from fibrefit.discover.refit import Refit, Subset, refit
+from fibrefit.effects.law import Effect
+
+SMALL = 0.1
+"""Strength at which a refit starts, as a share of the typical one: small enough not to spoil the orbit."""
+SHAPES = (0.25, 1.0, 4.0)
+"""Where a shape parameter, which has no slope while the strength is nil, starts: multiples of its typical size."""
+SCOUTING = 6
+"""Steps every start is given before the best ones go on."""
+FINALISTS = 2
+THREADS = 2
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects that may be missing together, fitted.
+
+    Parameters
+    ----------
+    effects : tuple of Effect classes
+        Added to the model the search began with, in the order they were found.
+    fit : Refit
+    frame : Frame
+        The one it was fitted in.
+    """
+
+    effects: tuple[type[Effect], ...]
+    fit: Refit
+    frame: Frame
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters the effects add."""
+        return sum(len(effect.parameters) for effect in self.effects)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What all hypotheses of a search have in common.
+
+    Parameters
+    ----------
+    base : tuple of str
+        Shared free values of the model the search began with.
+    each : tuple of str
+        Free values of each record.
+    counts : (n_stage, n_record) int
+        Horizons, the last one whole.
+    data_start : dict of str to (n_record,)
+        Values the data themselves suggest.
+    """
+
+    base: tuple[str, ...]
+    each: tuple[str, ...]
+    counts: np.ndarray
+    data_start: dict[str, np.ndarray]
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Samples of each record."""
+        return self.counts[-1]
+
+    def subset(self, effects: Iterable[type[Effect]], scattering: bool = False) -> Subset:
+        """Active values when these effects are on."""
+        added = tuple(f"{effect.name}.{p.name}" for effect in effects for p in effect.parameters)
+        return Subset(self.base + added, self.each, self.base if scattering else ())
+
+
+def absent_values(frame: Frame, records: int) -> np.ndarray:
+    """Values ``(n_record, n_local)`` with every effect at its null and nothing else set."""
+    local = np.zeros((records, len(frame.names)))
+    for j, name in enumerate(frame.names):
+        declared = frame.declared[name]
+        reachable = declared.lower <= declared.null <= declared.upper
+        local[:, j] = declared.null if reachable or declared.reciprocal else declared.typical
+    return local
+
+
+def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) -> np.ndarray:
+    """Values of one frame put in place in another."""
+    values = onto.copy()
+    for j, name in enumerate(frame.names):
+        if name in source.names:
+            values[:, j] = local[:, source.names.index(name)]
+    return values
+
+
+def fit_with(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Hypothesis:
+    """Parent hypothesis with more effects, refitted from several starts.
+
+    Parameters
+    ----------
+    frame : Frame
+        One that holds all effects.
+    ground : Ground
+    parent : Hypothesis
+    added : sequence of Effect classes
+
+    Returns
+    -------
+    Hypothesis
+        The best end of all starts.
+    """
+    effects = (*parent.effects, *added)
+    subset = ground.subset(effects)
+    blank = absent_values(frame, len(parent.fit.local))
+    before = carried(frame, blank, parent.frame, parent.fit.local)
+    scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in _starts(frame, before, added)]
+    if not parent.effects:
+        scouts += [
+            _from_data(frame, ground, subset, start)
+            for start in _starts(frame, _suggested(frame, before, ground), added)
+        ]
+    scouts.sort(key=lambda found: found.cost)
+    ends = [refit(frame, subset, scout.local, ground.whole) for scout in scouts[:FINALISTS]]
+    return Hypothesis(effects, min(ends, key=lambda found: found.cost), frame)
+
+
+def fit_all(jobs: Sequence[Callable[[], Hypothesis]], tell: Callable[[int], None]) -> list[Hypothesis]:
+    """Carry out jobs on all cores; compiled programs run without holding the interpreter."""
+    done: list[Hypothesis] = []
+    with ThreadPoolExecutor(THREADS) as pool:
+        for found in pool.map(lambda job: job(), jobs):
+            done.append(found)
+            tell(len(done))
+    return done
+
+
+def _suggested(frame: Frame, before: np.ndarray, ground: Ground) -> np.ndarray:
+    values = before.copy()
+    for name, column in ground.data_start.items():
+        values[:, frame.names.index(name)] = column
+    return values
+
+
+def _from_data(frame: Frame, ground: Ground, subset: Subset, start: np.ndarray) -> Refit:
+    early = refit(frame, subset, start, ground.counts[0], SCOUTING, 1e-2)
+    return refit(frame, subset, early.local, ground.whole, SCOUTING, 1e-3)
+
+
+def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
+    """Values with the added effects weakly present: each sign that makes sense, each shape."""
+    choices = []
+    for effect in added:
+        choices.append(list(product(*(_sizes(effect, parameter) for parameter in effect.parameters))))
+    starts = []
+    for choice in product(*choices):
+        values = before.copy()
+        for effect, sizes in zip(added, choice, strict=True):
+            for parameter, size in zip(effect.parameters, sizes, strict=True):
+                values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
+        starts.append(values)
+    return starts
+
+
+def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:
+    if parameter.name not in effect.strength:
+        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
+    elif parameter.reciprocal:
+        sizes = [parameter.typical / SMALL**0.5]
+    else:
+        step = SMALL * (parameter.typical - parameter.null)
+        sizes = [parameter.null + step] + ([parameter.null - step] if parameter.lower < parameter.null else [])
+    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]

@@ -1,0 +1,337 @@
+"""Find what a model lacks: where, which effect, added and shown; or that no known effect accounts for it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fibrefit.discover import where
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
+from fibrefit.discover.evidence import CHANCE, EACH, colour
+from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
+from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.free_form import Reading, described, probe_all
+from fibrefit.discover.refit import Subset, refit, standard_errors
+from fibrefit.discover.search import BEAM, Progress, Search
+from fibrefit.effects.law import Effect
+from fibrefit.fit.identify import identify
+from fibrefit.fit.result import Identification, total
+from fibrefit.problem.task import Task
+
+STARTS = 8
+LISTED = 8
+"""Candidates whose parameters are shown with errors."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far a search may go.
+
+    Parameters
+    ----------
+    max_effects : int
+    seed : int
+    choose : callable, optional
+        Given a round's ranking, names the effect to add; None lets the search decide.
+    """
+
+    max_effects: int = 3
+    seed: int = 0
+    choose: Callable[[Sequence[Candidate]], str | None] | None = None
+
+
+def discover(
+    task: Task, effects: Sequence[type[Effect]], limits: Limits | None = None, progress: Progress | None = None
+) -> Finding:
+    """Search for the effects a model lacks.
+
+    Parameters
+    ----------
+    task : Task
+        Of the model to begin with.
+    effects : sequence of Effect classes
+        That may be missing, each applicable to the rig.
+    limits : Limits, optional
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Finding
+    """
+    began, limits, tell = time.perf_counter(), limits or Limits(), progress or (lambda what, share: None)
+    before = identify(task, STARTS, limits.seed, progress=progress)
+    if before.status == "failed":
+        reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
+        return _not_trusted(before, reasons, began)
+    search = _search(task, before, effects, tell)
+    path, rounds, looked = _climb(search, before, limits)
+    return _concluded(search, before, path, rounds, looked, limits, began)
+
+
+def _search(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+    layout = task.problem.layout
+    local = np.asarray(layout.local(before.values))
+    free = [slot for slot in layout.slots if slot.free]
+    start = np.asarray(layout.local(task.start))
+    ground = Ground(
+        base=tuple(slot.name for slot in free if slot.shared),
+        each=tuple(slot.name for slot in free if not slot.shared),
+        counts=np.asarray(task.counts),
+        data_start={name: start[:, j] for j, name in enumerate(layout.names)},
+    )
+    wanted = tuple(effect for effect in effects if effect not in task.problem.model.effects)
+    frames = frames_of(task, wanted)
+    own = Frame(task)
+    values = carried(frames[0], absent_values(frames[0], len(local)), own, local)
+    tell("compiling the model with every effect", None)
+    fit = refit(frames[0], ground.subset(()), values, ground.whole)
+    trace = task.traces[0]
+    rate = float(1.0 / np.diff(trace.times).mean())
+    kappa = colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0]))
+    return Search(
+        task, wanted, ground, Hypothesis((), fit, frames[0]), kappa, float(task.problem.n_measured), tell, frames
+    )
+
+
+def frames_of(task: Task, effects: Sequence[type[Effect]]) -> list[Frame]:
+    """Frames to search in: one for all effects that leave the equations of motion what they are, more for the others."""
+    plain = [effect for effect in effects if not getattr(effect, "stiff", False)]
+    return [frame_of(task, plain)]
+
+
+def _climb(
+    search: Search, before: Identification, limits: Limits
+) -> tuple[list[Hypothesis], list[Round], list[Hypothesis]]:
+    """Add effects while the records ask for them; the path of hypotheses, its rounds, and the last candidates."""
+    path, rounds = [search.base], []
+    looked: list[Hypothesis] = []
+    beam = [search.base]
+    while len(path[-1].effects) < limits.max_effects:
+        if path[-1].effects and search.is_noise(path[-1]):
+            break
+        what = f"trying each effect, round {len(rounds) + 1}"
+        looked = search.extended(beam, what)
+        if not looked:
+            break
+        chosen = _chosen(search, looked, limits)
+        if chosen is None or not search.is_significant(chosen, path[-1]):
+            break
+        polished = Hypothesis(
+            chosen.effects,
+            refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
+            chosen.frame,
+        )
+        rounds.append(_round(search, before, path[-1], polished, looked))
+        path.append(polished)
+        beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
+    return path, rounds, looked
+
+
+def _chosen(search: Search, looked: Sequence[Hypothesis], limits: Limits) -> Hypothesis | None:
+    if limits.choose is None:
+        return search.simplest(looked)
+    name = limits.choose([_candidate(search, hypothesis, search.base) for hypothesis in looked[:LISTED]])
+    return next((hypothesis for hypothesis in looked if name in hypothesis.names), None)
+
+
+def _round(
+    search: Search, before: Identification, parent: Hypothesis, chosen: Hypothesis, looked: Sequence[Hypothesis]
+) -> Round:
+    ranking = tuple(_candidate(search, hypothesis, parent, errors=i < LISTED) for i, hypothesis in enumerate(looked))
+    added = " + ".join(name for name in chosen.names if name not in parent.names)
+    gaps = search.gap(parent), search.gap(chosen)
+    changes = _changes(parent, chosen)
+    sentence = f"{added}: the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise. {changes}".strip()
+    if not parent.effects:
+        sentence = f"{where.in_words(before)}. {sentence}"
+    return Round(added, *gaps, where.places(before) if not parent.effects else (), ranking, sentence)
+
+
+CARRIED = 0.05
+"""Relative change of a base parameter from which it is said to have carried part of a missing effect."""
+
+
+def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
+    """What the base parameters had carried in place of the effect."""
+    said = []
+    for name, old in parent.fit.shared.items():
+        new = chosen.fit.shared.get(name, old)
+        if abs(new - old) > CARRIED * abs(old):
+            unit = chosen.frame.declared[name].unit
+            said.append(f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}")
+    return f"With it {' and '.join(said)}." if said else ""
+
+
+def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
+    added = hypothesis.size - parent.size
+    gain = parent.fit.cost - hypothesis.fit.cost
+    subset = search.ground.subset(hypothesis.effects)
+    spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}
+    inflation = np.sqrt(search.kappa * max(hypothesis.fit.cost / search.samples, 1.0))
+    parameters = {}
+    for effect in hypothesis.effects:
+        for parameter in effect.parameters:
+            name = f"{effect.name}.{parameter.name}"
+            error = float(spread.get(name, np.inf) * inflation)
+            parameters[name] = (hypothesis.fit.shared[name], error, parameter.unit)
+    return Candidate(
+        " + ".join(name for name in hypothesis.names if name not in parent.names) or "nothing",
+        search.gap(hypothesis),
+        float(gain / search.kappa - CHANCE - EACH * added),
+        parameters,
+    )
+
+
+def _concluded(
+    search: Search,
+    before: Identification,
+    path: list[Hypothesis],
+    rounds: list[Round],
+    looked: Sequence[Hypothesis],
+    limits: Limits,
+    began: float,
+) -> Finding:
+    best = search.pruned(path[-1]) if len(path[-1].effects) > 1 else path[-1]
+    reading = None if _is_plain(search, best) else _free_form(search, before, best)
+    verdict, reason, unexplained = _verdict(search, before, best, reading)
+    if verdict == "unexplained" and reading is not None and _is_rival(search, reading, best):
+        best, rounds = search.base, []
+    search.tell("fitting the final model", None)
+    after = before if not best.effects else _final(search, best, limits.seed)
+    if verdict != "nothing_missing":
+        unexplained = replace(unexplained, gap=total(after.gap))
+    return Finding(
+        verdict=verdict,
+        reason=reason,
+        added=best.effects,
+        rounds=tuple(rounds),
+        cannot_tell_apart=_classes(search, path, looked, best),
+        unexplained=unexplained,
+        before=before,
+        after=after,
+        held_out=_held_out(search, best) if best.effects else (),
+        ranking=tuple(_candidate(search, hypothesis, search.base, i < LISTED) for i, hypothesis in enumerate(looked)),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _is_plain(search: Search, best: Hypothesis) -> bool:
+    """Whether nothing is left that a probe should look at: noise, explained by at most one effect."""
+    return search.is_noise(best) and len(best.effects) <= 1
+
+
+def _free_form(search: Search, before: Identification, best: Hypothesis) -> Reading | None:
+    """Best probe on the model the search began with."""
+    search.tell("probing for what has no name", 0.0)
+    readings = probe_all(
+        search.base, before, search.ground, lambda share: search.tell("probing for what has no name", share)
+    )
+    return readings[0] if readings else None
+
+
+RIVAL = 1.02
+"""Ratio of gaps up to which one free curve rivals several effects by name."""
+
+
+def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
+    """Whether one curve of one variable explains as much as what was named, which then merely helped."""
+    return bool(search.gap(reading.hypothesis) <= RIVAL * search.gap(best))
+
+
+def _verdict(
+    search: Search, before: Identification, best: Hypothesis, reading: Reading | None
+) -> tuple[str, str, Unexplained]:
+    noise_like = search.is_noise(best)
+    if noise_like and reading is None:
+        if best.effects:
+            return "named", "What is left is noise.", Unexplained(search.gap(best))
+        return "nothing_missing", "The model explains the records down to their noise.", Unexplained(search.gap(best))
+    if not best.effects and _only_scatter(search):
+        return (
+            "nothing_missing",
+            "Base parameters that differ by some tenths of a percent from record to record explain what is left.",
+            Unexplained(search.gap(best)),
+        )
+    if noise_like and reading is not None and not _is_rival(search, reading, best):
+        return "named", "What is left is noise, and no single curve explains as much.", Unexplained(search.gap(best))
+    looks = _looks_like(search, before, best, reading)
+    reason = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
+    return "unexplained", reason, Unexplained(search.gap(best), where.places(before), looks)
+
+
+def _only_scatter(search: Search) -> bool:
+    samples = search.samples
+    return bool(np.sqrt(search.scattered(search.base) / samples) <= 1.06)
+
+
+TELLS = 0.6
+"""Share of the gap a curve must account for to be what the missing effect looks like."""
+
+
+def _looks_like(search: Search, before: Identification, best: Hypothesis, reading: Reading | None) -> str:
+    whole = max(search.base.fit.cost - search.samples, 1.0)
+    share = 0.0 if reading is None else min((search.base.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
+    event = where.onset(before)
+    if event is not None and share < TELLS:
+        return f"an event in time: {event[0]} parts from the model at {event[1]:.3f} s, the other records do not"
+    if reading is None:
+        return where.in_words(before)
+    return f"{described(reading)}; it accounts for {100 * share:.0f} % of the gap"
+
+
+def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
+    task = frame_of(search.task, best.effects).task
+    layout = task.problem.layout
+    local = carried(Frame(task), np.zeros((len(layout.records), len(layout.names))), best.frame, best.fit.local)
+    start = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    return identify(replace(task, start=start), STARTS // 2, seed, progress=search.tell)
+
+
+def _classes(
+    search: Search, path: list[Hypothesis], looked: Sequence[Hypothesis], best: Hypothesis
+) -> tuple[tuple[str, ...], ...]:
+    """Effects that would have explained the records as well as the one that was added last."""
+    if not best.effects:
+        return ()
+    rivals = [
+        other
+        for other in search.alike(best, looked)
+        if set(other.effects) != set(best.effects) and other.size <= best.size + 1
+    ]
+    classes = []
+    for other in rivals:
+        mine = [name for name in best.names if name not in other.names]
+        theirs = [name for name in other.names if name not in best.names]
+        if len(mine) == 1 and len(theirs) == 1:
+            classes.append((mine[0], theirs[0]))
+    return tuple(dict.fromkeys(classes))
+
+
+def _held_out(search: Search, best: Hypothesis) -> tuple[HeldOut, ...]:
+    found = []
+    for r, record in enumerate(search.task.problem.layout.records):
+        search.tell("predicting each record from the others", r / len(search.task.traces))
+        found.append(HeldOut(record, *(_predicted(search, hypothesis, r) for hypothesis in (search.base, best))))
+    return tuple(found)
+
+
+def _predicted(search: Search, hypothesis: Hypothesis, record: int) -> float:
+    ground = search.ground
+    others, alone = ground.whole.copy(), np.zeros_like(ground.whole)
+    others[record], alone[record] = 0, ground.whole[record]
+    fitted = refit(hypothesis.frame, ground.subset(hypothesis.effects), hypothesis.fit.local, others, 15)
+    own = refit(hypothesis.frame, Subset((), ground.each), fitted.local, alone, 15)
+    weights = search.task.problem.observations.weight.values()
+    samples = sum(float(np.sum(np.asarray(weight)[record] > 0.0)) for weight in weights)
+    return float(np.sqrt(own.cost / samples))
+
+
+def _not_trusted(before: Identification, reason: str, began: float) -> Finding:
+    gap = total(before.gap)
+    return Finding(
+        "not_trusted", reason, (), (), (), Unexplained(gap), before, before, (), (), time.perf_counter() - began
+    )

@@ -1,0 +1,54 @@
+"""When is a gain more than chance, and when are two explanations the same?
+
+Noise of a logger wanders, so chance can imitate a slow effect more easily than white noise could: gains are measured in
+units of `colour`. Parameters that differ a little from record to record imitate effects too: a gain only counts if it
+remains when the base parameters may scatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fibrefit.problem.noise import Noise
+
+SLOW = 5.0
+"""Frequency in Hz of what effects do to a record: bounces and strokes."""
+CHANCE = 20.0
+"""Gain of 2 log likelihood that the best of some thirty candidates reaches by chance once in a thousand searches."""
+EACH = 4.0
+"""The same for each further parameter of a candidate."""
+WORTH = 0.004
+"""Share of the cost a gain must amount to, to be worth a name: models of a rig are no better than that."""
+ALIKE = 0.01
+"""Share of the noise floor by which two explanations may differ and still be alike."""
+NOISE_LIKE = 1.045
+"""Gap up to which a model leaves only noise; the noise itself is known to about two percent."""
+
+
+def colour(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: float) -> float:
+    """Power of the noise at the frequency of the motion over its mean power; 1 for white noise.
+
+    Parameters
+    ----------
+    noise : mapping of channel to Noise
+    rates : mapping of channel to sampling rate in Hz
+    duration : float
+        Of a record, in s.
+    """
+    ratios = []
+    for channel, seen in noise.items():
+        mean = seen.rms(duration, rates[channel]) ** 2 / (0.5 * rates[channel])
+        ratios.append(float(seen.density(np.array([SLOW]))[0] / mean))
+    return max(1.0, float(np.mean(ratios)))
+
+
+def significant(gain: float, parameters: int, kappa: float, cost: float) -> bool:
+    """Whether a gain in the sum of squared residuals is more than chance and worth a name."""
+    return gain > kappa * (CHANCE + EACH * parameters) and gain > WORTH * cost
+
+
+def alike(cost: float, other: float, samples: float, kappa: float) -> bool:
+    """Whether two explanations with these costs cannot be told apart."""
+    return abs(other - cost) < max(ALIKE * samples, 10.0 * kappa)

@@ -1,0 +1,145 @@
+"""What a search for the missing effect ends with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fibrefit.effects.law import Effect
+from fibrefit.fit.result import Identification
+
+VERDICTS = ("nothing_missing", "named", "unexplained", "not_trusted")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stretch of a record in which model and measurement part.
+
+    Parameters
+    ----------
+    record, channel, phase : str
+    from_s, to_s : float, in s
+    share : float
+        Of the whole gap beyond noise, 0 to 1.
+    """
+
+    record: str
+    channel: str
+    phase: str
+    from_s: float
+    to_s: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect that was tried.
+
+    Parameters
+    ----------
+    effect : str
+        Name; several joined by " + " where they were tried together.
+    gap_after : float
+    evidence : float
+        Gain of twice the log likelihood over the model before, for noise of the colour found, less what chance gives to
+        as many candidates and parameters.
+    parameters : dict of str to (value, standard error, unit)
+        Of the effect, in SI units.
+    """
+
+    effect: str
+    gap_after: float
+    evidence: float
+    parameters: Mapping[str, tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class Round:
+    """One effect added.
+
+    Parameters
+    ----------
+    added : str
+    gap_before, gap_after : float
+    where : tuple of Place
+        Where the model before parted from the measurement.
+    ranking : tuple of Candidate
+        Best first.
+    sentence : str
+    """
+
+    added: str
+    gap_before: float
+    gap_after: float
+    where: tuple[Place, ...]
+    ranking: tuple[Candidate, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What no effect accounts for.
+
+    Parameters
+    ----------
+    gap : float
+    where : tuple of Place
+    looks_like : str
+        Empty where nothing is left.
+    """
+
+    gap: float
+    where: tuple[Place, ...] = ()
+    looks_like: str = ""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """How a record is predicted by a model fitted to the others, only its own zero and start left to it.
+
+    Parameters
+    ----------
+    record : str
+    gap_before, gap_after : float
+        Of the model before the search and of the one after.
+    """
+
+    record: str
+    gap_before: float
+    gap_after: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Result of a search.
+
+    Parameters
+    ----------
+    verdict : str
+        One of `VERDICTS`.
+    reason : str
+        Why, in words.
+    added : tuple of Effect classes
+    rounds : tuple of Round
+    cannot_tell_apart : tuple of tuple of str
+        Classes of effects that explain the records alike.
+    unexplained : Unexplained
+    before, after : Identification
+        Of the model before and after the search.
+    held_out : tuple of HeldOut
+    ranking : tuple of Candidate
+        Of the last look for more, whether or not anything was added.
+    seconds : float
+    """
+
+    verdict: str
+    reason: str
+    added: tuple[type[Effect], ...]
+    rounds: tuple[Round, ...]
+    cannot_tell_apart: tuple[tuple[str, ...], ...]
+    unexplained: Unexplained
+    before: Identification
+    after: Identification
+    held_out: tuple[HeldOut, ...]
+    ranking: tuple[Candidate, ...]
+    seconds: float

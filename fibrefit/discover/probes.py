@@ -1,0 +1,124 @@
+"""Free-form probes: a force, a friction or a tension as an unknown curve of one state of the rig.
+
+A probe has no name to offer, only a place and a variable. It shows what any effect of that kind could at best explain, and
+so tells a wrong name that merely helps from a missing one.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, Memory, quantity
+
+HATS = 10
+
+
+class Curve(Effect):
+    """A piecewise linear curve with knots at equal distances between `low` and `high`, level beyond them."""
+
+    low: jax.Array = quantity("-", "left end of the curve", 0.0)
+    high: jax.Array = quantity("-", "right end of the curve", 1.0)
+    c0: jax.Array = quantity("N", "height at knot 0", 1.0)
+    c1: jax.Array = quantity("N", "height at knot 1", 1.0)
+    c2: jax.Array = quantity("N", "height at knot 2", 1.0)
+    c3: jax.Array = quantity("N", "height at knot 3", 1.0)
+    c4: jax.Array = quantity("N", "height at knot 4", 1.0)
+    c5: jax.Array = quantity("N", "height at knot 5", 1.0)
+    c6: jax.Array = quantity("N", "height at knot 6", 1.0)
+    c7: jax.Array = quantity("N", "height at knot 7", 1.0)
+    c8: jax.Array = quantity("N", "height at knot 8", 1.0)
+    c9: jax.Array = quantity("N", "height at knot 9", 1.0)
+
+    variable: ClassVar[str] = ""
+    says: ClassVar[str] = ""
+
+    def at(self, x: jax.Array) -> jax.Array:
+        """Height of the curve at `x`."""
+        place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * (HATS - 1)
+        heights = (self.c0, self.c1, self.c2, self.c3, self.c4, self.c5, self.c6, self.c7, self.c8, self.c9)
+        return sum(height * jnp.maximum(0.0, 1.0 - jnp.abs(place - i)) for i, height in enumerate(heights))
+
+
+class ForceOfPosition(Curve, GuideLaw):
+    """A force on the weight that depends on its position."""
+
+    name: ClassVar[str] = "probe.force_of_position"
+    variable: ClassVar[str] = "position"
+    says: ClassVar[str] = "a force on the weight that depends on its position"
+
+    def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
+        """Height of the curve."""
+        return self.at(position)
+
+
+class FrictionOfPosition(Curve, GuideLaw):
+    """A friction of the guide that depends on the position."""
+
+    name: ClassVar[str] = "probe.friction_of_position"
+    variable: ClassVar[str] = "position"
+    says: ClassVar[str] = "a friction in the guide that depends on the position of the weight"
+
+    def roughness(self, position: jax.Array) -> jax.Array:
+        """Height of the curve."""
+        return self.at(position)
+
+
+class FrictionOfSpeed(Curve, GuideLaw):
+    """A friction of the guide that depends on the speed."""
+
+    name: ClassVar[str] = "probe.friction_of_speed"
+    variable: ClassVar[str] = "speed"
+    says: ClassVar[str] = "a friction in the guide that depends on the speed of the weight"
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Height of the curve at the speed without its sign."""
+        return self.at(jnp.abs(velocity))
+
+
+class FrictionOfTension(Curve, GuideLaw):
+    """A friction of the guide that depends on the tension."""
+
+    name: ClassVar[str] = "probe.friction_of_tension"
+    variable: ClassVar[str] = "tension"
+    says: ClassVar[str] = "a friction in the guide that depends on the tension of the fibre"
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Height of the curve at the tension."""
+        return self.at(tension)
+
+
+class TensionOfStretch(Curve, FibreLaw):
+    """A tension that depends on the stretch in a way of its own."""
+
+    name: ClassVar[str] = "probe.tension_of_stretch"
+    variable: ClassVar[str] = "stretch"
+    says: ClassVar[str] = "a tension of the fibre that depends on its stretch"
+
+    def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
+        """Height of the curve at the stretch."""
+        return self.at(stretch)
+
+
+class TensionOfRate(Curve, FibreLaw):
+    """A tension that depends on the rate of stretch in a way of its own."""
+
+    name: ClassVar[str] = "probe.tension_of_rate"
+    variable: ClassVar[str] = "stretch rate"
+    says: ClassVar[str] = "a tension of the fibre that depends on its rate of stretch"
+
+    def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
+        """Height of the curve at the rate."""
+        return self.at(rate)
+
+
+PROBES: tuple[type[Curve], ...] = (
+    ForceOfPosition,
+    FrictionOfPosition,
+    FrictionOfSpeed,
+    FrictionOfTension,
+    TensionOfStretch,
+    TensionOfRate,
+)

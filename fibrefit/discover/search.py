@@ -1,0 +1,143 @@
+"""The search: refit every effect that may be missing, alone and in pairs, and keep what the records ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, fit_all, fit_with
+from fibrefit.discover.evidence import NOISE_LIKE, alike, significant
+from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.refit import refit
+from fibrefit.effects.law import Effect
+from fibrefit.problem.task import Task
+
+Progress = Callable[[str, float | None], None]
+BEAM = 3
+"""Hypotheses that are extended when a single effect leaves a gap."""
+
+
+@dataclass
+class Search:
+    """State of a search over hypotheses.
+
+    Parameters
+    ----------
+    task : Task
+        Of the model the search began with.
+    effects : tuple of Effect classes
+        That may be added.
+    ground : Ground
+    base : Hypothesis
+        Nothing added.
+    kappa : float
+        Colour of the noise.
+    samples : float
+        Number of measured samples.
+    tell : callable
+    frames : list of Frame
+        Compiled so far.
+    """
+
+    task: Task
+    effects: tuple[type[Effect], ...]
+    ground: Ground
+    base: Hypothesis
+    kappa: float
+    samples: float
+    tell: Progress
+    frames: list[Frame] = field(default_factory=list)
+
+    def gap(self, hypothesis: Hypothesis) -> float:
+        """Gap a hypothesis leaves."""
+        return float(np.sqrt(hypothesis.fit.cost / self.samples))
+
+    def frame_for(self, effects: Sequence[type[Effect]]) -> Frame:
+        """A frame that holds these effects; made where there is none yet."""
+        for frame in self.frames:
+            if frame.holds(effects):
+                return frame
+        frame = frame_of(self.task, effects)
+        self.frames.append(frame)
+        return frame
+
+    def extended(self, parents: Sequence[Hypothesis], what: str) -> list[Hypothesis]:
+        """Every parent with every further effect, refitted, best first."""
+        jobs = []
+        seen: set[frozenset[str]] = set()
+        for parent in parents:
+            for effect in self.effects:
+                names = frozenset((*parent.names, effect.name))
+                if effect in parent.effects or names in seen or not set(effect.needs) <= self._present(parent):
+                    continue
+                seen.add(names)
+                frame = self.frame_for((*parent.effects, effect))
+                jobs.append(partial(fit_with, frame, self.ground, parent, (effect,)))
+        found = fit_all(jobs, lambda done: self.tell(what, done / len(jobs)))
+        return sorted(found, key=lambda hypothesis: hypothesis.fit.cost)
+
+    def scattered(self, hypothesis: Hypothesis) -> float:
+        """Objective of a hypothesis when the base parameters may scatter between records."""
+        subset = self.ground.subset(hypothesis.effects, scattering=True)
+        found = refit(hypothesis.frame, subset, hypothesis.fit.local, self.ground.whole)
+        return found.objective
+
+    def gain(self, hypothesis: Hypothesis, over: Hypothesis) -> float:
+        """Gain over another hypothesis that remains when base parameters may scatter; re-based.
+
+        The other is refitted from the values of this one too: a base fit a little above its minimum makes every
+        candidate look significant.
+        """
+        frame = hypothesis.frame
+        blank = absent_values(frame, len(hypothesis.fit.local))
+        rebased = hypothesis.fit.local.copy()
+        for effect in hypothesis.effects:
+            if effect not in over.effects:
+                for parameter in effect.parameters:
+                    j = frame.names.index(f"{effect.name}.{parameter.name}")
+                    rebased[:, j] = blank[:, j]
+        subset = self.ground.subset(over.effects, scattering=True)
+        again = refit(frame, subset, rebased, self.ground.whole).objective
+        return min(again, self.scattered(over)) - self.scattered(hypothesis)
+
+    def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
+        """Whether a hypothesis is better than another by more than chance."""
+        added = hypothesis.size - over.size
+        if not significant(over.fit.cost - hypothesis.fit.cost, added, self.kappa, over.fit.cost):
+            return False
+        return significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost)
+
+    def alike(self, best: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Those of `others` that explain the records as well as the best one."""
+        return [other for other in others if alike(best.fit.cost, other.fit.cost, self.samples, self.kappa)]
+
+    def simplest(self, ranked: Sequence[Hypothesis]) -> Hypothesis:
+        """Of the explanations like the best one, that with the fewest parameters; then the best."""
+        return min(self.alike(ranked[0], ranked), key=lambda hypothesis: (hypothesis.size, hypothesis.fit.cost))
+
+    def is_noise(self, hypothesis: Hypothesis) -> bool:
+        """Whether only noise is left."""
+        return self.gap(hypothesis) <= NOISE_LIKE
+
+    def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The hypothesis without the effects a later one has made needless."""
+        for effect in hypothesis.effects:
+            rest = tuple(other for other in hypothesis.effects if other is not effect)
+            if not rest:
+                continue
+            local = hypothesis.fit.local.copy()
+            blank = absent_values(hypothesis.frame, len(local))
+            for parameter in effect.parameters:
+                j = hypothesis.frame.names.index(f"{effect.name}.{parameter.name}")
+                local[:, j] = blank[:, j]
+            without = refit(hypothesis.frame, self.ground.subset(rest), local, self.ground.whole)
+            lesser = Hypothesis(rest, without, hypothesis.frame)
+            if not self.is_significant(hypothesis, lesser):
+                return self.pruned(lesser)
+        return hypothesis
+
+    def _present(self, parent: Hypothesis) -> set[str]:
+        return {effect.name for effect in (*self.task.problem.model.effects, *parent.effects)}
