@@ -98,7 +98,7 @@ def _search(task: Task, before: Identification, effects: Sequence[type[Effect]],
 
 
 def frames_of(task: Task, effects: Sequence[type[Effect]]) -> list[Frame]:
-    """Frames to search in: one for all effects that leave the equations of motion what they are, more for the others."""
+    """Frames to search in: one for all effects that leave the equations of motion alone, more for the others."""
     plain = [effect for effect in effects if not getattr(effect, "stiff", False)]
     return [frame_of(task, plain)]
 

@@ -1,7 +1,7 @@
 """A frame: a model with many effects at once, all absent until they are switched on.
 
-Every effect vanishes exactly at its null value, so one compiled program with all of them stands for every subset. A search
-over effects and pairs of effects then compiles once; only the values differ.
+Every effect vanishes exactly at its null value, so one compiled program with all of them stands for every subset. A
+search over effects and pairs of effects then compiles once; only the values differ.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Free-form probes: a force, a friction or a tension as an unknown curve of one state of the rig.
 
-A probe has no name to offer, only a place and a variable. It shows what any effect of that kind could at best explain, and
-so tells a wrong name that merely helps from a missing one.
+A probe has no name to offer, only a place and a variable. It shows what any effect of that kind could at best explain,
+and so tells a wrong name that merely helps from a missing one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Refitting a subset of a frame's values: a bounded Levenberg-Marquardt on local Gram matrices.
 
-Base parameters may scatter from record to record: each record then has its own relative deviation of each, held near zero.
-Deviations cost no simulation, since their columns are those of the parameter itself.
+Base parameters may scatter from record to record: each record then has its own relative deviation of each, held near
+zero. Deviations cost no simulation, since their columns are those of the parameter itself.
 """
 
 from __future__ import annotations

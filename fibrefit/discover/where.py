@@ -71,7 +71,7 @@ def in_words(found: Identification) -> str:
 
 
 def onset(found: Identification) -> tuple[str, float] | None:
-    """Record and instant [s] from which one record alone parts from the model, others being explained; None if not so."""
+    """Record and instant [s] from which one record alone parts from the model; None if others do too."""
     gaps = {}
     for r, record in enumerate(found.problem.layout.records):
         count = int(np.asarray(found.problem.observations.experiment.count)[r])

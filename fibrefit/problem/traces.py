@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from fibrefit.core.errors import DataError, StudyError
+from fibrefit.problem.drive import smoothed
 from fibrefit.problem.observations import Trace
 from fibrefit.rigs.rig import Rig
 
@@ -85,7 +86,7 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
         record.name,
         times,
         {name: spread[name] for name in rig.channels},
-        {name: spread[name][:, None] for name in rig.inputs},
+        {name: smoothed(spread[name], times, f'{record.name}, channel "{name}"') for name in rig.inputs},
         conditions,
     )
 
