@@ -1,8 +1,8 @@
 """When a gain is more than chance, and when two explanations are the same.
 
 Noise of a logger wanders, so chance can imitate a slow effect more easily than white noise could: gains are measured
-in units of `colour`. Parameters that differ a little from record to record imitate effects too: a gain only counts if it
-remains when the base parameters may scatter.
+in units of `colour`. Parameters that differ a little from record to record imitate effects too: a gain only counts if
+it remains when the base parameters may scatter.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.noise import Noise, estimate_noise
 from fibrefit.problem.observations import Trace, stack
 from fibrefit.problem.problem import Problem
-from fibrefit.problem.starting import STARTING, Starting
+from fibrefit.problem.starting import Starting, starting_fibre_mass
+from fibrefit.problem.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.task import Task
 from fibrefit.problem.traces import LEARNT, Measured, trace_of
 from fibrefit.problem.transform import Range
@@ -19,6 +20,11 @@ from fibrefit.simulate.model import Model
 from fibrefit.study import ParameterSetting, Study
 
 UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
+STARTING: dict[str, Callable[[Sequence[Trace]], Starting]] = {
+    "fibre_mass": starting_fibre_mass,
+    "pulley_drive": starting_pulley_drive,
+}
+"""Where starting values come from, by kind of rig."""
 EFFECT_SPREAD = 5.0
 FIRST_SIZE = 0.1
 """Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""

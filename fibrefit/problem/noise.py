@@ -16,6 +16,8 @@ from fibrefit.problem.observations import Trace
 BLOCK = 32
 """Samples whose mean is compared when looking for rest."""
 SHORTEST_REST = 64
+DRIFT = 0.003
+"""Share of its travel by which a smoothed input may move while the rig is at rest."""
 MAINS = (50.0, 60.0)
 
 
@@ -52,11 +54,12 @@ class Noise:
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    signals = [*trace.channels.values(), *(values[:, 0] for values in trace.inputs.values())]
-    still = np.logical_and.reduce([_blocks_like_the_first(signal) for signal in signals])
-    ahead = _run_length(still) * BLOCK
-    still = np.logical_and.reduce([_blocks_like_the_first(signal[::-1]) for signal in signals])
-    behind = _run_length(still) * BLOCK
+    # Slow wander moves block means by more than hiss / sqrt(BLOCK); real motion leaves by far more within one block.
+    signals = [(signal, 1.2 * _hiss(signal)) for signal in trace.channels.values()]
+    signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
+    ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
+    turned = [(signal[::-1], limit) for signal, limit in signals]
+    behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
     found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
 
@@ -89,14 +92,11 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
     return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
 
 
-def _blocks_like_the_first(signal: np.ndarray) -> np.ndarray:
-    """Whether each block's mean agrees with the first ones', by the standard of neighbouring blocks."""
+def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
+    """Whether each block's mean agrees with the first ones' within `limit`."""
     blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
-    with np.errstate(invalid="ignore"):
-        means = blocks.mean(axis=1)
-    hiss = _hiss(signal)
-    # Slow wander moves block means by more than hiss / sqrt(BLOCK); real motion leaves by far more within one block.
-    return ~(np.abs(means - np.nanmean(means[:3])) > 1.2 * hiss)
+    means = blocks.mean(axis=1)
+    return ~(np.abs(means - np.nanmean(means[:3])) > limit)
 
 
 def _run_length(flags: np.ndarray) -> int:

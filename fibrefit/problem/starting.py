@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,9 +79,6 @@ def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
         settled=np.array(settled),
         spread={"stiffness": 2.0, "damping": 5.0, "friction": 5.0},
     )
-
-
-STARTING: dict[str, Callable[[Sequence[Trace]], Starting]] = {"fibre_mass": starting_fibre_mass}
 
 
 def _fall(trace: Trace) -> _Drop:
