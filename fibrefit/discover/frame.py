@@ -24,8 +24,8 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
 from fibrefit.simulate.model import Model
 
-WIDEST = 24
-"""Most values of one record that can be active at once."""
+WIDTHS = (24, 64, 256)
+"""Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class Frame:
         """Whether all these effects are in it."""
         return set(effects) <= set(self.effects)
 
-    def grams(self, local: np.ndarray, columns: np.ndarray, steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
-        """Local Gram matrices by differences, ``(n_record, n_active + 1, n_active + 1)``.
+    def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Local Gram matrices by differences, ``(n_record, n_active + 1, n_active + 1)``; residuals come last.
 
         Differences rather than tangents: a run is a native loop, while the tangents of a model with all effects at
         once are hundreds of megabytes; with switches located to rounding, differences are good to seven digits.
@@ -76,17 +76,19 @@ class Frame:
         local : (n_record, n_local) in SI units
         columns : (n_active,) int
             Which values to vary.
-        steps : (n_record, n_active) in SI units
+        targets : (n_record, n_active) in SI units
+            To what; a column is the change of the residuals, not divided by that of the value.
         counts : (n_record,) int
             Horizon of each record in samples.
         """
         active = len(columns)
-        padded = np.zeros(WIDEST, dtype=np.int32)
+        width = next(width for width in WIDTHS if width >= active)
+        padded = np.zeros(width, dtype=np.int32)
         padded[:active] = columns
-        step = np.ones((len(local), WIDEST))
-        step[:, :active] = steps
-        found = _grams(self.problem, local, padded, step, np.int32(active), np.asarray(counts, dtype=np.int32))
-        keep = np.r_[np.arange(active), WIDEST]
+        values = np.zeros((len(local), width))
+        values[:, :active] = targets
+        found = _grams(self.problem, local, padded, values, np.int32(active), np.asarray(counts, dtype=np.int32))
+        keep = np.r_[np.arange(active), width]
         return np.asarray(found)[:, keep][:, :, keep]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -123,21 +125,21 @@ def _residuals(problem: Problem, local: jax.Array, data: Observations, count: ja
 
 @eqx.filter_jit
 def _grams(
-    problem: Problem, local: jax.Array, columns: jax.Array, steps: jax.Array, active: jax.Array, counts: jax.Array
+    problem: Problem, local: jax.Array, columns: jax.Array, targets: jax.Array, active: jax.Array, counts: jax.Array
 ) -> jax.Array:
     def one(row: tuple) -> jax.Array:
-        local, step, data, count = row
+        local, target, data, count = row
         here = _residuals(problem, local, data, count)
 
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
-            there = _residuals(problem, local.at[columns[i]].add(step[i]), data, count)
-            return rows.at[i].set((there - here) / step[i])
+            there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
+            return rows.at[i].set(there - here)
 
-        rows = jnp.zeros((WIDEST + 1, here.size)).at[WIDEST].set(here)
+        rows = jnp.zeros((len(columns) + 1, here.size)).at[-1].set(here)
         rows = jax.lax.fori_loop(0, active, vary, rows)
         return rows @ rows.T
 
-    return jax.lax.map(one, (local, steps, problem.observations, counts))
+    return jax.lax.map(one, (local, targets, problem.observations, counts))
 
 
 @eqx.filter_jit

@@ -111,7 +111,9 @@ class _Map:
         """Normal matrix, gradient and cost, deviations' penalty included in the first two."""
         local = self.local(unknowns)
         steps = STEP * np.maximum(np.abs(local[:, self.columns]), 0.01 * self.size)
-        grams = self.frame.grams(local, self.columns, steps, counts)
+        changes = self.frame.grams(local, self.columns, local[:, self.columns] + steps, counts)
+        per = np.concatenate([1.0 / steps, np.ones((len(steps), 1))], axis=1)
+        grams = changes * per[:, :, None] * per[:, None, :]
         shared, own = self.split(unknowns)
         n, total = len(self.shared), len(unknowns)
         matrix, gradient = np.zeros((total, total)), np.zeros(total)
