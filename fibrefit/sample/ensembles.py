@@ -215,7 +215,8 @@ def _until_converged(
 
 def _enough(found: Mixing, settings: Settings) -> bool:
     ess = np.minimum(found.ess_bulk, found.ess_tail)
-    return bool(found.r_hat.max() < settings.r_hat and ess.min() > settings.ess)
+    agree = found.r_hat.max() < settings.r_hat and found.r_hat_walkers.max() < settings.r_hat_walkers
+    return bool(agree and ess.min() > settings.ess)
 
 
 def _begin(target: Target, approximation: Approximation, settings: Settings, number: int) -> _Ensemble:

@@ -24,6 +24,8 @@ class Settings:
         Of each ensemble; None: as many as the number of coordinates needs.
     r_hat : float
         R-hat between ensembles below which they agree.
+    r_hat_walkers : float
+        R-hat between walkers, which are many and short, below which each has been everywhere.
     ess : float
         Effective draws to gather for each parameter, in the middle and in the tails.
     max_steps : int
@@ -40,6 +42,7 @@ class Settings:
     ensembles: int = FEWEST_ENSEMBLES
     walkers: int | None = None
     r_hat: float = 1.01
+    r_hat_walkers: float = 1.15
     ess: float = 400.0
     max_steps: int = 4000
     max_seconds: float | None = None
