@@ -80,7 +80,7 @@ def _search(task: Task, before: Identification, effects: Sequence[type[Effect]],
     ground = Ground(
         base=tuple(slot.name for slot in free if slot.shared),
         each=tuple(slot.name for slot in free if not slot.shared),
-        counts=np.asarray(task.counts),
+        counts=task.counts,
         data_start={name: start[:, j] for j, name in enumerate(layout.names)},
     )
     wanted = tuple(effect for effect in effects if effect not in task.problem.model.effects)

@@ -99,7 +99,7 @@ def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progres
     places = np.arange(-(-number // chunk) * chunk) % number
     frees = problem.layout.free(began)[places]
     # A model that lacks something may follow one set of horizons into a poor minimum and another into a better one.
-    counts = np.stack([task.counts[np.array([i % (len(task.counts) - 1), -1])] for i in places])
+    counts = np.stack([task.ladders[i % len(task.ladders)] for i in places])
 
     def part(i: int) -> Descent:
         here = slice(i, i + chunk)

@@ -64,7 +64,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         traces=tuple(traces),
         start=_start(layout, declared, settings, starting),
         spread=_spread(declared, settings, starting),
-        counts=_horizons(traces, starting),
+        ladders=_ladders(traces, starting),
         noise=noise,
         noise_given=given,
         units={channel: UNITS[channel] for channel in model.rig.channels},
@@ -159,10 +159,13 @@ def _spread(
     return {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
 
 
-def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
-    """Samples up to the end of the first contact, up to twice that span of motion, and all."""
-    rows = []
-    for trace, begin, end in zip(traces, starting.moving, starting.settled, strict=True):
-        spans = [end, begin + 2.0 * (end - begin), np.inf]
-        rows.append([int(np.searchsorted(trace.times, instant)) for instant in spans])
-    return np.array(rows, dtype=np.int32).T
+def _ladders(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
+    """Samples of each record at each stage of each way to lengthen the horizon."""
+    span = starting.settled - starting.moving
+    ends = [[starting.moving + factor * span for factor in ladder] for ladder in starting.ladders]
+    places = [
+        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in ladder]
+        + [[len(trace.times) for trace in traces]]
+        for ladder in ends
+    ]
+    return np.array(places, dtype=np.int32)

@@ -50,7 +50,7 @@ def motion(problem: Problem, values: jax.Array) -> Motion:
     """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
     response = jax.tree.map(np.asarray, _responses(problem, values))
     states, modes = response.solution.states, response.solution.modes
-    speed, taut, direction = states.velocity, modes[0] > 0, modes[-1]
+    speed, taut, direction = states.velocity, modes[0] > 0, modes[1]
     times = np.asarray(problem.observations.experiment.times)
     phase = np.where(taut, np.where(speed >= 0.0, LOADING, UNLOADING), SLACK)
     phase = np.where((direction == 0) & taut, REST, phase)

@@ -29,6 +29,8 @@ class Starting:
         Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
     spread : dict of float
         Factor by which each shared guess may be wrong.
+    ladders : tuple of tuple of float
+        Ways to lengthen the horizon of a fit up to the whole record: in multiples of the time from `moving` to `settled`.
     """
 
     shared: dict[str, float]
@@ -36,6 +38,7 @@ class Starting:
     moving: np.ndarray
     settled: np.ndarray
     spread: dict[str, float]
+    ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
 @dataclass(frozen=True)

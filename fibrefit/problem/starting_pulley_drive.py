@@ -52,6 +52,8 @@ def starting_pulley_drive(traces: Sequence[Trace]) -> Starting:
         moving=begins,
         settled=begins + FIRST,
         spread={"stiffness": 1.5, "damping": 5.0, "friction": 3.0},
+        # Every stroke brings new contacts to time: longer ladders than a single drop needs.
+        ladders=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
     )
 
 

@@ -24,8 +24,8 @@ class Task:
     start : (n_free,) in SI units
     spread : mapping of name to factor
         A shared parameter is searched between start / factor and start * factor.
-    counts : (n_stage, n_record) int
-        Samples of each record in horizons; the last one is the whole record, the others are ways to begin.
+    ladders : (n_ladder, n_stage, n_record) int
+        Samples of each record in horizons that grow to the whole record, in several ways.
     noise : mapping of channel to Noise
     noise_given : tuple of str
         Channels whose noise the study states.
@@ -37,7 +37,12 @@ class Task:
     traces: tuple[Trace, ...]
     start: np.ndarray
     spread: Mapping[str, float]
-    counts: np.ndarray
+    ladders: np.ndarray
     noise: Mapping[str, Noise]
     noise_given: tuple[str, ...]
     units: Mapping[str, str]
+
+    @property
+    def counts(self) -> np.ndarray:
+        """The first way, ``(n_stage, n_record)``; its last stage is the whole of each record."""
+        return self.ladders[0]
