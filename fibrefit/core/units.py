@@ -72,6 +72,8 @@ def _product(plain: str) -> str | None:
         if symbol is None:
             return None
         power = (factor.group(2) or "").lstrip("^")
+        if power and not 1 <= abs(int(power)) <= 4:
+            return None
         factors.append(("/" if divide else "*" if factors else "") + f"({symbol})" + (f"**({power})" if power else ""))
         position = factor.end()
     return "".join(factors)

@@ -81,6 +81,7 @@ def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
     columns = _declared(raw.columns, headings, wishes.units, roles, where, notes)
     timed = [time_base(raw, columns, group, wishes.rate, where) for group in groups]
     groups, bases = _merged(groups, [base for base, _ in timed])
+    notes += [note for base in bases for note in base.notes]
     finished = {i: _finished(columns[i], bases[g], g, notes) for g, group in enumerate(groups) for i in group.members}
     places = {i: place for place, i in enumerate(finished)}
     times = groups[0].time
@@ -132,7 +133,7 @@ def _declared(
             )
         column = columns[place]
         if registry.expression(unit) is None:
-            expected = "a known unit, such as N, mm or ms"
+            expected = registry.ACCEPTED[ROLES[key]] if key in ROLES else "a known unit, such as N, mm or ms"
             raise DataError(
                 f'{where}, unit of "{key}"', f'unit "{unit}"', expected, did_you_mean(unit, ("N", "mm", "ms"))
             )
@@ -198,12 +199,11 @@ def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str])
     flat = flat_stretches(numbers.values, numbers.resolution if len(numbers.texts) else column.resolution)
     numbers = masked_with(numbers, flat.saturated, "saturated")
     numbers = masked_with(numbers, flat.stuck, "stuck")
-    if flat.stops_dead.any():
-        edges = np.count_nonzero(np.diff(np.concatenate([[0], flat.stops_dead.view(np.int8)])) == 1)
-        if si in _CUT_OFF_BY_AMPLIFIERS and edges > 1:
-            numbers = masked_with(numbers, flat.stops_dead, "saturated")
-        else:
-            notes.append(_stops_dead(column, flat.stops_dead))
+    if si in _CUT_OFF_BY_AMPLIFIERS:
+        numbers = masked_with(numbers, flat.clipped, "saturated")
+    stopped = (flat.stops_dead | flat.clipped) & (numbers.reasons == 0)
+    if stopped.any():
+        notes.append(_stops_dead(column, stopped))
     outliers = lone_outliers(numbers.values)
     if outliers.size:
         shown = ", ".join(f"{base.time[i]:.6g}" for i in outliers[:3])

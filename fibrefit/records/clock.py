@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.tokens import CLOCK, clean
+from fibrefit.records.tokens import CLOCK, DATE, clean
 
 _DAY = 86400.0
 
@@ -85,7 +85,7 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
 def _head(head: str) -> tuple[str, float] | None:
     """Date and seconds up to the full minute of a reading without its seconds; None where it is anything else."""
     match = re.fullmatch(r"(?:(\S+)[ T])?(\d{1,2}):(\d{2})", clean(head))
-    if match is None:
+    if match is None or not DATE.fullmatch(match.group(1) or "1.1.2000") or int(match.group(2)) > 23:
         return None
     return match.group(1) or "", 3600.0 * int(match.group(2)) + 60.0 * int(match.group(3))
 
@@ -124,7 +124,9 @@ def _since_first(seconds: np.ndarray, days: list[str], decimals: int, texts: Seq
     distinct = list(dict.fromkeys(day for day in days if day))
     notes: tuple[str, ...] = ()
     if len(distinct) > 1:
-        offset = {day: _DAY * number for day, number in zip(distinct, _day_numbers(distinct), strict=True)} | {"": 0.0}
+        numbers = dict(zip(distinct, _day_numbers(distinct), strict=True))
+        usual = max(distinct, key=days.count)  # counted from there, a date that is wrong costs the others no digit
+        offset = {day: _DAY * (number - numbers[usual]) for day, number in numbers.items()} | {"": 0.0}
         seconds = seconds + np.array([offset[day] for day in days])
         notes = ("The record passes midnight.",) if min(map(days.count, distinct)) > 2 else ()
     else:

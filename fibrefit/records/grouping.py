@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.records.numbers import CODE
 from fibrefit.records.raw import RawColumn
 from fibrefit.records.roles import Heading, is_time
-from fibrefit.records.words import counts_rows
+from fibrefit.records.words import counts_rows, score
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ def groups_of(columns: Sequence[RawColumn], headings: Sequence[Heading], time: i
     """
     if any(column.rate is not None for column in columns):
         return _by_rate(columns)
-    times = [
-        i for i, h in enumerate(headings) if i == time or (is_time(h) and _runs_forward(columns[i].numbers.values))
-    ]
+    possible = [i for i, h in enumerate(headings) if i == time or is_time(h)]
+    forward = [i for i in possible if i == time or _runs_forward(columns[i].numbers.values)]
+    times = forward or [i for i in possible if score(headings[i].name, "time") > 0]
     counters = [i for i, h in enumerate(headings) if i not in times and counts_rows(h.name)]
     spans: list[tuple[list[int], list[int]]] = [([], [])]
     for i in range(len(columns)):

@@ -124,11 +124,13 @@ def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str
     text = line[remark.end() :] if remark else line
     if dialect.width == 1:
         return [text.strip(f' "{dialect.delimiter}')]
-    separators = [dialect.delimiter, *(d for d in NAMES if d != dialect.delimiter)]
-    for separator in separators:
+    # A header may separate its cells otherwise than the table, but then it does so throughout.
+    own = dialect.delimiter
+    others = [d for d in NAMES if d != own] if own == WHITESPACE or own not in text else []
+    for separator in (own, *others):
         for cells in _ways_to_split(text, separator):
             fitted = _fitted([cell.strip().strip('"').strip() for cell in cells], dialect.width, empty)
-            if fitted is not None and (separator == dialect.delimiter or all(fitted)):
+            if fitted is not None and (separator == own or all(fitted)):
                 return fitted
     return None
 
@@ -137,10 +139,16 @@ def _ways_to_split(text: str, separator: str) -> list[list[str]]:
     if separator != WHITESPACE:
         cells = Dialect(separator, ".").split(text)
         return [] if cells is None else [cells]
+    if any(sign in text for sign in ";|") or re.search(r",(?! )", text):
+        return []
     wide = re.split(r"\s{2,}|\t", text.strip())
     # "Time [s] Force [N]": a unit belongs to the word before it.
     joined = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", text)
-    return [wide, text.split(), joined]
+    return [
+        cells
+        for cells in (wide, text.split(), joined)
+        if not any(cell[:1] in "[(" for cell in cells) or is_unit_row(cells)
+    ]
 
 
 def _fitted(cells: list[str], width: int, empty: Sequence[bool]) -> list[str] | None:

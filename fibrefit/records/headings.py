@@ -81,6 +81,7 @@ def _after_sign(text: str) -> tuple[str, str | None] | None:
     whole = "/" in last and last != text and units.expression(last) is not None  # "speed m/s"
     for match in re.finditer(r"\s*[/,:;|]\s*|\s+in\s+", text[: -len(last)] if whole else text):
         name, unit = text[: match.start()], text[match.end() :].strip("() ")
+        unit = re.sub(r"\s+\([^()]*\)?$", "", unit)  # "F in N (filtered)"
         if name and unit and not re.search(r"[=\d]$", name):
             known = known_unit(name, unit)
             if known is not None and not re.fullmatch(r"[\d.,\s-]+", unit):

@@ -150,7 +150,9 @@ def _segment(tags: dict[str, list[str]], body: list[tuple[int, list[str]]], *, t
     rows, numbers, unplaced = [], [], []
     for number, cells in body[1:]:
         # Without times the first cell is empty: one that is not belongs to a line that lost its first separator.
-        if len(cells) in widths and not (timeless and cells[0].strip()):
+        beyond = [cell.strip() for cell in cells[len(names) :]]  # a remark, if anything
+        shifted = any(cell[:1].isdigit() or cell[:1] in ("-", "+") for cell in beyond)
+        if len(cells) in widths and not shifted and not (timeless and cells[0].strip()):
             rows.append([cell.strip() for cell in cells[: len(names)]])
             numbers.append(number)
         else:
@@ -184,7 +186,7 @@ def _channels(
     columns = []
     for channel, place in enumerate(places):
         name = first.names[place]
-        unit = units[channel] if channel < len(units) and units[channel] else None
+        unit = _at(units, place, channel) or None
         numbers = parse_column(cells[place], mark, lines, f'{where}, column "{name}"')
         header = f"{name} [{unit}]" if unit else name
         known = None if unit is None else known_unit(name, unit) or unit
@@ -194,7 +196,7 @@ def _channels(
         elif x_columns == "one" and channel == 0:
             columns.append(_time_column(cells[0], mark, lines, where))
         elif x_columns == "no" and len(segments) == 1:
-            column = _with_rate(column, first, channel, mark, where)
+            column = _with_rate(column, first, (place, channel), mark, where)
         columns.append(column)
     if x_columns == "no" and len(segments) > 1:
         columns.insert(0, _joined_times(segments, mark, where))
@@ -206,28 +208,34 @@ def _time_column(cells: Sequence[str], mark: str, lines: np.ndarray, where: str)
     return RawColumn("X_Value", "X_Value", "s", numbers, resolution=numbers.resolution)
 
 
-def _with_rate(column: RawColumn, segment: _Segment, channel: int, mark: str, where: str) -> RawColumn:
-    step = _tag(segment, "delta_x", channel, mark)
+def _with_rate(column: RawColumn, segment: _Segment, at: tuple[int, int], mark: str, where: str) -> RawColumn:
+    step = _tag(segment, "delta_x", at, mark)
     if not step or step <= 0:
         got = "the header gives no step in time (Delta_X) and there is no column of times"
         raise DataError(where, got, "one of the two", "Export the file again.")
-    told = _tag(segment, "samples", channel, ".")
+    told = _tag(segment, "samples", at, ".")
     n = int(told) if told else len(segment.cells)
     whole = column.numbers
     numbers = Numbers(whole.values[:n], whole.reasons[:n], whole.shapes[:n], whole.texts[:n], whole.mark)
-    start = _tag(segment, "x0", channel, mark) or 0.0
+    start = _tag(segment, "x0", at, mark) or 0.0
     rate = float(f"{1 / step:.12g}")
     return RawColumn(
         column.header, column.name, column.unit, numbers, rate=rate, start=start, resolution=column.resolution
     )
 
 
-def _tag(segment: _Segment, tag: str, channel: int, mark: str) -> float | None:
-    values = [value for value in segment.tags.get(tag, []) if value]
-    if not values:
-        return None
+def _at(values: Sequence[str], place: int, channel: int) -> str:
+    """Value of a tag for a channel: it stands in the channel's own column, or in order where columns are left out."""
+    if 0 < place <= len(values) and values[place - 1]:
+        return values[place - 1]
+    filled = [value for value in values if value]
+    return filled[min(channel, len(filled) - 1)] if filled else ""
+
+
+def _tag(segment: _Segment, tag: str, at: tuple[int, int], mark: str) -> float | None:
+    """Number a tag gives for a channel at a column."""
     try:
-        return float(values[min(channel, len(values) - 1)].replace(mark, "."))
+        return float(_at(segment.tags.get(tag, []), *at).replace(mark, "."))
     except ValueError:
         return None
 
@@ -236,11 +244,11 @@ def _joined_times(segments: Sequence[_Segment], mark: str, where: str) -> RawCol
     """Times of all segments: each begins where its header says, or at its hour if all begin at zero."""
     times: list[np.ndarray] = []
     hours = [_hour(segment, mark) for segment in segments]
-    starts = [_tag(segment, "x0", 0, mark) or 0.0 for segment in segments]
+    starts = [_tag(segment, "x0", (1, 0), mark) or 0.0 for segment in segments]
     if len(set(starts)) == 1 and all(hour is not None for hour in hours):
         starts = [(hour or 0.0) - (hours[0] or 0.0) for hour in hours]
     for segment, start in zip(segments, starts, strict=True):
-        step = _tag(segment, "delta_x", 0, mark) or 0.0
+        step = _tag(segment, "delta_x", (1, 0), mark) or 0.0
         times.append(start + step * np.arange(len(segment.cells)))
     joined = np.concatenate(times)
     if not (np.diff(joined) > 0).all():

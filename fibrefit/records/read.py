@@ -240,7 +240,11 @@ def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
     missing = sum(gap.missing for gap in base.gaps)
     if missing:
         said.append(f"{missing} samples are missing in {len(base.gaps)} gaps.")
-    aside = [column.header for column in table.columns if column not in kept.values()]
+    aside = [column.header for column in table.columns if column.group == group and column not in kept.values()]
     if aside:
         said.append(f"Columns left out: {', '.join(aside)}.")
+    for number, other in enumerate(table.times):
+        slower = [column.header for column in table.columns if column.group == number != group]
+        if slower:
+            said.append(f"Left out, sampled at {registry.format_number(other.rate, 6)} Hz: {', '.join(slower)}.")
     return [*said, *table.notes]

@@ -144,12 +144,25 @@ def guessed_roles(
             found[role] = candidates[0]
         elif candidates and role != "drive":
             doubts[role] = _doubt(role, [headings[i] for i in candidates], where)
+    for role in wanted:
+        if role not in taken and role not in found and role not in doubts:
+            doubts |= _wrong_unit(role, headings, where)
     if "force" in doubts and tuple(wanted) == USUAL:
         pair = guessed_roles(headings, {**taken, **found}, PAIR, where)[0]
         if len(pair) == len(PAIR):
             del doubts["force"]
             found |= pair
     return found, doubts
+
+
+def _wrong_unit(role: str, headings: Sequence[Heading], where: str) -> dict[str, DataError]:
+    """Doubt about a role that a column has by its name, but not by its unit: ``Kraft [V]``."""
+    named = [h for h in headings if score(h.name, role) > 2 and h.kind is not None and KIND_OF_ROLE[role] != h.kind]
+    if not named or role in ("drive", *PAIR):
+        return {}
+    place = f'{where}, column "{named[0].header}"'
+    expected = units.ACCEPTED[ROLES[role]]
+    return {role: DataError(place, f'unit "{named[0].unit}"', expected, "Declare it under [units].")}
 
 
 def _points(heading: Heading, role: str) -> int:

@@ -45,7 +45,9 @@ class Rows:
     unplaced : tuple of int
         Lines inside the table that are no row: too many or too few cells, or something else.
     skipped : tuple of int
-        Lines inside the table that say nothing about samples: blank, remarks, repeated headings.
+        Lines inside the table that say nothing about samples: remarks, repeated headings.
+    blank : tuple of int
+        Empty lines inside the table.
     stray : tuple of int
         Lines of numbers above the table that are left out.
     below : tuple of int
@@ -60,6 +62,7 @@ class Rows:
     last: int
     unplaced: tuple[int, ...] = ()
     skipped: tuple[int, ...] = ()
+    blank: tuple[int, ...] = ()
     stray: tuple[int, ...] = ()
     below: tuple[int, ...] = ()
     cut: bool = False
@@ -95,22 +98,34 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     classes = classify(lines, dialect, kinds)
     first, last = _block(lines, classes)
     stray = tuple(i + 1 for i in range(first) if classes[i] == FULL)
-    if len(stray) > max(_STRAY_NUMBERS, 0.01 * (last - first)):
-        got = f"more than one table of numbers (lines {stray[0]} to {stray[-1]}, and lines {first + 1} to {last + 1})"
-        raise DataError(where, got, "one table", "Split the file.")
+    _refuse_second_table(lines, first, last, where)
     first, cells, numbers, unplaced, skipped = _collect(lines, classes, first, last, dialect, kinds, where)
+    if not cells:
+        raise DataError(where, "no rows of numbers", "a table of measured values")
     return Rows(
         cells=list(zip(*cells, strict=True)),
         numbers=np.array(numbers),
         first=first + 1,
         last=last + 1,
         unplaced=tuple(unplaced),
-        skipped=tuple(skipped),
+        skipped=tuple(i for i in skipped if lines[i - 1].strip()),
+        blank=tuple(i for i in skipped if not lines[i - 1].strip()),
         stray=stray,
         below=tuple(i + 1 for i in range(last + 1, len(lines)) if lines[i].strip()),
         cut=not ended and last == len(lines) - 1,
         dialect=dialect,
     )
+
+
+def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str) -> None:
+    """Refuse a file with more lines of numbers outside the table than a header may hold."""
+    others = (*range(first), *range(last + 1, len(lines)))
+    outside = [i + 1 for i in others if _looks_like_a_row(lines[i])]
+    if len(outside) > max(_STRAY_NUMBERS, 0.01 * (last - first)):
+        got = (
+            f"more than one table of numbers (lines {outside[0]} to {outside[-1]}, and lines {first + 1} to {last + 1})"
+        )
+        raise DataError(where, got, "one table", "Split the file.")
 
 
 def _collect(
@@ -147,7 +162,7 @@ def _looks_like_a_row(line: str) -> bool:
     """Whether a line that is no row may be a damaged one: digits, and no word."""
     digits = sum(char.isdigit() for char in line)
     longest = max((len(run) for run in re.findall(r"[^\W\d_]+", line)), default=0)
-    return digits > 0.4 * len(line.replace(" ", "")) and longest <= 2
+    return digits > 0.4 * len(line.replace(" ", "")) and longest <= 1
 
 
 def classify(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str]) -> list[str]:

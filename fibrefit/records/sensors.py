@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.records.neighbours import neighbourhood
+
 #: A number this large, and this much larger than the rest of its column, is no measured value.
 _ABSURD, _ABSURD_RATIO = 1e9, 1e4
 
@@ -21,11 +23,20 @@ _NINES, _NINES_RATIO = 999.0, 10.0
 #: Chance at which a run of equal readings in a noisy record may be an accident.
 _CHANCE = 1e-4
 
+#: Share of changes of slope beyond one step of the readings that makes them noise.
+_BEYOND_ROUNDING = 0.25
+
 #: Shortest run of equal readings that is looked at.
 _SHORTEST = 4
 
 #: A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off.
 _OVERSHOOT = 4.0
+
+#: A sample this many times further from its neighbours than they scatter is reported.
+_LONE = 12.0
+
+#: A stop longer than this share of a record is a rest, not a peak that was cut off.
+_SHORT_STOP = 0.02
 
 #: A flat stretch this close to zero, against the range, is a slack fibre or a sensor at rest.
 _AT_ZERO = 0.02
@@ -41,12 +52,15 @@ class Flat:
         At the extreme of the column.
     stuck : (n,) bool array
         Elsewhere.
+    clipped : (n,) bool array
+        Without any noise in the column: several short stops at one and the same extreme.
     stops_dead : (n,) bool array
-        Flat at the extreme without any noise in the column: a full sensor, an end stop, or a drive that holds.
+        The other stops without noise: a full sensor, an end stop, or a drive that holds.
     """
 
     saturated: np.ndarray
     stuck: np.ndarray
+    clipped: np.ndarray
     stops_dead: np.ndarray
 
 
@@ -96,27 +110,37 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     Flat
         Masks.
     """
-    nothing = np.zeros(values.size, bool)
+    masks = Flat(*(np.zeros(values.size, bool) for _ in range(4)))
     rows = np.flatnonzero(np.isfinite(values))
     run = values[rows]
     if run.size < 20 or np.ptp(run) == 0:
-        return Flat(nothing, nothing, nothing)
+        return masks
     starts, lengths = _runs_of_equals(run)
     noisy, longest_by_chance = _noise_of(run, lengths)
-    saturated, stuck, dead = nothing.copy(), nothing.copy(), nothing.copy()
-    for start, length in zip(starts[lengths >= _SHORTEST], lengths[lengths >= _SHORTEST], strict=True):
-        here = rows[start : start + length]
-        extreme = run[start] in (run.max(), run.min())
-        if noisy and length > longest_by_chance:
-            (saturated if extreme else stuck)[here] = True
-        elif (
-            extreme
-            and not noisy
-            and abs(run[start]) > _AT_ZERO * np.ptp(run)
-            and _stops_dead(run, start, length, resolution)
-        ):
-            dead[here] = True
-    return Flat(saturated, stuck, dead)
+    dead: dict[float, list[tuple[int, int]]] = {}
+    long = lengths >= _SHORTEST
+    for start, length in zip(starts[long].tolist(), lengths[long].tolist(), strict=True):
+        level = float(run[start])
+        extreme = level in (run.max(), run.min())
+        if noisy:
+            if length > longest_by_chance and extreme:
+                masks.saturated[rows[run == level]] = True  # noise lets short runs reach full scale too
+            elif length > longest_by_chance:
+                masks.stuck[rows[start : start + length]] = True
+        elif extreme and abs(level) > _AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
+            dead.setdefault(level, []).append((start, length))
+    for stops in dead.values():
+        short = [stop for stop in stops if _is_short(stop, run.size)]
+        for start, length in stops:
+            clipped = len(short) > 1 and (start, length) in short
+            (masks.clipped if clipped else masks.stops_dead)[rows[start : start + length]] = True
+    return masks
+
+
+def _is_short(stop: tuple[int, int], n: int) -> bool:
+    """Whether a stop lies inside the record and is over soon."""
+    start, length = stop
+    return start > 0 and start + length < n and length <= max(10, _SHORT_STOP * n)
 
 
 def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,9 +150,14 @@ def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _noise_of(run: np.ndarray, lengths: np.ndarray) -> tuple[bool, float]:
     """Whether readings scatter from sample to sample, and the longest run of equal ones that leaves to chance."""
+    steps = np.abs(np.diff(run))
     second = np.diff(run, 2)
     second = second[second != 0]
     if second.size < 10:
+        return False, math.inf
+    # A smooth motion in coarse steps turns round by one step at most: that is rounding, not noise.
+    smallest = float(np.quantile(steps[steps > 0], 0.01))
+    if np.mean(np.abs(second) > 1.5 * smallest) < _BEYOND_ROUNDING:
         return False, math.inf
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
@@ -173,9 +202,8 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
     run = values[rows]
     if run.size < 20:
         return np.zeros(0, int)
-    middle = 0.5 * (run[:-2] + run[2:])
-    apart = np.abs(run[1:-1] - middle)
-    sides = np.abs(run[2:] - run[:-2])
+    middle, spread = neighbourhood(run)
+    apart = np.abs(run - middle)
     scatter = 1.4826 * float(np.median(apart))
-    far = apart > 12 * np.maximum(scatter, sides) if scatter > 0 else np.zeros(apart.size, bool)
-    return rows[1:-1][far]
+    far = apart > _LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
+    return rows[1:-1][far[1:-1]]

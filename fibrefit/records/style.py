@@ -12,14 +12,15 @@ import re
 
 import numpy as np
 
-from fibrefit.records.numbers import CODE, EMPTY_WHOLE, EXPONENT, Numbers
+from fibrefit.records.neighbours import neighbourhood
+from fibrefit.records.numbers import CODE, EMPTY_WHOLE, Numbers
 from fibrefit.records.tokens import NUMBER
 
 #: Share of a column that must be written alike before a number written otherwise counts as damaged.
 _ALIKE = 0.8
 
-#: ... and the share with one count of digits that makes this count, not that of the decimals, the rule.
-_SAME_LENGTH = 0.98
+#: Fewest numbers that show how a column is written.
+_FEWEST = 5
 
 #: A whole number this many times larger than every decimal of its column has lost its decimal mark.
 _LOST_MARK = 10.0
@@ -79,26 +80,40 @@ def oddly_written(numbers: Numbers) -> np.ndarray:
     """
     shapes = numbers.shapes
     present = shapes >= 0
-    none = np.zeros(shapes.size, bool)
-    if present.sum() < 5:
-        return none
-    values, counts = np.unique(shapes[present], return_counts=True)
-    usual = values[np.argmax(counts)]
     bare_zero = (numbers.values == 0) & (shapes == 0)
-    odd = present & (shapes != usual) & ~bare_zero
-    if not odd.any() or counts.max() < _ALIKE * present.sum():
-        return none
-    if not (_keeps_zeros(numbers, shapes == usual) or _too_few_to_be_round(int(odd.sum()), int(present.sum()))):
-        return none
-    # An instrument that changes its range keeps the count of all digits instead.
-    rows = np.flatnonzero(present).tolist()
-    digits = np.zeros(shapes.size, int)
-    digits[rows] = [sum(map(str.isdigit, numbers.texts[i])) for i in rows]
-    lengths, times = np.unique(digits[present], return_counts=True)
-    if times.max() > _SAME_LENGTH * present.sum():
-        marked = np.array([numbers.mark in text for text in numbers.texts])
-        odd &= (digits != lengths[np.argmax(times)]) | ~marked | (shapes >= EXPONENT)
+    candidates = present & ~bare_zero
+    odd = np.zeros(shapes.size, bool)
+    if candidates.sum() < _FEWEST or np.ptp(shapes[candidates]) == 0:
+        return odd
+    # Numbers of one decade are compared with each other: some instruments, and all programs that print significant
+    # digits, spend fewer decimals on larger numbers.
+    sizes = np.abs(np.where(candidates & (numbers.values != 0), numbers.values, 1.0))
+    decades = np.floor(np.log10(sizes))
+    groups = [candidates & (decades == decade) for decade in np.unique(decades[candidates])]
+    groups = [group for group in groups if group.sum() >= _FEWEST]
+    if len({_usual(shapes[group]) for group in groups}) <= 1:
+        return _odd_among(numbers, candidates)
+    for group in groups:
+        odd |= _odd_among(numbers, group)
     return odd
+
+
+def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
+    """Numbers with other decimals than nearly all of some rows, if zeros at the end are printed there."""
+    shapes = numbers.shapes
+    usual = _usual(shapes[rows])
+    odd = rows & (shapes != usual)
+    if not odd.any() or odd.sum() > (1 - _ALIKE) * rows.sum():
+        return np.zeros(shapes.size, bool)
+    # A held weight repeats one number: only different ones tell how often a last digit is zero.
+    distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
+    complete = _keeps_zeros(numbers, rows) or _too_few_to_be_round(short, distinct)
+    return odd if complete else np.zeros(shapes.size, bool)
+
+
+def _usual(shapes: np.ndarray) -> int:
+    values, counts = np.unique(shapes, return_counts=True)
+    return int(values[np.argmax(counts)])
 
 
 def _mark_lost(numbers: Numbers) -> np.ndarray:
@@ -111,9 +126,9 @@ def _mark_lost(numbers: Numbers) -> np.ndarray:
     return present & ~marked & (sizes > _LOST_MARK * sizes[marked].max())
 
 
-def _keeps_zeros(numbers: Numbers, usual: np.ndarray) -> bool:
+def _keeps_zeros(numbers: Numbers, rows: np.ndarray) -> bool:
     """Whether decimals that are zero are printed: else a short number is a round one."""
-    texts = [numbers.texts[i] for i in np.flatnonzero(usual).tolist()]
+    texts = [numbers.texts[i] for i in np.flatnonzero(rows).tolist()]
     mantissas = [re.split("[eEdD]", text)[0] for text in texts]
     return any(numbers.mark in text and text.endswith("0") for text in mantissas)
 
@@ -124,14 +139,14 @@ def _too_few_to_be_round(odd: int, n: int) -> bool:
 
 
 def _outliers_explained(numbers: Numbers) -> np.ndarray:
-    """Lone outliers that one more or one fewer character would put among their neighbours."""
+    """Lone outliers that a lost character put back, or a doubled one taken out, would put among their neighbours."""
     values = numbers.values
     found = np.zeros(values.size, bool)
     good = np.flatnonzero(np.isfinite(values))
     if good.size < 6:
         return found
     run = values[good]
-    middle, spread = _neighbourhood(run)
+    middle, spread = neighbourhood(run)
     floor = max(1.4826 * float(np.median(np.abs(run - middle))), numbers.resolution)
     scatter = np.maximum(spread, floor)
     for k in np.flatnonzero(np.abs(run - middle) > _FAR * scatter):
@@ -141,24 +156,9 @@ def _outliers_explained(numbers: Numbers) -> np.ndarray:
     return found
 
 
-def _neighbourhood(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the two samples on either side predict for each one, and by how much they differ among themselves."""
-    padded = np.concatenate([2 * run[:1] - run[2:0:-1], run, 2 * run[-1:] - run[-2:-4:-1]])
-    left, right = padded[1:-3], padded[3:-1]
-    further = np.stack([padded[:-4], left, right, padded[4:]])
-    middle = 0.5 * (left + right)
-    # At the ends there is one side only; its own trend stands in for the other.
-    middle[0], middle[-1] = run[1], run[-2]
-    spread = np.ptp(further, axis=0)
-    spread[0], spread[-1] = np.ptp(run[1:4]), np.ptp(run[-4:-1])
-    if run.size > 3:
-        spread[1], spread[-2] = np.ptp(run[[0, 2, 3]]), np.ptp(run[[-1, -3, -4]])
-    return middle, spread
-
-
 def _one_character_away(text: str, mark: str) -> list[float]:
-    """Numbers that differ from a text by one character put in or left out."""
-    texts = {text[:i] + text[i + 1 :] for i in range(len(text))}
+    """Numbers a text was before it lost a character, or before one was written twice."""
+    texts = {text[:i] + text[i + 1 :] for i in range(1, len(text)) if text[i] == text[i - 1]}
     texts |= {text[:i] + char + text[i:] for i in range(len(text) + 1) for char in f"0123456789-{mark}"}
     return [float(re.sub("[dD]", "e", t.replace(mark, "."))) for t in texts if NUMBER[mark].fullmatch(t)]
 

@@ -79,7 +79,7 @@ def read_text(text: Text, where: str, hints: Hints) -> Raw:
             delimiter, lines[i] = delimiter or match.group(1), ""
     dialect, kinds = vote(lines, where, delimiter=delimiter, mark=hints.decimal)
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
-    above = lines[: rows.first - 1]
+    above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     header = _header(above, dialect, empty, hints, where, lines[rows.first - 1])
     columns, notes = _columns(rows, kinds, header, where)
@@ -94,6 +94,20 @@ def read_text(text: Text, where: str, hints: Hints) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
     )
+
+
+def _unbroken(above: Sequence[str]) -> list[str]:
+    """Lines above a table, with line ends inside quotes taken out; the lines that joined one are left empty."""
+    joined = list(above)
+    start = -1
+    for i, line in enumerate(above):
+        if start >= 0:
+            joined[start] += " " + line
+            joined[i] = ""
+        if line.count('"') % 2:
+            start = i if start < 0 else -1
+    # A quote that never closes is a stray sign, not a frame.
+    return joined if start < 0 else list(above)
 
 
 def _header(
@@ -219,13 +233,8 @@ def time_numbers(column: RawColumn) -> Numbers:
 
 
 def _blanks_are_regular(rows: Rows) -> bool:
-    """Whether skipped lines say nothing about missing rows: none, headings, or one after every row."""
-    between = np.diff(rows.numbers) - 1
-    return (
-        not rows.skipped
-        or int(np.ptp(between)) == 0
-        or len(rows.skipped) == int((between > 0).sum()) * int(between.max())
-    )
+    """Whether empty lines say nothing about missing rows: there are none, or as many after every row."""
+    return not rows.blank or int(np.ptp(np.diff(rows.numbers))) == 0
 
 
 def _layout(text: Text, rows: Rows, header: Header) -> dict[str, Any]:

@@ -20,6 +20,9 @@ _COARSE = 0.2
 #: Rows off the grid beyond which the sampling counts as uneven, and a record as out of order.
 _MOST_OFF, _MOST_LOST = 0.05, 0.2
 
+#: Relative uncertainty beyond which a rate is not guessed from its roundness.
+_OPEN_RATE = 2e-3
+
 #: Relative difference beyond which two statements of a rate contradict each other.
 _CONTRADICTS = 0.01
 
@@ -159,7 +162,7 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
     if np.count_nonzero(forward <= 0) == forward.size:
         raise DataError(readings.where, "the time never increases", "a time for each sample")
     _refuse_restart(readings, readable, times)
-    if _too_coarse(times, readings.resolution):
+    if _too_coarse(times, readings.resolution, [readings.rows[i] for i in readable.tolist()]):
         return _counted_from_coarse(readings, readable, header_rate, rate)
     base = _from_fine(readings, readable, header_rate if rate is None else rate)
     return _checked_against(base, readings, header_rate, rate)
@@ -184,7 +187,7 @@ def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray)
             raise DataError(f"{readings.where}, line {line}", got, "one recording", "Split the file there.")
 
 
-def _too_coarse(times: np.ndarray, resolution: float) -> bool:
+def _too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str]) -> bool:
     """Whether the printed times leave open where single samples lie."""
     if resolution == 0:
         return False
@@ -194,10 +197,12 @@ def _too_coarse(times: np.ndarray, resolution: float) -> bool:
         return False
     if np.mean(steps == usual) < 0.8 and not (times.size < 20 and np.mean(steps == usual) >= 0.6):
         return True
-    # Equal steps with a longer one now and then: missing rows, unless the longer ones come as regularly as rounding.
-    longer = np.flatnonzero(steps > usual)
-    between = np.diff(longer)
-    return longer.size >= 4 and int(np.ptp(between)) <= 1
+    still = np.flatnonzero(steps == 0)
+    if sum(rows[i] != rows[i + 1] for i in still.tolist()) > max(3, _MOST_OFF * steps.size):
+        return True
+    # Equal steps with another now and then: missing or doubled rows, unless they come as regularly as rounding does.
+    others = (np.flatnonzero(steps > usual), still)
+    return any(other.size >= 4 and int(np.ptp(np.diff(other))) <= 1 for other in others)
 
 
 def _counted_from_coarse(
@@ -210,9 +215,12 @@ def _counted_from_coarse(
     times = readings.times[readable]
     span = float(rows[-1] - rows[0])
     step = float(times[-1] - times[0]) / span
+    if step <= 0:
+        raise DataError(readings.where, "the last time is not later than the first", "times that increase")
     known = rate or header_rate
-    found = known if known is not None else round_rate(step, res / span)
-    if known is None and res / span > 1e-3 * step:
+    # Half a digit more than the ends can be wrong by: with a row lost, the roundest rate must be tried, and fail.
+    found = known if known is not None else round_rate(step, 1.5 * res / span)
+    if known is None and res / span > _OPEN_RATE * step:
         found = None
     if found is None:
         got = f"{printed}, which leaves the rate open (about {format_number(1 / step)} Hz)"
@@ -227,7 +235,9 @@ def _counted_from_coarse(
         raise DataError(f"{readings.where}, near line {at}", got, "", "Export the times with more decimals.")
     time = np.full(readings.times.size, np.nan)
     good = rows[~off]
-    time[good] = times[~off][0] + (good - good[0]) / found
+    # Counted from a row of the first one's phase: others may share a printed time with an earlier sample.
+    first = int(np.argmax(good % max(1, round(res * found)) == 0))
+    time[good] = times[~off][first] + (good - good[first]) / found
     lost = _lost({UNREADABLE: np.isnan(readings.times), OFF_GRID: _mask(rows[off], time.size)})
     origin = "given" if rate else "the header's" if header_rate else "from the first and last time"
     source = f"counted at {format_number(found, 7)} Hz ({origin}), because {printed}"
@@ -255,8 +265,13 @@ def _counts_on(rows: np.ndarray, late: np.ndarray, per_digit: float) -> bool:
     phases = round(per_digit)
     if phases < 2 or abs(per_digit - phases) > close:
         return True
-    spread = [float(np.ptp(late[rows % phases == phase])) for phase in range(min(phases, rows.size))]
-    return sum(width > close for width in spread) <= 1
+    by_phase = [late[rows % phases == phase] for phase in range(min(phases, rows.size))]
+    wide = [values for values in by_phase if np.ptp(values) > close]
+    if not wide:
+        return True
+    # A computer rounds a tie up or down at every turn; one that changes its mind once has lost a row.
+    turns = int(np.count_nonzero(np.abs(np.diff(wide[0])) > close))
+    return len(wide) == 1 and turns >= max(3, 0.05 * wide[0].size)
 
 
 def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> TimeBase:

@@ -1,0 +1,77 @@
+"""LabVIEW measurement files that are incomplete or hold several recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from layouts import STEPS, N, f, lvm, rows, segment, t, u
+
+from fibrefit.core.errors import DataError
+from fibrefit.records import read_record
+
+BODY = rows(lambda i: f"|{f(i)}|{u(i)}")
+
+
+def one(body: str = BODY, *, samples: int = N, steps: str = STEPS, units: str = "N|mm") -> str:
+    return lvm("No", "\t", segment(samples, "X_Value|F|u", units, steps, 0.0, body))
+
+
+def test_the_file_itself_is_read(write: Callable) -> None:
+    record = read_record(write(one(), "a.lvm"))
+    np.testing.assert_allclose(record.channels["force"], [float(f(i)) for i in range(N)])
+    assert record.history[0] == "Read from a.lvm; time: counted at the rate in the header."
+
+
+REFUSED = {
+    "a sample missing": (one(rows(lambda i: f"|{f(i)}|{u(i)}", n=N - 1)), "announces 24 samples, and 23 are there"),
+    "a sample doubled": (one(BODY + f"|{f(0)}|{u(0)}\n"), "announces 24 samples, and 25 are there"),
+    "a separator missing": (one(BODY.replace("|", "", 1)), "line 17: a row with too many or too few cells"),
+    "a separator doubled": (one(BODY.replace("|", "||", 1)), "line 17: a row with too many or too few cells"),
+    "no step": (one(steps="|"), r"no step in time \(Delta_X\) and there is no column of times"),
+    "header cut": ("LabVIEW Measurement\t\nSeparator\tTab\n", "the header does not end"),
+    "no names": (one().replace("X_Value", "1.0").replace("Comment", "2.0"), "no names of channels"),
+    "unit unknown": (one(units="kp|mm"), 'column "F .kp.": unit "kp"; expected N, kN'),
+    "other channels later": (
+        one() + segment(N, "X_Value|F|w", "N|mm", STEPS, 0.012, BODY).replace("|", "\t"),
+        "begins a segment with other channels",
+    ),
+    "segments of one time": (
+        lvm("No", "\t", 2 * segment(N, "X_Value|F|u", "N|mm", STEPS, 0.0, BODY)),
+        "2 segments that do not follow on one another; expected one recording. Split the file",
+    ),
+    "thousands": (one(BODY.replace("12.500", "1,012.500", 1)), "has a thousands separator"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str, write: Callable) -> None:
+    content, message = REFUSED[name]
+    with pytest.raises(DataError, match=message):
+        read_record(write(content, "a.lvm"))
+
+
+def test_segments_at_their_hours(write: Callable) -> None:
+    """Segments that all begin at zero are set apart by the time of day in their headers."""
+    early = segment(N, "X_Value|F|u", "N|mm", STEPS, 0.0, BODY)
+    late = early.replace("Time|14:22:11.0|14:22:11.0", "Time|14:22:12.5|14:22:12.5")
+    record = read_record(write(lvm("No", "\t", early + late), "a.lvm"))
+    assert len(record) == 2 * N
+    assert record.time[N] == pytest.approx(1.5)
+    assert record.gaps[0].missing == 2976
+    assert "2 segments are joined." in record.history
+
+
+def test_a_special_block_is_passed_over(write: Callable) -> None:
+    block = "***Start_Special***\nnoise\n1\t2\t3\n***End_Special***\n"
+    content = one().replace("Channels", block + "Channels")
+    assert len(read_record(write(content, "a.lvm"))) == N
+
+
+def test_a_bad_row_among_times_is_left_out(write: Callable) -> None:
+    body = rows(lambda i: f"{t(i)}|{f(i)}|{u(i)}").replace("|", "", 1)
+    content = lvm("One", "\t", segment(N, "X_Value|F|u", "N|mm", STEPS, 0.0, body))
+    record = read_record(write(content, "a.lvm"))
+    assert len(record) == N - 1
+    assert "1 lines with too many or too few cells are left out." in record.history

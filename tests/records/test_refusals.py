@@ -1,0 +1,187 @@
+"""What cannot be read in one way is refused: where, what was found, what to do."""
+
+from __future__ import annotations
+
+import pytest
+from layouts import N, de, f, german, plain, rows, t, u
+
+from fibrefit.core.errors import DataError, UsageError
+from fibrefit.records import read_record
+
+HEAD = "t [s];F [N];u [mm]\n"
+GERMAN = HEAD + rows(german)
+
+REFUSED = {
+    "empty": ("", "the file is empty"),
+    "binary": (bytes(range(256)) * 10, "binary data, not text.*Export the values as CSV"),
+    "spreadsheet": (b"PK\x03\x04....", "a spreadsheet or an archive.*Save the sheet as CSV"),
+    "compressed": (b"\x1f\x8b\x08....", "a compressed file.*Unpack it first"),
+    "prose": ("Only words here\nand no number\nat all\n", "no table of numbers found"),
+    "two rows": (HEAD + rows(german, n=2), "only 2 rows of numbers; expected at least 3 samples"),
+    "narrow space in thousands": (
+        HEAD + rows(lambda i: de(f"{t(i)};1\u202f0{f(i)};{u(i)}")),
+        r'column "F \[N\]", line 2: "1.012,500" has a thousands separator',
+    ),
+    "apostrophe in thousands": (
+        "t [s],F [N],u [mm]\n" + rows(lambda i: f"{t(i)},1'0{f(i)},{u(i)}"),
+        "has a thousands separator.*Export the file without",
+    ),
+    "quoted thousands": (
+        "t [s],F [N],u [mm]\n" + rows(lambda i: f'{t(i)},"1,0{f(i)}",{u(i)}'),
+        '"1,012.500" has a thousands separator',
+    ),
+    "thousands from the line where they begin": (
+        HEAD + rows(lambda i: de(f"{t(i)};") + ("999" if i < 20 else f"1.01{i - 20}") + de(f";{u(i)}")),
+        'line 22: "1.010" has a thousands separator',
+    ),
+    "both decimal marks": (
+        HEAD + rows(lambda i: german(i) if i % 2 else german(i).replace(",", ".")),
+        "beside numbers with a decimal.*one decimal mark throughout",
+    ),
+    "one column with commas": (
+        "F [N]\nfs = 2000 Hz\n" + rows(lambda i: de(f(i))),
+        r"as 2 whole numbers \(12  500\) or as 1 with a decimal comma \(12,500\)",
+    ),
+    "commas of two kinds and no header": (
+        rows(lambda i: f"{i},{i * 2}"),
+        "without headings|can be read as",
+    ),
+    "two recordings": (
+        GERMAN + rows(lambda i: de(f"{t(i)};{float(f(i)) + 1:.3f};{u(i)}")),
+        r"line 26: the time starts again at 0 s; expected one recording\. Split the file there",
+    ),
+    "two tables": (
+        GERMAN + "t [s];T [V];x [mm]\n" + rows(german),
+        r'line 26: a second heading inside the table \("t \[s\];T \[V\];x \[mm\]"\)',
+    ),
+    "two tables of other widths": (
+        "a;b\n" + rows(lambda i: de(f"{t(i)};{f(i)}")) + "\n".join(["", *("text",) * 60, ""]) + GERMAN,
+        r"more than one table of numbers \(lines 2 to 25",
+    ),
+    "no unit": (
+        "t [s];F;u\n" + rows(german),
+        r'column "F": no unit; expected N, kN, mN or lbf. Declare it under \[units\]',
+    ),
+    "time without unit": ("t;F [N];u [mm]\n" + rows(german), r'column "t": the time has no known unit; expected s, ms'),
+    "unit unknown": (
+        "t [s];force [kp];u [mm]\n" + rows(german),
+        'column "force .kp.": unit "kp"; expected N, kN, mN or lbf',
+    ),
+    "unit of another kind": ("t [s];Kraft [V];u [mm]\n" + rows(german), 'column "Kraft .V.": unit "V"; expected N, kN'),
+    "two forces": (
+        "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.0;{u(i)}")),
+        r'"A \[N\]" and "B \[N\]" could each be the force; expected one. Name it: force = "A \[N\]" under',
+    ),
+    "two positions": (
+        "t [s];F [N];A [mm];B [mm]\n" + rows(lambda i: german(i) + ";1,0"),
+        "could each be the position",
+    ),
+    "nothing known": ("t [s];A;B\n" + rows(german), 'no channel is known among "A", "B".*Name the channels'),
+    "no time, no rate": (
+        "F [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
+        'no column holds the time, and the header names no rate; expected .* or a rate such as "fs = 2000 Hz"',
+    ),
+    "two rates in the header": (
+        "fs = 2000 Hz\nfs = 1000 Hz\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
+        "the header names several rates: 2000 Hz, 1000 Hz",
+    ),
+    "a heading missing": (
+        "t [s];F [N]\n" + rows(german),
+        "3 columns of numbers, and no line above them has 3 headings",
+    ),
+    "a comma missing in the header": ("t [s],F [N] u [mm]\n" + rows(plain), "no line above them has 3 headings"),
+    "a heading of an empty column missing": (
+        "t [s];F [N];Comment\n" + rows(lambda i: german(i) + ";"),
+        "no line above them has 3 headings",
+    ),
+    "time backward throughout": (HEAD + rows(lambda i: german(N - 1 - i)), "the time never increases"),
+    "time not readable": (
+        HEAD + rows(lambda i: "x" + german(i)),
+        "fewer than 3 readable times|no column holds the time",
+    ),
+    "unit of time against the rate": (
+        "fs = 2000 Hz\ntime [ms],F [N],u [mm]\n" + rows(plain),
+        "the column runs at 2000000 Hz, the header says 2000 Hz; expected one rate. Check the unit of the time",
+    ),
+    "no time, line unreadable": (
+        "# fs = 2000 Hz\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}") + ("\n1;2;3" if i == 5 else "")),
+        "no column holds the time, and line 9 is not readable, so later times are uncertain",
+    ),
+    "no time, empty line": (
+        "# fs = 2000 Hz\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}") + ("\n" if i == 5 else "")),
+        "blank lines stand between the rows, so later times are uncertain",
+    ),
+    "no time, samples announced": (
+        "# fs = 2000 Hz\n# samples: 30\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
+        "the header announces 30 samples, and 24 are there",
+    ),
+    "clock of whole seconds": (
+        "Zeit;F [N];u [mm]\n" + rows(lambda i: f"14:22:{11 + i // 8:02d};{f(i)};{u(i)}"),
+        r"is printed to 1 s only, which leaves the rate open \(about .* Hz\).*Give the rate",
+    ),
+    "hours and minutes or minutes and seconds": (
+        "Zeit;F [N];u [mm]\n" + rows(lambda i: f"14:{i:02d};{f(i)};{u(i)}"),
+        '"14:00" is no time of day with seconds',
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str, write) -> None:
+    content, message = REFUSED[name]
+    with pytest.raises(DataError, match=message) as refused:
+        read_record(write(content))
+    assert "file.csv" in refused.value.where
+    assert len(str(refused.value)) < 400
+
+
+WISHES = {
+    "channel not there": (
+        {"channels": {"force": "Kraft"}},
+        DataError,
+        'channel "force": no column "Kraft"; expected one of',
+    ),
+    "channel misspelt": ({"channels": {"force": "F [M]"}}, DataError, 'Did you mean "F .N."'),
+    "role unknown": ({"channels": {"forc": "F [N]"}}, DataError, 'unknown role.*Did you mean "force"'),
+    "column number too high": ({"channels": {"force": "column 9"}}, DataError, 'no column "column 9"'),
+    "unit of no column": ({"units": {"Kraft": "N"}}, DataError, 'unit of "Kraft": no such column'),
+    "unit unknown": ({"units": {"force": "kp"}}, DataError, 'unit of "force": unit "kp"; expected N, kN, mN or lbf'),
+    "channel of another kind": ({"channels": {"force": "u [mm]"}}, DataError, 'unit "mm"; expected N, kN'),
+    "rate against the times": ({"rate": 1000.0}, DataError, "the column runs at 2000 Hz, the rate given says 1000 Hz"),
+    "rate negative": ({"rate": -1.0}, UsageError, "rate: -1.0; expected a positive number in Hz"),
+    "delimiter too long": ({"delimiter": "::"}, UsageError, "expected one character"),
+    "decimal mark unknown": ({"decimal": ";"}, UsageError, 'expected "." or ","'),
+    "too few names": ({"columns": ["a", "b"]}, DataError, "3 columns, and 2 are named"),
+}
+
+
+@pytest.mark.parametrize("name", WISHES)
+def test_wish_refused(name: str, write) -> None:
+    options, kind, message = WISHES[name]
+    with pytest.raises(kind, match=message):
+        read_record(write(GERMAN), **options)
+
+
+def test_channels_at_different_times(write) -> None:
+    text = "Zeit 1 [s];Kraft [N];Zeit 2 [s];Weg [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};{t(i, 2)};{u(i)}"))
+    with pytest.raises(DataError, match=r'"Kraft \[N\]", "Weg \[mm\]" were sampled at different times'):
+        read_record(write(text), channels={"force": "Kraft", "position": "Weg"})
+    record = read_record(write(text))
+    assert "Left out, sampled at 1000 Hz: Weg [mm]." in record.history
+
+
+def test_missing_file(tmp_path) -> None:
+    with pytest.raises(DataError, match="No such file or directory; expected a measurement file"):
+        read_record(tmp_path / "none.csv")
+    with pytest.raises(DataError, match="expected a measurement file"):
+        read_record(tmp_path)
+
+
+def test_a_declared_unit_overrides_the_header_and_says_so(write) -> None:
+    record = read_record(write(GERMAN), units={"position": "um"})
+    assert record.channels["position"][0] == pytest.approx(-0.25e-6)
+    assert 'Column "u [mm]" is read in um, as declared, not in mm.' in record.history
+
+
+def test_units_of_roles_a_file_lacks_are_no_mistake(write) -> None:
+    assert set(read_record(write(GERMAN), units={"drive": "mm"}).channels) == {"force", "position"}

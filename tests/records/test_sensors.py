@@ -1,0 +1,119 @@
+"""Saturated, stuck and absurd readings are masked; flat stretches that are right stay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fibrefit.records import Table, read_table
+
+N = 4000
+TIME = np.arange(N) / 2000.0
+
+
+def bounce(noise: float, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Force and position of a weight that hits a fibre again and again; slack in between."""
+    rng = np.random.default_rng(seed)
+    position = -10 * np.abs(np.cos(2 * np.pi * 3 * TIME)) * np.exp(-TIME) + 3 * np.exp(-TIME)
+    force = np.maximum(0.0, 30 * position)
+    return force + noise * rng.standard_normal(N), position + 0.05 * noise * rng.standard_normal(N)
+
+
+@pytest.fixture
+def read(write: Callable) -> Callable[..., Table]:
+    def _read(force: np.ndarray, position: np.ndarray, digits: tuple[int, int] = (2, 3)) -> Table:
+        rows = zip(TIME, force, position, strict=True)
+        text = "".join(f"{t:.4f},{f:.{digits[0]}f},{u:.{digits[1]}f}\n" for t, f, u in rows)
+        return read_table(write("t [s],F [N],u [mm]\n" + text))
+
+    return _read
+
+
+def masked(table: Table) -> list[dict[str, int]]:
+    return [dict(column.masked) for column in table.columns]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_alone_masks_nothing(seed: int, read: Callable) -> None:
+    assert masked(read(*bounce(0.4, seed))) == [{}, {}]
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.5], ids=lambda step: f"{step} N")
+def test_coarse_steps_mask_nothing(step: float, read: Callable) -> None:
+    force, position = bounce(0.4)
+    assert masked(read(np.round(force / step) * step, np.round(position / 0.005) * 0.005)) == [{}, {}]
+
+
+def test_noise_free_motion_masks_nothing(read: Callable) -> None:
+    """A slack fibre at zero, and a dial gauge that moves in steps of 0.05 mm."""
+    force, position = bounce(0.0)
+    assert masked(read(force, position, (6, 6))) == [{}, {}]
+    assert masked(read(force, np.round(position / 0.05) * 0.05)) == [{}, {}]
+
+
+def test_a_held_weight_is_rightly_flat(read: Callable) -> None:
+    fallen = np.maximum(TIME - 0.3, 0.0)
+    position = np.minimum(-10 + 0.5 * 9810 * fallen**2, 5.0)
+    table = read(5.0 * (TIME > 0.5), position, (2, 4))
+    assert masked(table) == [{}, {}]
+    assert any('"u [mm]" stops dead at its extreme' in note for note in table.notes)
+
+
+def test_a_drive_that_holds_is_rightly_flat(read: Callable) -> None:
+    drive = np.clip(300 * (TIME - 0.1), 0, np.clip(70 - 300 * (TIME - 1.2), 0, 70))
+    table = read(30 + 0.5 * drive, drive, (3, 4))
+    assert masked(table) == [{}, {}]
+
+
+@pytest.mark.parametrize("noise", [0.4, 0.0])
+def test_a_force_cut_off_at_full_scale_is_masked(noise: float, read: Callable) -> None:
+    force, position = bounce(noise)
+    table = read(np.minimum(force, 60.0), position, (2, 3) if noise else (6, 6))
+    cut = force >= 60.0
+    column = table.column("F [N]")
+    assert set(column.masked) == {"saturated"}
+    # A single sample at full scale between two below it may have been measured.
+    assert (~column.valid & cut).sum() >= 0.9 * cut.sum()
+    assert not (~column.valid & (np.round(force, 2) < 60.0)).any()
+
+
+def test_a_position_out_of_range_of_its_sensor_is_masked(read: Callable) -> None:
+    force, position = bounce(0.4)
+    column = read(force, np.maximum(position, -5.0)).column("u [mm]")
+    assert set(column.masked) == {"saturated"}
+
+
+@pytest.mark.parametrize("length", [6, 40, 400])
+def test_a_frozen_reading_is_masked(length: int, read: Callable) -> None:
+    force, position = bounce(0.4)
+    force[1000 : 1000 + length] = force[1000]
+    column = read(force, position).column("F [N]")
+    assert dict(column.masked) == {"stuck": length}
+    assert not column.valid[1000 : 1000 + length].any()
+
+
+@pytest.mark.parametrize("value", ["9.9E37", "1E+10", "-9999", "999999", "3.4028235E+38", "-1e30"])
+def test_absurd_values_are_masked(value: str, write: Callable) -> None:
+    force, _ = bounce(0.4)
+    texts = [f"{f:.2f}" for f in force]
+    texts[100] = value
+    text = "t [s],F [N]\n" + "".join(f"{t:.4f},{f}\n" for t, f in zip(TIME, texts, strict=True))
+    assert dict(read_table(write(text)).column("F [N]").masked) == {"absurd": 1}
+
+
+def test_nines_among_large_numbers_are_no_sign(write: Callable) -> None:
+    force = 9000 + 999 * np.sin(20 * TIME)
+    force[77] = 9999
+    text = "t [s],F [N]\n" + "".join(f"{t:.4f},{f:.0f}\n" for t, f in zip(TIME, force, strict=True))
+    assert read_table(write(text)).column("F [N]").valid.all()
+
+
+def test_a_lone_outlier_is_reported_and_kept(read: Callable) -> None:
+    force, position = bounce(0.4)
+    force[300] += 27.3
+    table = read(force, position)
+    assert masked(table) == [{}, {}]
+    assert table.column("F [N]").outliers == (300,)
+    assert any("has 1 lone outliers (at 0.15 s); they are kept" in note for note in table.notes)
