@@ -13,6 +13,7 @@ from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.records.grouping import Group, groups_of
 from fibrefit.records.headings import known_unit
 from fibrefit.records.numbers import REASONS, Numbers
+from fibrefit.records.phrases import count
 from fibrefit.records.raw import Raw, RawColumn
 from fibrefit.records.roles import USUAL, Heading, find_column, guessed_roles, named_roles
 from fibrefit.records.sensors import absurd, flat_stretches, lone_outliers
@@ -208,13 +209,13 @@ def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str])
     if outliers.size:
         shown = ", ".join(f"{base.time[i]:.6g}" for i in outliers[:3])
         more = " ..." if outliers.size > 3 else ""
-        notes.append(f'Column "{column.header}" has {outliers.size} lone outliers (at {shown}{more} s); they are kept.')
+        notes.append(f'Column "{column.header}" has {count(outliers.size, "lone outlier")} (at {shown}{more} s); kept.')
     return numbers, outliers
 
 
 def _stops_dead(column: RawColumn, where: np.ndarray) -> str:
-    count = int(where.sum())
+    stopped = count(int(where.sum()), "sample")
     return (
-        f'Column "{column.header}" stops dead at its extreme for {count} samples: an end stop, a drive at rest, '
-        "or a sensor at full scale; they are kept."
+        f'Column "{column.header}" stops dead at its extreme for {stopped}: an end stop, a drive at rest, '
+        "or a sensor at full scale; kept."
     )

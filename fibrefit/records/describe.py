@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fibrefit.core.units import format_number, format_quantity
+from fibrefit.records.phrases import count
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
 from fibrefit.records.timebase import Gap, TimeBase
@@ -91,18 +92,18 @@ def _times(base: TimeBase, *, known: bool) -> str:
 def _lost(base: TimeBase) -> list[str]:
     lines = _gaps(base.gaps)
     for reason, rows in base.lost.items():
-        lines += _wrapped(f"{_count(len(rows), 'row')} without a usable time: {reason}.")
+        lines += _wrapped(f"{count(len(rows), 'row')} without a usable time: {reason}.")
     return lines
 
 
 def _gaps(gaps: tuple[Gap, ...]) -> list[str]:
     lines = []
     for gap in gaps[:_GAPS_SHOWN]:
-        lines += _wrapped(f"Gap after {format_quantity(gap.after, 's', 6)}: {_count(gap.missing, 'sample')} missing.")
+        lines += _wrapped(f"Gap after {format_quantity(gap.after, 's', 6)}: {count(gap.missing, 'sample')} missing.")
     rest = gaps[_GAPS_SHOWN:]
     if rest:
         missing = sum(gap.missing for gap in rest)
-        lines += _wrapped(f"{_count(len(rest), 'further gap')} with {_count(missing, 'sample')} missing.")
+        lines += _wrapped(f"{count(len(rest), 'further gap')} with {count(missing, 'sample')} missing.")
     return lines
 
 
@@ -128,17 +129,15 @@ def _reasons(masked: Mapping[str, int]) -> str:
     if not masked:
         return ""
     return (
-        f"; {sum(masked.values())} masked (" + ", ".join(f"{count} {reason}" for reason, count in masked.items()) + ")"
+        f"; {sum(masked.values())} masked ("
+        + ", ".join(f"{number} {reason}" for reason, number in masked.items())
+        + ")"
     )
 
 
 def _share(valid: np.ndarray) -> str:
     masked = int((~valid).sum())
-    return f"{_count(masked, 'sample')} masked" if masked else "all samples valid"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    return f"{count(masked, 'sample')} masked" if masked else "all samples valid"
 
 
 def _wrapped(sentence: str, indent: int = 0) -> list[str]:

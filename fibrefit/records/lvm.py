@@ -14,6 +14,7 @@ from fibrefit.records.decode import Text
 from fibrefit.records.facts import Facts
 from fibrefit.records.headings import known_unit
 from fibrefit.records.numbers import Numbers, parse_column
+from fibrefit.records.phrases import count
 from fibrefit.records.raw import Raw, RawColumn
 from fibrefit.records.text import FEWEST_ROWS
 
@@ -98,7 +99,7 @@ def read_lvm(text: Text, where: str) -> Raw:
 def _notes(segments: Sequence[_Segment]) -> list[str]:
     unplaced = sum(len(segment.unplaced) for segment in segments)
     notes = [f"{len(segments)} segments are joined."] if len(segments) > 1 else []
-    return notes + ([f"{unplaced} lines with too many or too few cells are left out."] if unplaced else [])
+    return notes + ([f"{count(unplaced, 'line')} with too many or too few cells left out."] if unplaced else [])
 
 
 def _file_tags(lines: Sequence[str], where: str) -> dict[str, list[str]]:
@@ -166,7 +167,7 @@ def _refuse_uncertain(segments: Sequence[_Segment], where: str) -> None:
     for segment in segments:
         if segment.unplaced:
             raise DataError(f"{where}, line {segment.unplaced[0]}", "a row with too many or too few cells", "", do)
-        told = [int(count) for count in segment.tags.get("samples", []) if count.isdecimal()]
+        told = [int(cell) for cell in segment.tags.get("samples", []) if cell.isdecimal()]
         if told and max(told) != len(segment.cells):
             got = f"the header announces {max(told)} samples, and {len(segment.cells)} are there"
             raise DataError(where, got, "", do)

@@ -13,12 +13,16 @@ from fibrefit.core.errors import DataError, UsageError
 from fibrefit.records.build import Wishes, build
 from fibrefit.records.decode import decode
 from fibrefit.records.lvm import is_lvm, read_lvm
+from fibrefit.records.phrases import count
 from fibrefit.records.raw import Raw
 from fibrefit.records.record import Record
 from fibrefit.records.roles import USUAL
 from fibrefit.records.table import Column, Table
 from fibrefit.records.text import Hints, read_text
 from fibrefit.records.words import ROLES
+
+#: A unit of each kind, for messages.
+_EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
 
 
 def read_table(
@@ -158,12 +162,8 @@ def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: 
         raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
     group = _group(found, channels or {}, where)
     kept = {role: column for role, column in found.items() if column.group == group}
-    for role, column in kept.items():
-        _check_unit(column, role, where)
+    _check_units(table, kept, where)
     base = table.times[group]
-    if table.time_unit is None:
-        header = f'{where}, column "{table.time_header}"'
-        raise DataError(header, "the time has no known unit", registry.ACCEPTED["s"], "Declare it under [units].")
     rows = np.isfinite(base.time)
     return Record(
         name=name or where,
@@ -219,12 +219,23 @@ def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str)
     return first.group
 
 
-def _check_unit(column: Column, role: str, where: str) -> None:
-    place, si = f'{where}, column "{column.header}"', ROLES[role]
-    if column.unit is None:
-        raise DataError(place, "no unit", registry.ACCEPTED[si], "Declare it under [units].")
-    if column.si != si:
-        raise DataError(place, f'unit "{column.unit}"', registry.ACCEPTED[si], "Declare it under [units].")
+def _check_units(table: Table, kept: Mapping[str, Column], where: str) -> None:
+    """Refuse channels without a unit, all at once, or with one of another kind."""
+    bare = [(role, column.header) for role, column in kept.items() if column.unit is None]
+    if table.time_unit is None:
+        bare.insert(0, ("time", table.time_header or ""))
+    if len(bare) > 1:
+        headers = ", ".join(f'"{header}"' for _, header in bare)
+        declared = ", ".join(f'{role} = "{_EXAMPLES[ROLES[role]]}"' for role, _ in bare)
+        do = f"Declare them under [units], such as {declared}."
+        raise DataError(f"{where}, columns {headers}", "no units", "one for each", do)
+    for role, header in bare:
+        place, expected = f'{where}, column "{header}"', registry.ACCEPTED[ROLES[role]]
+        raise DataError(place, "no unit", expected, f'Declare it under [units]: {role} = "{_EXAMPLES[ROLES[role]]}".')
+    for role, column in kept.items():
+        place, si = f'{where}, column "{column.header}"', ROLES[role]
+        if column.si != si:
+            raise DataError(place, f'unit "{column.unit}"', registry.ACCEPTED[si], "Declare it under [units].")
 
 
 def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
@@ -232,14 +243,14 @@ def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
     said = [f"Read from {table.path.name}; time: {base.source}."]
     said += [f'{role}: column "{column.header}" in {column.unit}.' for role, column in kept.items()]
     for reason, rows in base.lost.items():
-        said.append(f"{len(rows)} rows left out: {reason}.")
+        said.append(f"{count(len(rows), 'row')} left out: {reason}.")
     for role, column in kept.items():
-        for reason, count in column.masked.items():
+        for reason, number in column.masked.items():
             if reason != "time unusable":
-                said.append(f"{role}: {count} samples masked ({reason}).")
+                said.append(f"{role}: {count(number, 'sample')} masked ({reason}).")
     missing = sum(gap.missing for gap in base.gaps)
     if missing:
-        said.append(f"{missing} samples are missing in {len(base.gaps)} gaps.")
+        said.append(f"{count(missing, 'sample')} missing in {count(len(base.gaps), 'gap')}.")
     aside = [column.header for column in table.columns if column.group == group and column not in kept.values()]
     if aside:
         said.append(f"Columns left out: {', '.join(aside)}.")

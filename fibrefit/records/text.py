@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from fibrefit.records.facts import find_facts
 from fibrefit.records.header import Header, find_header
 from fibrefit.records.headings import split_heading
 from fibrefit.records.numbers import Numbers, parse_column
+from fibrefit.records.phrases import are, line_numbers
 from fibrefit.records.raw import Raw, RawColumn
 from fibrefit.records.rows import Rows, find_rows
 from fibrefit.records.sensors import absurd
@@ -255,23 +256,13 @@ def _layout(text: Text, rows: Rows, header: Header) -> dict[str, Any]:
 def _line_notes(rows: Rows, lines: Sequence[str]) -> list[str]:
     notes = []
     if rows.unplaced:
-        left_out = f"and {_are(rows.unplaced)} left out"
-        notes.append(f"{_lines(rows.unplaced)} cannot be split into {rows.dialect.width} cells {left_out}.")
+        left_out = f"and {are(len(rows.unplaced))} left out"
+        notes.append(f"{line_numbers(rows.unplaced)} cannot be split into {rows.dialect.width} cells {left_out}.")
     if rows.stray:
-        notes.append(f"{_lines(rows.stray)} above the table: numbers, taken for part of the header.")
+        notes.append(f"{line_numbers(rows.stray)} above the table: numbers, taken for part of the header.")
     if rows.below:
         shown = lines[rows.below[0] - 1].strip()[:30]
-        notes.append(f'{_lines(rows.below)} below the table {_are(rows.below)} left out ("{shown}").')
+        notes.append(f'{line_numbers(rows.below)} below the table {are(len(rows.below))} left out ("{shown}").')
     if rows.cut:
         notes.append("The file ends without an end of line: its last value may be cut short.")
     return notes
-
-
-def _lines(numbers: Collection[int]) -> str:
-    shown = [str(number) for number in sorted(numbers)[:4]]
-    more = f" and {len(numbers) - 4} more" if len(numbers) > 4 else ""
-    return ("Line " if len(numbers) == 1 else "Lines ") + ", ".join(shown) + more
-
-
-def _are(numbers: Collection[int]) -> str:
-    return "is" if len(numbers) == 1 else "are"

@@ -51,7 +51,8 @@ def test_the_sep_line_file_carries_no_units() -> None:
     table = read_table(path)
     np.testing.assert_array_equal(table.column("Kraft").values, [12.5, 12.501, 12.502, 12.503, 12.504, 12.505])
     with pytest.raises(
-        DataError, match=r'column "Kraft": no unit; expected N, kN, mN or lbf\. Declare it under \[units\]'
+        DataError,
+        match=r'columns "Zeit", "Kraft", "Weg": no units; .* such as time = "s", force = "N", position = "mm"',
     ):
         read_record(path)
     record = read_record(path, units={"time": "s", "force": "N", "position": "mm"})

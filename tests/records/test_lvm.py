@@ -74,4 +74,4 @@ def test_a_bad_row_among_times_is_left_out(write: Callable) -> None:
     content = lvm("One", "\t", segment(N, "X_Value|F|u", "N|mm", STEPS, 0.0, body))
     record = read_record(write(content, "a.lvm"))
     assert len(record) == N - 1
-    assert "1 lines with too many or too few cells are left out." in record.history
+    assert "1 line with too many or too few cells left out." in record.history

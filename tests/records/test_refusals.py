@@ -59,10 +59,11 @@ REFUSED = {
         r"more than one table of numbers \(lines 2 to 25",
     ),
     "no unit": (
-        "t [s];F;u\n" + rows(german),
-        r'column "F": no unit; expected N, kN, mN or lbf. Declare it under \[units\]',
+        "t [s];F;u [mm]\n" + rows(german),
+        r'column "F": no unit; expected N, kN, mN or lbf. Declare it under \[units\]: force = "N"',
     ),
-    "time without unit": ("t;F [N];u [mm]\n" + rows(german), r'column "t": the time has no known unit; expected s, ms'),
+    "no units": ("t;F;u\n" + rows(german), 'columns "t", "F", "u": no units; expected one for each. Declare them'),
+    "time without unit": ("t;F [N];u [mm]\n" + rows(german), r'column "t": no unit; expected s, ms'),
     "unit unknown": (
         "t [s];force [kp];u [mm]\n" + rows(german),
         'column "force .kp.": unit "kp"; expected N, kN, mN or lbf',

@@ -116,4 +116,4 @@ def test_a_lone_outlier_is_reported_and_kept(read: Callable) -> None:
     table = read(force, position)
     assert masked(table) == [{}, {}]
     assert table.column("F [N]").outliers == (300,)
-    assert any("has 1 lone outliers (at 0.15 s); they are kept" in note for note in table.notes)
+    assert any("has 1 lone outlier (at 0.15 s); kept" in note for note in table.notes)

@@ -70,7 +70,7 @@ def test_gaps_are_named(write: Callable) -> None:
     record = read_record(write(table([regular(100)[i] for i in kept], kept)))
     assert record.gaps == (Gap(pytest.approx(9 / 2000), 1), Gap(pytest.approx(39 / 2000), 3))
     assert len(record) == 96
-    assert "4 samples are missing in 2 gaps." in record.history
+    assert "4 samples missing in 2 gaps." in record.history
 
 
 def test_gaps_of_whole_digits(write: Callable) -> None:
@@ -104,7 +104,7 @@ def test_a_time_off_the_grid_is_left_out(write: Callable) -> None:
     record = read_record(write(table(times)))
     assert len(record) == 99
     assert record.gaps[0].missing == 1
-    assert "1 rows left out: time is off the grid." in record.history
+    assert "1 row left out: time is off the grid." in record.history
 
 
 def test_a_last_row_far_away_is_left_out(write: Callable) -> None:

@@ -1,0 +1,49 @@
+"""Numbers of things, as parts of sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+#: Lines named one by one; the rest are counted.
+_NAMED = 4
+
+
+def count(number: int, noun: str) -> str:
+    """``1 sample``, ``3 samples``.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    noun : str
+        In the singular; one that takes an s.
+
+    Returns
+    -------
+    str
+        Number and noun.
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def line_numbers(numbers: Collection[int]) -> str:
+    """``Line 7``, ``Lines 7, 9``, ``Lines 7, 9, 11, 12 and 30 more``.
+
+    Parameters
+    ----------
+    numbers : collection of int
+        At least one.
+
+    Returns
+    -------
+    str
+        Beginning of a sentence.
+    """
+    shown = ", ".join(str(number) for number in sorted(numbers)[:_NAMED])
+    more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
+    return f"{'Line' if len(numbers) == 1 else 'Lines'} {shown}{more}"
+
+
+def are(number: int) -> str:
+    """``is`` for one, ``are`` for more."""
+    return "is" if number == 1 else "are"
