@@ -183,7 +183,7 @@ class Density(eqx.Module):
 
     def log_density(self, values: jax.Array) -> jax.Array:
         """Logarithm of the density at `values` ``(n,)`` in SI units; minus infinity outside the support."""
-        inside = (values >= self.lower) & (values <= self.upper)
+        inside = (values >= self.lower) & (values <= self.upper) & (~self.log | (values > 0.0))
         logs = jnp.log(jnp.where(self.log & inside, values, 1.0))
         distance = (jnp.where(self.log, logs, values) - self.centre) / self.spread
         each = -0.5 * distance**2 - logs - self.log_mass

@@ -91,25 +91,23 @@ class Autoregressive(eqx.Module):
     @classmethod
     def of(cls, covariances: list[np.ndarray], valid: np.ndarray) -> Autoregressive:
         """From the autocovariance at lags 0 to p of each channel, p its order, and the samples that are valid."""
-        longest = max(len(c) for c in covariances) - 1
+        longest = max(2, *(len(c) for c in covariances)) - 1
         full = [_predictor(c, np.ones(len(c) - 1, dtype=bool)) for c in covariances]
         weights = np.stack([_filled(w, longest) for w, _ in full])
         rows, row_weights, row_scale = [], [], []
         for channel, covariance in enumerate(covariances):
-            order = len(covariance) - 1
             for record in range(len(valid)):
                 own = _special_rows(covariance, valid[record, channel])
                 rows += [(record, channel, time) for time, _, _ in own]
                 row_weights += [_filled(w, longest) for _, w, _ in own]
                 row_scale += [s for _, _, s in own]
-            assert order <= longest
         padded = np.stack([_filled(c, longest + 1) for c in covariances])
         return cls(
             jnp.asarray(valid),
             jnp.asarray(weights),
             jnp.asarray([s for _, s in full]),
             jnp.asarray(np.array(rows, dtype=np.int32).reshape(-1, 3).T),
-            jnp.asarray(np.array(row_weights).reshape(-1, longest)),
+            jnp.asarray(np.array(row_weights).reshape(len(rows), longest)),
             jnp.asarray(row_scale, dtype=float),
             jnp.asarray(padded),
         )

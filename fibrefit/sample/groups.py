@@ -29,7 +29,7 @@ Group = dict[str, Entry]
 
 
 def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int = 0) -> dict[str, Group]:
-    """Groups ``posterior``, ``sample_stats``, ``prior``, ``observed_data``, ``posterior_predictive``, ``constant_data``.
+    """Draws, their densities, prior, data, predictions and conditions, each in the group ArviZ has for it.
 
     A chain is an ensemble; the walkers of a step are neighbouring draws. Values that each record has of its own get a
     dimension ``record``.
