@@ -67,6 +67,8 @@ class Problem(eqx.Module):
         """
         return jax.vmap(self.record_residuals)(self.layout.local(values), self.observations)
 
+    # Compiled under its own name, it is traced once for all the programs that contain it.
+    @eqx.filter_jit
     def linearised(self, values: jax.Array) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
 
