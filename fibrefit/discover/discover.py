@@ -93,7 +93,15 @@ def _search(task: Task, before: Identification, effects: Sequence[type[Effect]],
     rate = float(1.0 / np.diff(trace.times).mean())
     kappa = colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0]))
     return Search(
-        task, wanted, ground, Hypothesis((), fit, frames[0]), kappa, float(task.problem.n_measured), tell, frames
+        task=task,
+        effects=wanted,
+        ground=ground,
+        base=Hypothesis((), fit, frames[0]),
+        kappa=kappa,
+        samples=float(task.problem.n_measured),
+        expected_gap=before.expected_gap,
+        tell=tell,
+        frames=frames,
     )
 
 
@@ -263,9 +271,13 @@ def _verdict(
     return "unexplained", reason, Unexplained(search.gap(best), where.places(before), looks)
 
 
+SCATTERED = 1.06
+"""Gap up to which base parameters that scatter between records explain what is left."""
+
+
 def _only_scatter(search: Search) -> bool:
     samples = search.samples
-    return bool(np.sqrt(search.scattered(search.base) / samples) <= 1.06)
+    return bool(np.sqrt(search.scattered(search.base) / samples) <= SCATTERED * search.expected_gap)
 
 
 TELLS = 0.6

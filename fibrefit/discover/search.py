@@ -37,6 +37,8 @@ class Search:
         Colour of the noise.
     samples : float
         Number of measured samples.
+    expected_gap : float
+        Of a perfect model.
     tell : callable
     frames : list of Frame
         Compiled so far.
@@ -48,6 +50,7 @@ class Search:
     base: Hypothesis
     kappa: float
     samples: float
+    expected_gap: float
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
 
@@ -120,7 +123,7 @@ class Search:
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left."""
-        return self.gap(hypothesis) <= NOISE_LIKE
+        return self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""

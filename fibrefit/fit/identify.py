@@ -24,6 +24,7 @@ from fibrefit.fit.solve import Descent, descend, descend_all, gram_at, linearise
 from fibrefit.fit.structure import Residuals, structure_checks
 from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem, gram_root
+from fibrefit.problem.propagated import propagated
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -130,7 +131,9 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     estimates = _estimates(problem, values, errors, method)
     moved = motion(problem, jnp.asarray(values))
     gap, record_gaps = _gaps(task, moved.readings)
-    residuals = _residuals(task, linear.residuals, moved)
+    draws = propagated(task, values, linear.slopes)
+    residuals = _residuals(task, linear.residuals, moved, draws)
+    expected = _expected_gap(residuals)
     weak = weaknesses(problem.layout, values, covariance)
     checks = (
         judge.finite(linear.residuals, moved.trouble, problem.layout.records),
@@ -140,7 +143,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
         judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
-        judge.gap_is_noise(gap),
+        judge.gap_is_noise(gap, expected),
         *structure_checks(residuals),
     )
     return Identification(
@@ -151,6 +154,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
         inflation=_inflation(problem, errors, method),
         estimates=estimates,
         gap=gap,
+        expected_gap=expected,
         record_gaps=record_gaps,
         noise=task.noise,
         readings=moved.readings,
@@ -250,7 +254,14 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
     return whole, gaps
 
 
-def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
+def _expected_gap(residuals: Residuals) -> float:
+    """Gap of a perfect model: the readings' own noise, and what that of measured inputs adds."""
+    if not len(residuals.propagated):
+        return 1.0
+    return float(np.sqrt(1.0 + np.mean(residuals.propagated[:, residuals.counted] ** 2)))
+
+
+def _residuals(task: Task, scaled: np.ndarray, moved: Motion, draws: np.ndarray) -> Residuals:
     data, channels = task.problem.observations, task.problem.model.rig.channels
     weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
     times = np.asarray(data.experiment.times)
@@ -263,6 +274,7 @@ def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
         sigma=1.0 / weight.max(axis=2),
         noise=task.noise,
         motion=moved,
+        propagated=draws,
     )
 
 

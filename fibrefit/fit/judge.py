@@ -89,16 +89,23 @@ def determined(weak: tuple[Weakness, ...]) -> Check:
     return Check("every parameter is determined", not weak, says, float(len(weak)), 0.0)
 
 
-def gap_is_noise(gap: Gap) -> Check:
-    """Whether what is left is no larger than the noise."""
+def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
+    """Whether what is left is no larger than the noise.
+
+    Parameters
+    ----------
+    gap : Gap
+    expected : float
+        Gap of a perfect model: more than 1 where the noise of a measured input moves the simulation too.
+    """
     ratio = total(gap)
-    passed = ratio <= GAP
+    passed = ratio <= GAP * expected
     says = (
         f"Model and measurement differ by {ratio:.3g} times the noise: nothing to explain."
         if passed
         else f"Model and measurement differ by {ratio:.3g} times the noise: the model lacks something."
     )
-    return Check("the gap is noise", passed, says, ratio, GAP)
+    return Check("the gap is noise", passed, says, ratio, GAP * expected)
 
 
 def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:

@@ -131,6 +131,8 @@ class Identification:
     estimates : tuple of Estimate
         Shared parameters first, then those of each record.
     gap : Gap
+    expected_gap : float
+        Of a perfect model: more than 1 where the noise of a measured input moves the simulation too.
     record_gaps : dict of record to Gap
     noise : dict of channel to Noise
     readings : dict of channel to (n_record, n_time)
@@ -150,6 +152,7 @@ class Identification:
     inflation: float
     estimates: tuple[Estimate, ...]
     gap: Gap
+    expected_gap: float
     record_gaps: Mapping[str, Gap]
     noise: Mapping[str, Noise]
     readings: Mapping[str, np.ndarray]

@@ -66,6 +66,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         spread=_spread(declared, settings, starting),
         ladders=_ladders(traces, starting),
         noise=noise,
+        input_noise=_input_noise(study, traces, model.rig.inputs),
         noise_given=given,
         units={channel: UNITS[channel] for channel in model.rig.channels},
     )
@@ -73,6 +74,15 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
 
 def _stated(record: object) -> Mapping[str, float | None]:
     return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
+
+
+def _input_noise(study: Study, traces: Sequence[Trace], inputs: Sequence[str]) -> dict[str, Noise]:
+    """Noise of each input as it was measured."""
+    raw = [
+        trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
+        for trace in traces
+    ]
+    return _noise(study, raw, inputs)[0]
 
 
 def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:

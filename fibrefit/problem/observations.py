@@ -26,8 +26,8 @@ class Trace(NamedTuple):
     times : (n_time,) in s
     channels : dict of (n_time,)
         Measured channels that are explained; NaN where a sample is not valid.
-    inputs : dict of (n_time, 2)
-        Measured inputs and their rates.
+    inputs : dict of (n_time, 3)
+        Measured inputs, smoothed; their rates; and as they were measured.
     conditions : dict of float
     """
 

@@ -30,7 +30,8 @@ class Starting:
     spread : dict of float
         Factor by which each shared guess may be wrong.
     ladders : tuple of tuple of float
-        Ways to lengthen the horizon of a fit up to the whole record: in multiples of the time from `moving` to `settled`.
+        Ways to lengthen the horizon of a fit up to the whole record, in multiples of the time from `moving` to
+        `settled`.
     """
 
     shared: dict[str, float]

@@ -27,6 +27,7 @@ class Task:
     ladders : (n_ladder, n_stage, n_record) int
         Samples of each record in horizons that grow to the whole record, in several ways.
     noise : mapping of channel to Noise
+    input_noise : mapping of input to Noise
     noise_given : tuple of str
         Channels whose noise the study states.
     units : mapping of channel to str
@@ -39,6 +40,7 @@ class Task:
     spread: Mapping[str, float]
     ladders: np.ndarray
     noise: Mapping[str, Noise]
+    input_noise: Mapping[str, Noise]
     noise_given: tuple[str, ...]
     units: Mapping[str, str]
 

@@ -86,9 +86,13 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
         record.name,
         times,
         {name: spread[name] for name in rig.channels},
-        {name: smoothed(spread[name], times, f'{record.name}, channel "{name}"') for name in rig.inputs},
+        {name: _input(spread[name], times, f'{record.name}, channel "{name}"') for name in rig.inputs},
         conditions,
     )
+
+
+def _input(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
+    return np.column_stack([smoothed(values, times, where), values])
 
 
 def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:
