@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -66,7 +66,12 @@ def read_summary(result: str | Path) -> Part:
 
 
 def provenance(
-    resolved_study: str, inputs: Iterable[Path], *, seed: int | None = None, seconds: float | None = None
+    resolved_study: str,
+    inputs: Iterable[Path],
+    *,
+    seed: int | None = None,
+    seconds: float | None = None,
+    settings: Mapping[str, str] | None = None,
 ) -> Provenance:
     """What a result made now rests on.
 
@@ -80,6 +85,8 @@ def provenance(
         Seed of all random numbers.
     seconds : float or None
         Wall time of the computation, in s.
+    settings : mapping of str to str, optional
+        All else the result depends on, by option.
 
     Returns
     -------
@@ -92,5 +99,6 @@ def provenance(
         inputs={path.as_posix(): sha256_of(path) for path in inputs},
         resolved_study=resolved_study,
         seed=seed,
+        settings=dict(settings or {}),
         seconds=seconds,
     )

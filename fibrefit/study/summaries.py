@@ -108,6 +108,7 @@ class Provenance(Part):
     inputs: dict[str, str] = Field(description="SHA-256 of every file that was read.")
     resolved_study: str = Field(description="The study as TOML, with all defaults and overrides in it.")
     seed: int | None = None
+    settings: dict[str, str] = Field(default_factory=dict, description="All else the result depends on, by option.")
     seconds: float | None = Field(default=None, description="Wall time of the computation.")
 
 
@@ -152,9 +153,12 @@ class Place(Part):
 class Candidate(Part):
     """An effect that was tried."""
 
-    effect: str
+    effect: str = Field(description='Its name; several, joined by " + ", where they were tried together.')
     gap_after: float
-    evidence: float = Field(description="Twice the gain in log likelihood per parameter and candidate, corrected.")
+    evidence: float = Field(
+        description="Gain in twice the log likelihood, for noise of the colour found, less what chance gives to as "
+        "many candidates and parameters."
+    )
     parameters: dict[str, ParameterSummary]
 
 
@@ -177,6 +181,24 @@ class Unexplained(Part):
     looks_like: str | None = None
 
 
+class Before(Part):
+    """The fit of the model the search began with."""
+
+    status: Status
+    effects: tuple[str, ...] = ()
+    parameters: dict[str, ParameterSummary]
+    gap: Gap
+    records: dict[str, Gap]
+
+
+class HeldOut(Part):
+    """How one record is predicted from the others, with only its own zero and start left to it."""
+
+    record: str
+    gap_before: float = Field(description="Of the model the search began with.")
+    gap_after: float = Field(description="Of the final model.")
+
+
 class DiscoverySummary(FitResultSummary):
     """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
 
@@ -187,6 +209,11 @@ class DiscoverySummary(FitResultSummary):
     rounds: tuple[Round, ...] = ()
     cannot_tell_apart: tuple[tuple[str, ...], ...] = ()
     unexplained: Unexplained | None = None
+    before: Before | None = None
+    held_out: tuple[HeldOut, ...] = ()
+    ranking: tuple[Candidate, ...] = Field(
+        default=(), description="Of the last look for more, whether or not anything was added."
+    )
 
 
 class PosteriorParameter(Part):
