@@ -79,7 +79,7 @@ def load(path: Path, starts: list[Chain]) -> list[Chain]:
         If it cannot be read, or its walkers began elsewhere: another study, other data, settings or versions.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             if int(file["form"]) != FORM:
                 raise ValueError(f"form {int(file['form'])}")
             chains = [_chain(file, i) for i in range(int(file["ensembles"]))]

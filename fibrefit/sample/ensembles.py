@@ -193,24 +193,22 @@ def _until_converged(
     block, last = 1, None
     while True:
         steps = len(ensembles[0].points)
-        look = min(next_look(steps), settings.max_steps)
-        at_once = max(1, min(block, look - steps))
-        since = time.perf_counter()
-        list(pool.map(_Ensemble.advance, ensembles, [at_once] * len(ensembles)))
-        took = time.perf_counter() - since
-        # The course does not depend on how it is cut into blocks.
-        block = int(np.clip(at_once * BLOCK_SECONDS / max(took, 1e-3), 1, 4 * block))
-        steps += at_once
         late = settings.max_seconds is not None and time.perf_counter() - began > settings.max_seconds
-        over = steps >= settings.max_steps or late
-        if steps == look or over:
+        over = steps >= settings.max_steps or (late and steps > 0)
+        if over or next_look(steps - 1) == steps:
             last = mixing(np.stack([e.points[int(WARM_UP * steps) :] for e in ensembles]))
             converged = _enough(last, settings)
             if converged or over:
                 return last, converged
         keeper.save_now_and_then(ensembles)
-        if progress:
+        if progress and steps:
             progress(_progress(ensembles, settings, last, time.perf_counter() - began))
+        at_once = max(1, min(block, next_look(steps) - steps, settings.max_steps - steps))
+        since = time.perf_counter()
+        list(pool.map(_Ensemble.advance, ensembles, [at_once] * len(ensembles)))
+        took = time.perf_counter() - since
+        # The course does not depend on how it is cut into blocks.
+        block = int(np.clip(at_once * BLOCK_SECONDS / max(took, 1e-3), 1, 4 * block))
 
 
 def _enough(found: Mixing, settings: Settings) -> bool:
@@ -263,7 +261,8 @@ class _Keeper:
 
 
 def _acceptance(points: np.ndarray) -> np.ndarray:
-    return np.any(np.diff(points, axis=1) != 0.0, axis=-1).mean(axis=1)
+    moves = points.shape[1] - 1
+    return np.any(np.diff(points, axis=1) != 0.0, axis=-1).sum(axis=1) / max(moves, 1)
 
 
 def _progress(ensembles: list[_Ensemble], settings: Settings, last: Mixing | None, seconds: float) -> Progress:
