@@ -81,18 +81,15 @@ def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
     roles, doubts = _roles(named, groups, headings, wishes.roles, where)
     columns = _declared(raw.columns, headings, wishes.units, roles, where, notes)
     timed = [time_base(raw, columns, group, wishes.rate, where) for group in groups]
-    groups, bases = _merged(groups, [base for base, _ in timed])
+    groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     finished = {i: _finished(columns[i], bases[g], g, notes) for g, group in enumerate(groups) for i in group.members}
     places = {i: place for place, i in enumerate(finished)}
-    times = groups[0].time
     return Table(
         path=path,
         sha256=sha256,
         columns=tuple(finished.values()),
         times=tuple(replace(base, time=frozen(base.time)) for base in bases),
-        time_header=None if times is None else columns[times].header,
-        time_unit=timed[0][1],
         roles=frozen_mapping({role: places[i] for role, i in roles.items() if i in places}),
         doubts=frozen_mapping(doubts),
         layout=frozen_mapping(raw.layout),

@@ -42,7 +42,7 @@ def _of_table(table: Table) -> list[str]:
         members = [column for column in table.columns if column.group == number]
         if len(table.times) > 1:
             lines += _wrapped(f"Group {number + 1} of {len(table.times)}:")
-        lines += _wrapped(_times(base, known=table.time_unit is not None))
+        lines += _wrapped(_times(base))
         lines += _lost(base)
         for column in members:
             role = next((r for r, place in table.roles.items() if table.columns[place] is column), None)
@@ -79,10 +79,10 @@ def _layout(table: Table) -> str:
     )
 
 
-def _times(base: TimeBase, *, known: bool) -> str:
+def _times(base: TimeBase) -> str:
     usable = base.time[np.isfinite(base.time)]
     source = f"{base.source[0].upper()}{base.source[1:]}"
-    if not known:
+    if base.unit is None:
         return f"{source}: from {usable[0]:.6g} to {usable[-1]:.6g}, without a known unit."
     rate = f"{format_number(base.rate, 7)} Hz" if base.uniform else f"about {format_number(base.rate)} Hz, uneven"
     first, last = (format_quantity(float(t), "s", 6) for t in (usable[0], usable[-1]))

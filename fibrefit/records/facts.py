@@ -31,6 +31,10 @@ def _pattern(keys: str) -> re.Pattern[str]:
     return re.compile(rf"(?<![\w/])(?:{keys}){unit_in_key}\"?\s*[:=;,\t ]+\"?\s*{_NUMBER}{_UNIT}", re.IGNORECASE)
 
 
+#: Rates in Hz and numbers of samples beyond which a header is damaged.
+_SLOWEST, _FASTEST = 1e-3, 1e10
+_MOST_SAMPLES = 1e12
+
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
 
 
@@ -80,16 +84,22 @@ def find_facts(above: Iterable[str]) -> Facts:
     for line in above:
         for match in _RATE.finditer(line):
             rate, note = _rate(match)
-            rates.setdefault(rate, " ".join(match.group(0).split())) if rate else None
-            notes += [note] if rate and note else []
+            if _is_possible(rate):
+                rates.setdefault(rate, " ".join(match.group(0).split()))
+                notes += [note] if note else []
         for match in _STEP.finditer(line):
-            step = _step(match)
-            rates.setdefault(step, " ".join(match.group(0).split())) if step else None
+            rate = _step(match)
+            if _is_possible(rate):
+                rates.setdefault(rate, " ".join(match.group(0).split()))
         for match in _COUNT.finditer(line):
-            samples.add(int(float(match.group(2).replace(",", "."))))
+            number = float(match.group(2).replace(",", "."))
+            samples |= {int(number)} if 0 < number < _MOST_SAMPLES else set()
     told = next(iter(rates.values()), "").strip('"')
-    count = samples.pop() if len(samples) == 1 else None
-    return Facts(tuple(rates), told, count, tuple(dict.fromkeys(notes)))
+    return Facts(tuple(rates), told, samples.pop() if len(samples) == 1 else None, tuple(dict.fromkeys(notes)))
+
+
+def _is_possible(rate: float) -> bool:
+    return _SLOWEST <= rate <= _FASTEST
 
 
 def _rate(match: re.Match[str]) -> tuple[float, str]:

@@ -19,6 +19,7 @@ from fibrefit.records.record import Record
 from fibrefit.records.roles import USUAL
 from fibrefit.records.table import Column, Table
 from fibrefit.records.text import Hints, read_text
+from fibrefit.records.timebase import TimeBase
 from fibrefit.records.words import ROLES
 
 #: A unit of each kind, for messages.
@@ -162,8 +163,8 @@ def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: 
         raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
     group = _group(found, channels or {}, where)
     kept = {role: column for role, column in found.items() if column.group == group}
-    _check_units(table, kept, where)
     base = table.times[group]
+    _check_units(base, kept, where)
     rows = np.isfinite(base.time)
     return Record(
         name=name or where,
@@ -175,7 +176,7 @@ def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: 
         rate=base.rate,
         uniform=base.uniform,
         gaps=base.gaps,
-        headers={"time": table.time_header or base.source} | {role: column.header for role, column in kept.items()},
+        headers={"time": base.header or base.source} | {role: column.header for role, column in kept.items()},
         history=tuple(_history(table, kept, group)),
     )
 
@@ -219,11 +220,11 @@ def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str)
     return first.group
 
 
-def _check_units(table: Table, kept: Mapping[str, Column], where: str) -> None:
+def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None:
     """Refuse channels without a unit, all at once, or with one of another kind."""
     bare = [(role, column.header) for role, column in kept.items() if column.unit is None]
-    if table.time_unit is None:
-        bare.insert(0, ("time", table.time_header or ""))
+    if base.unit is None:
+        bare.insert(0, ("time", base.header or ""))
     if len(bare) > 1:
         headers = ", ".join(f'"{header}"' for _, header in bare)
         declared = ", ".join(f'{role} = "{_EXAMPLES[ROLES[role]]}"' for role, _ in bare)

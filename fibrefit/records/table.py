@@ -67,11 +67,6 @@ class Table:
         Columns of numbers, those that hold the time left out.
     times : tuple of TimeBase
         One for each group of columns sampled together.
-    time_header : str or None
-        Header of the column of times.
-    time_unit : str or None
-        Unit of the time column, ``"clock"``, or ``"counted"``; None where it has none, and then the times are as in the
-        file.
     roles : mapping of str to int
         Position in `columns` of each role, where that is beyond doubt.
     doubts : mapping of str to DataError
@@ -86,8 +81,6 @@ class Table:
     sha256: str
     columns: tuple[Column, ...]
     times: tuple[TimeBase, ...]
-    time_header: str | None = None
-    time_unit: str | None = None
     roles: Mapping[str, int] = field(default_factory=dict)
     doubts: Mapping[str, DataError] = field(default_factory=dict)
     layout: Mapping[str, Any] = field(default_factory=dict)
@@ -124,11 +117,9 @@ class Table:
             "file": self.path.name,
             "sha256": self.sha256,
             "layout": dict(self.layout),
-            "time_column": self.time_header,
-            "time_unit": self.time_unit,
             "roles": {role: self.columns[place].header for role, place in self.roles.items()},
             "columns": [_column_understood(column) for column in self.columns],
-            "times": [_time_understood(base, known=self.time_unit is not None) for base in self.times],
+            "times": [_time_understood(base) for base in self.times],
             "notes": list(self.notes),
         }
 
@@ -150,13 +141,15 @@ def _column_understood(column: Column) -> dict[str, Any]:
     }
 
 
-def _time_understood(base: TimeBase, *, known: bool) -> dict[str, Any]:
+def _time_understood(base: TimeBase) -> dict[str, Any]:
     usable = base.time[np.isfinite(base.time)]
     return {
+        "column": base.header,
+        "unit": base.unit,
         "samples": int(usable.size),
         "from": float(usable[0]) if usable.size else None,
         "to": float(usable[-1]) if usable.size else None,
-        "rate_hz": base.rate if known else None,
+        "rate_hz": None if base.unit is None else base.rate,
         "uniform": base.uniform,
         "source": base.source,
         "gaps": [{"after": gap.after, "missing": gap.missing} for gap in base.gaps],

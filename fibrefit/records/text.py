@@ -17,7 +17,7 @@ from fibrefit.records.facts import find_facts
 from fibrefit.records.header import Header, find_header
 from fibrefit.records.headings import split_heading
 from fibrefit.records.numbers import Numbers, parse_column
-from fibrefit.records.phrases import are, line_numbers
+from fibrefit.records.phrases import are, count, line_numbers
 from fibrefit.records.raw import Raw, RawColumn
 from fibrefit.records.rows import Rows, find_rows
 from fibrefit.records.sensors import absurd
@@ -85,7 +85,7 @@ def read_text(text: Text, where: str, hints: Hints) -> Raw:
     header = _header(above, dialect, empty, hints, where, lines[rows.first - 1])
     columns, notes = _columns(rows, kinds, header, where)
     if len(rows.numbers) < FEWEST_ROWS:
-        raise DataError(where, f"only {len(rows.numbers)} rows of numbers", f"at least {FEWEST_ROWS} samples")
+        raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     return Raw(
         columns=columns,
         facts=find_facts(above),
@@ -120,7 +120,7 @@ def _header(
     if hints.columns:
         if len(hints.columns) not in (used, width):
             _refuse_two_readings(sample, dialect, len(hints.columns), where)
-            got = f"{used} columns, and {len(hints.columns)} are named"
+            got = f"{count(used, 'column')}, and {len(hints.columns)} {are(len(hints.columns))} named"
             raise DataError(where, got, "one name for each column", "")
         names = (*hints.columns, *[""] * (width - len(hints.columns)))
         return Header(names, (None,) * width, None, None)
@@ -128,17 +128,17 @@ def _header(
     if header is not None:
         return header
     counts = [n for line in above if (n := _count_words(line, dialect)) > 1 or (n == 1 and width == 2)]
-    for count in counts[::-1]:
-        _refuse_two_readings(sample, dialect, count, where)
+    for words in counts[::-1]:
+        _refuse_two_readings(sample, dialect, words, where)
     if dialect.delimiter == "," and dialect.mark == "." and "." not in sample:
         _refuse_two_readings(sample, dialect, width // 2, where)
     if any(re.fullmatch(r"column \d+", name, re.IGNORECASE) for name in hints.wanted):
         return Header(tuple(f"column {i + 1}" for i in range(width)), (None,) * width, None, None)
     if counts:
-        got = f"{used} columns of numbers, and no line above them has {used} headings"
+        got = f"{count(used, 'column')} of numbers, and no line above has {count(used, 'heading')}"
         raise DataError(where, got, "a heading for each column", "Correct the header, or name the columns in order.")
     do = 'Name the columns in order, such as "time [s]", "force [N]", "position [mm]".'
-    raise DataError(where, f"{used} columns without headings", "a line with a heading for each column", do)
+    raise DataError(where, f"{count(used, 'column')} without headings", "a line with a heading for each column", do)
 
 
 def _count_words(line: str, dialect: Dialect) -> int:

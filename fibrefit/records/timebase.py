@@ -6,7 +6,7 @@ Rows whose time stands still, runs backward or falls off the grid are left witho
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,6 +68,11 @@ class TimeBase:
         Rows without a usable time, by reason.
     notes : tuple of str
         What had to be decided.
+    header : str or None
+        Header of the column the times come from; None where they are counted.
+    unit : str or None
+        Unit of that column; ``"clock"`` and ``"counted"`` stand for none. None is an unknown unit: then times and rate
+        are in the unit of the file.
     """
 
     time: np.ndarray
@@ -77,6 +82,8 @@ class TimeBase:
     gaps: tuple[Gap, ...] = ()
     lost: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    header: str | None = None
+    unit: str | None = "counted"
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,5 +382,5 @@ def _checked_against(base: TimeBase, readings: Readings, header_rate: float | No
         if rate is not None or units_mixed_up:
             raise DataError(readings.where, got, "one rate", "Check the unit of the time, or leave the rate out.")
         note = f"{got[0].upper()}{got[1:]}: the column is used."
-        return TimeBase(base.time, base.rate, base.source, base.uniform, base.gaps, base.lost, (*base.notes, note))
+        return replace(base, notes=(*base.notes, note))
     return base

@@ -20,9 +20,7 @@ from fibrefit.records.timebase import Readings, TimeBase, counted, from_readings
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
 
 
-def time_base(
-    raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str
-) -> tuple[TimeBase, str | None]:
+def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:
     """Times of a group of columns.
 
     Parameters
@@ -40,9 +38,8 @@ def time_base(
 
     Returns
     -------
-    tuple of TimeBase and (str or None)
-        Times, and the unit they were in: ``"clock"`` and ``"counted"`` stand for none; None is an unknown unit, and
-        then times and rate are in the unit of the file.
+    TimeBase
+        In s, or in the unit of the file where that is not known.
 
     Raises
     ------
@@ -50,7 +47,7 @@ def time_base(
         If there is neither a column of times nor a rate, or what there is is not understood.
     """
     if group.time is None:
-        return _counted_base(raw, columns, group, rate, where), "counted"
+        return _counted_base(raw, columns, group, rate, where)
     column = columns[group.time]
     numbers = time_numbers(column)
     place = f'{where}, column "{column.header}"'
@@ -66,13 +63,13 @@ def time_base(
         placed=raw.placed,
     )
     if unit is None:
-        return from_readings(readings), None
+        return replace(from_readings(readings), header=column.header, unit=None)
     base = from_readings(readings, header_rate=raw.facts.rate, rate=rate)
     if column.clock:  # the first reading may have been lost to damage
         base = replace(base, time=base.time - base.time[np.isfinite(base.time)][0])
     if base.rate == raw.facts.rate and base.source == readings.source:
         base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.told}")')
-    return base, unit
+    return replace(base, header=column.header, unit=unit)
 
 
 def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: str) -> tuple[float, str | None]:

@@ -88,12 +88,12 @@ REFUSED = {
     ),
     "a heading missing": (
         "t [s];F [N]\n" + rows(german),
-        "3 columns of numbers, and no line above them has 3 headings",
+        "3 columns of numbers, and no line above has 3 headings",
     ),
-    "a comma missing in the header": ("t [s],F [N] u [mm]\n" + rows(plain), "no line above them has 3 headings"),
+    "a comma missing in the header": ("t [s],F [N] u [mm]\n" + rows(plain), "no line above has 3 headings"),
     "a heading of an empty column missing": (
         "t [s];F [N];Comment\n" + rows(lambda i: german(i) + ";"),
-        "no line above them has 3 headings",
+        "no line above has 3 headings",
     ),
     "time backward throughout": (HEAD + rows(lambda i: german(N - 1 - i)), "the time never increases"),
     "time not readable": (

@@ -143,3 +143,20 @@ def test_clock_starts_at_the_first_readable_time(write: Callable) -> None:
     record = read_record(write("time,F [N]\n" + "\n".join(lines) + "\n"))
     assert record.time[0] == 0.0
     assert record.channels["force"][0] == float(f(1))
+
+
+def test_the_slow_group_may_come_first(write: Callable) -> None:
+    rows = [f"{i / 10:.4f},21.5" if i < 4 else "," for i in range(40)]
+    body = "".join(f"{slow},{i / 2000:.4f},{f(i)}\n" for i, slow in enumerate(rows))
+    record = read_record(write("Time 1 [s],Temp [°C],Time 2 [s],Force [N]\n" + body))
+    assert record.rate == 2000.0
+    assert record.headers["time"] == "Time 2 [s]"
+    assert "Left out, sampled at 10 Hz: Temp [°C]." in record.history
+
+
+def test_a_clock_that_stood_still(write: Callable) -> None:
+    times = regular(1000)
+    times[500:530] = [times[500]] * 30
+    record = read_record(write(table(times)))
+    assert len(record) == 970
+    assert "30 rows left out: time runs backward or stands still." in record.history
