@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
 
 from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.study.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
-
-WIDTH = 80
 
 #: Digits of an error bar that mean something.
 ERROR_DIGITS = 2
@@ -51,13 +49,13 @@ def fit_report(summary: FitResultSummary) -> str:
     """
     sections = [
         _title(summary),
-        _paragraph(VERDICTS[summary.status]),
-        _section("What was found", _found(summary)),
-        _section("How sure it is", _sure(summary)),
-        _section("What to doubt", _doubts(summary)),
-        _section("What to do next", _items(summary.advice)),
+        paragraph(VERDICTS[summary.status]),
+        section("What was found", _found(summary)),
+        section("How sure it is", _sure(summary)),
+        section("What to doubt", doubts(summary)),
+        section("What to do next", items(summary.advice)),
     ]
-    return "\n\n".join(section for section in sections if section)
+    return "\n\n".join(filter(None, sections))
 
 
 def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, str]:
@@ -91,14 +89,14 @@ def _title(summary: FitResultSummary) -> str:
 
 
 def _found(summary: FitResultSummary) -> list[str]:
-    rows = [row for name, parameter in summary.parameters.items() for row in _parameter_rows(name, parameter)]
-    lines = _table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
+    rows = [row for name, parameter in summary.parameters.items() for row in parameter_rows(name, parameter)]
+    lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
-        lines += [_paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    return lines + [_paragraph(finding) for finding in summary.findings]
+        lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
+    return lines + [paragraph(finding) for finding in summary.findings]
 
 
-def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
+def parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
     """Row of a parameter; a name that would make the table too wide stands in two rows."""
     effect, dot, last = name.rpartition(".")
     if len(name) <= LONGEST_NAME:
@@ -128,9 +126,9 @@ def _sure(summary: FitResultSummary) -> list[str]:
         method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
         factor = summary.error_inflation
         wider = "" if factor is None else f" They are {factor:.1f} times as wide as for noise without memory."
-        lines += [_paragraph(method + wider)]
+        lines += [paragraph(method + wider)]
     if summary.starts is not None:
-        lines += [_paragraph(_starts(summary.starts))]
+        lines += [paragraph(_starts(summary.starts))]
     return lines
 
 
@@ -138,7 +136,7 @@ def _gap_table(summary: FitResultSummary) -> list[str]:
     rows = [_gap_row(channel, gap) for channel, gap in summary.gap.channels.items()]
     if summary.gap.total is not None:
         rows.append(("total", "", "", f"{summary.gap.total:.2f}"))
-    return _table(("gap (1 is perfect)", "rms", "noise", "ratio"), rows, right={1, 2, 3})
+    return table(("gap (1 is perfect)", "rms", "noise", "ratio"), rows, right={1, 2, 3})
 
 
 def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
@@ -158,9 +156,9 @@ def _records(summary: FitResultSummary) -> list[str]:
         ratios = [f"{gap.ratio:.2f}" if gap is not None and gap.ratio is not None else "" for gap in gaps]
         masked = str(record.masked) if record.masked else ""
         rows.append((textwrap.shorten(name, 36, placeholder="..."), *ratios, masked))
-    lines = _table(("by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
+    lines = table(("by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
     others = len(worst) - len(rows)
-    return lines + ([_paragraph(f"and {others} more with smaller gaps.")] if others else [])
+    return lines + ([paragraph(f"and {others} more with smaller gaps.")] if others else [])
 
 
 def _starts(starts: StartsSummary) -> str:
@@ -170,46 +168,13 @@ def _starts(starts: StartsSummary) -> str:
     return f"{text} Others: {'; '.join(told)}." if told else text
 
 
-def _doubts(summary: FitResultSummary) -> list[str]:
+def doubts(summary: FitResultSummary) -> list[str]:
+    """Checks that failed, notes on records, and the names of checks that passed."""
     failed = [check for check in summary.checks if not check.passed]
     passed = [check.name for check in summary.checks if check.passed]
-    lines = _items(f"{check.name}: {check.says}" for check in failed)
+    lines = items(f"{check.name}: {check.says}" for check in failed)
     for name, record in summary.records.items():
-        lines += _items(f"{name}: {note}" for note in record.notes)
+        lines += items(f"{name}: {note}" for note in record.notes)
     if passed:
-        lines.append(_paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
+        lines.append(paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
     return lines
-
-
-def _section(title: str, lines: Sequence[str]) -> str:
-    return "\n".join([title, "-" * len(title), *lines]).rstrip() if lines else ""
-
-
-def _paragraph(text: str) -> str:
-    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
-
-
-def _items(texts: Iterable[str]) -> list[str]:
-    return [
-        textwrap.fill(
-            text, WIDTH, initial_indent="- ", subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
-        )
-        for text in texts
-    ]
-
-
-def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: set[int]) -> list[str]:
-    """Lines of a table with columns as wide as their content; columns that are empty throughout are left out."""
-    used = [i for i in range(len(head)) if i == 0 or any(row[i] for row in rows)]
-    if not rows:
-        return []
-    lines = [[row[i] for i in used] for row in (head, *rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(used))]
-    texts = []
-    for line in lines:
-        cells = [
-            cell.rjust(width) if used[column] in right else cell.ljust(width)
-            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ]
-        texts.append("  ".join(cells).rstrip())
-    return [*texts, ""]

@@ -1,0 +1,208 @@
+"""The terminal report of a discovery: the verdict, how it was reached, and what the records say before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from fibrefit.core.units import shown_unit
+from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
+from fibrefit.report.text import doubts, parameter_rows, with_error
+from fibrefit.study.summaries import Before, Candidate, DiscoverySummary, Gap, ParameterSummary, Place
+
+MOST_CANDIDATES = 6
+"""Candidates of a round that are listed; the rest are counted."""
+MOST_RECORDS = 12
+LONGEST_NAME = 34
+ARROW = " -> "
+
+
+def discovery_report(summary: DiscoverySummary) -> str:
+    """Report of a discovery in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : DiscoverySummary
+        Content of ``summary.json``.
+
+    Returns
+    -------
+    str
+        Lines without a final line break.
+    """
+    places = summary.rounds[0].where if summary.rounds else summary.unexplained.where if summary.unexplained else ()
+    sections = [
+        f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
+        paragraph(_opening(summary)),
+        section("How it was found", numbered(found.sentence for found in summary.rounds)),
+        section("Where the first model goes wrong", _places(places)),
+        section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
+        *_tried(summary),
+        section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
+        section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
+        section("What to doubt", doubts(summary)),
+        section("What to do next", items(summary.advice)),
+    ]
+    return "\n\n".join(filter(None, sections))
+
+
+def verdict_line(summary: DiscoverySummary) -> str:
+    """The verdict in one line, e.g. ``NAMED: guide.viscous_friction``."""
+    if summary.verdict == "named":
+        return f"NAMED: {' and '.join(_or_others(name, summary) for name in summary.added)}"
+    if summary.verdict == "unexplained":
+        looks = summary.unexplained.looks_like if summary.unexplained else None
+        return f"UNEXPLAINED: looks like {looks}" if looks else "UNEXPLAINED"
+    if summary.verdict == "not_trusted":
+        return f"NOT TRUSTED: {summary.reason}"
+    return "NOTHING MISSING"
+
+
+def _or_others(name: str, summary: DiscoverySummary) -> str:
+    others = [other for names in summary.cannot_tell_apart if name in names for other in names if other != name]
+    return f"{name} (or {', or '.join(dict.fromkeys(others))})" if others else name
+
+
+def _opening(summary: DiscoverySummary) -> str:
+    number = len(summary.records)
+    said = [f"{summary.study}, {number} record{'s' * (number != 1)}."]
+    if summary.verdict != "not_trusted":
+        said.append(summary.reason)
+    after = summary.gap.total
+    before = summary.before.gap.total if summary.before else None
+    if summary.added and before is not None and after is not None:
+        said.append(f"The gap falls from {before:.2f} to {after:.2f} times the noise.")
+    elif after is not None:
+        said.append(f"The gap is {after:.2f} times the noise.")
+    if summary.verdict == "unexplained" and summary.added:
+        said.append(f"{' and '.join(summary.added)} helped, but that is not the whole of it.")
+    if summary.provenance is not None and summary.provenance.seconds is not None:
+        said.append(f"The search took {_duration(summary.provenance.seconds)}.")
+    return " ".join(said)
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _places(places: Sequence[Place]) -> list[str]:
+    rows = [
+        (
+            shortened(place.record, LONGEST_NAME),
+            place.channel,
+            f"{place.from_s:.3f}",
+            f"{place.to_s:.3f}",
+            place.phase,
+            f"{100 * place.share:.0f} %",
+        )
+        for place in places
+    ]
+    return table(("record", "channel", "from / s", "to / s", "phase", "share"), rows, right={2, 3, 5})
+
+
+def _gaps(summary: DiscoverySummary) -> list[str]:
+    """One row a record, worst first, and one for all: each channel, and as foreseen from the other records."""
+    before = summary.before if summary.added else None
+    held = {item.record: (item.gap_before, item.gap_after) for item in summary.held_out}
+    channels = list(summary.gap.channels)
+    worst = sorted(summary.records, key=lambda name: -_size(summary, before, name))
+    rows = [
+        (
+            shortened(name, LONGEST_NAME),
+            *_ratios(before.records[name] if before else None, summary.records[name].gap, channels),
+            _change(*held[name]) if name in held else "",
+        )
+        for name in worst[:MOST_RECORDS]
+    ]
+    rows.append(("all records", *_ratios(before.gap if before else None, summary.gap, channels), ""))
+    lines = table(("times the noise", *channels, "left out"), rows, right=set(range(1, len(channels) + 2)))
+    if len(worst) > len(rows) - 1:
+        lines.insert(-1, f"and {len(worst) - len(rows) + 1} more records with smaller gaps")
+    if held:
+        lines.append(
+            paragraph('"Left out": that record as foreseen from the others, only its own zero and start being fitted.')
+        )
+    return lines
+
+
+def _size(summary: DiscoverySummary, before: Before | None, name: str) -> float:
+    gap = before.records[name] if before else summary.records[name].gap
+    return math.inf if gap.total is None else gap.total
+
+
+def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:
+    cells = []
+    for channel in channels:
+        now = after.channels[channel].ratio
+        then = before.channels[channel].ratio if before else None
+        cells.append("" if now is None else f"{now:.2f}" if then is None else _change(then, now))
+    return cells
+
+
+def _change(before: float, after: float) -> str:
+    return f"{before:.2f}{ARROW}{after:.2f}"
+
+
+def _tried(summary: DiscoverySummary) -> list[str]:
+    """The candidates of each round; those of the last look where none was added."""
+    if not summary.rounds:
+        return [section("What was tried", _candidates(summary.ranking))]
+    if len(summary.rounds) == 1:
+        return [section("What was tried", _candidates(summary.rounds[0].ranking))]
+    return [
+        section(f"What was tried in round {number}", _candidates(found.ranking))
+        for number, found in enumerate(summary.rounds, 1)
+    ]
+
+
+def _candidates(ranking: Sequence[Candidate]) -> list[str]:
+    rows = [row for candidate in ranking[:MOST_CANDIDATES] for row in _candidate_rows(candidate)]
+    lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
+    others = len(ranking) - MOST_CANDIDATES
+    if others > 0:
+        lines.insert(-1, f"and {others} more that leave a larger gap")
+    return lines
+
+
+def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
+    names = candidate.effect.split(" + ")
+    values = [
+        _value(name.rpartition(".")[2], parameter)
+        for name, parameter in candidate.parameters.items()
+        if name.rpartition(".")[0] in names
+    ]
+    numbers = (f"{candidate.gap_after:.3f}", f"{candidate.evidence:.0f}")
+    lines = max(len(names), len(values), 1)
+    named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
+    said = values + [""] * (lines - len(values))
+    return [(named[i], *(numbers if i == 0 else ("", "")), said[i]) for i in range(lines)]
+
+
+def _value(name: str, parameter: ParameterSummary) -> str:
+    """A value with its error; the name is left out, the unit tells."""
+    value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
+    shown = "" if unit == "-" else f" {unit}"
+    return f"{value} +/- {error}{shown}" if error else f"{value}{shown}"
+
+
+def _alike(names: Sequence[str]) -> str:
+    return f"{' and '.join(names)} explain these records equally well."
+
+
+def _parameters(summary: DiscoverySummary) -> list[str]:
+    """Values before and after, with the intervals of the final ones."""
+    before = summary.before.parameters if summary.before and summary.added else {}
+    rows = []
+    for name, parameter in summary.parameters.items():
+        for label, value, error, unit, interval in parameter_rows(name, parameter):
+            then = before.get(name)
+            rows.append((label, _like(then, parameter, error) if then and value else "", value, error, unit, interval))
+    return table(("", "before", "after" if before else "value", "+/-", "unit", "95 % interval"), rows, right={1, 2, 3})
+
+
+def _like(then: ParameterSummary, now: ParameterSummary, error: str) -> str:
+    """An earlier value in the unit, and to the digits, of the later one."""
+    worth = shown_unit(now.value if now.value else now.std_error or 0.0, now.unit)[1]
+    decimals = len(error.partition(".")[2])
+    return f"{then.value / worth:.{decimals}f}" if error else f"{then.value / worth:.5g}"

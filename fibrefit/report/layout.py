@@ -1,0 +1,78 @@
+"""How a report stands on the terminal: sections, paragraphs, lists and tables in 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+WIDTH = 80
+
+
+def section(title: str, lines: Sequence[str]) -> str:
+    """Lines under an underlined title; nothing where there are none."""
+    return "\n".join([title, "-" * len(title), *lines]).rstrip() if lines else ""
+
+
+def paragraph(text: str) -> str:
+    """Text broken into lines."""
+    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def items(texts: Iterable[str]) -> list[str]:
+    """Each text as an item of a list."""
+    return [_hanging(text, "- ") for text in texts]
+
+
+def numbered(texts: Iterable[str]) -> list[str]:
+    """Each text as an item of a list, counted from 1."""
+    return [_hanging(text, f"{number}. ") for number, text in enumerate(texts, 1)]
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: set[int]) -> list[str]:
+    """Lines of a table with columns as wide as their content, and an empty one.
+
+    Parameters
+    ----------
+    head : tuple of str
+    rows : sequence of tuple of str
+        Columns that are empty throughout are left out, all but the first.
+    right : set of int
+        Columns that are flush right.
+
+    Returns
+    -------
+    list of str
+        Empty where there are no rows.
+    """
+    used = [i for i in range(len(head)) if i == 0 or any(row[i] for row in rows)]
+    if not rows:
+        return []
+    lines = [[row[i] for i in used] for row in (head, *rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(used))]
+    texts = []
+    for line in lines:
+        cells = [
+            cell.rjust(width) if used[column] in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ]
+        texts.append("  ".join(cells).rstrip())
+    return [*texts, ""]
+
+
+def shortened(name: str, width: int) -> str:
+    """A name cut in its middle, where names of records differ least, if it is longer than `width`."""
+    if len(name) <= width:
+        return name
+    kept = width - 3
+    return f"{name[: kept - kept // 2]}...{name[len(name) - kept // 2 :]}"
+
+
+def _hanging(text: str, lead: str) -> str:
+    return textwrap.fill(
+        text,
+        WIDTH,
+        initial_indent=lead,
+        subsequent_indent=" " * len(lead),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
