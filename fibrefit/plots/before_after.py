@@ -1,0 +1,132 @@
+"""One record before and after: measured, both simulations on the same axes, both residuals, the disagreement shaded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.lines import draw_line, mark_masked, thinned
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.records import Compared
+from fibrefit.plots.style import (
+    MEASURED,
+    PALE,
+    SIMULATED,
+    SMALL,
+    VERMILLION,
+    YELLOW,
+    label,
+    legend,
+    new_figure,
+    stack,
+    title,
+)
+
+if TYPE_CHECKING:
+    from fibrefit.discover.finding import Place
+
+LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 16.0, 10.0, 4.5
+TALL, LOW = 32.0, 22.0
+BAND = 2.0
+"""Half-width of the noise band, in noise rms."""
+SMOOTH = 0.004
+"""Length in s over which residuals are averaged, so that what is systematic stands out of the noise."""
+
+
+def before_after_figure(before: Fitted, after: Fitted | None, record: int, places: Sequence[Place]) -> Figure:
+    """Channels of one record.
+
+    Parameters
+    ----------
+    before, after : Fitted
+        Of the model the search began with and of the final one; None where they are the same.
+    record : int
+    places : sequence of Place
+        Where the first model goes wrong in this record.
+    """
+    channels = before.compared(record)
+    finals = after.compared(record) if after else [None] * len(channels)
+    heights = [TALL, LOW] * len(channels)
+    figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
+    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    title(figure, before.records[record], before.conditions(record))
+    label(axes[-1], x="time / s")
+    for i, (first, final) in enumerate(zip(channels, finals, strict=True)):
+        upper, lower = axes[2 * i], axes[2 * i + 1]
+        mine = [place for place in places if place.channel == first.name]
+        for panel in (upper, lower):
+            for place in mine:
+                panel.axvspan(place.from_s, place.to_s, facecolor=YELLOW, alpha=0.35, edgecolor="none", zorder=0)
+        _shares(upper, mine)
+        _curves(upper, first, final)
+        _residuals(lower, first, final)
+    legend(axes[0], loc="lower right", bbox_to_anchor=(1.005, 1.0), ncols=4)
+    axes[0].set_xlim(channels[0].times[0], channels[0].times[-1])
+    figure.align_ylabels(axes)
+    return figure
+
+
+def _shares(axes: Axes, places: Sequence[Place]) -> None:
+    """The share of the whole gap that lies in each place, unless it is too small to be read beside the others."""
+    for place in places:
+        if place.share >= 0.03:
+            axes.text(
+                0.5 * (place.from_s + place.to_s), 0.97, f"{100 * place.share:.0f} %",
+                transform=axes.get_xaxis_transform(), fontsize=SMALL, color="0.3", ha="center", va="top",
+            )  # fmt: skip
+
+
+def _curves(axes: Axes, first: Compared, final: Compared | None) -> None:
+    unit, worth = readable_unit(np.concatenate([first.measured, first.simulated]), first.unit)
+    draw_line(axes, first.times, first.measured / worth, label="measured", **MEASURED)
+    colour = {**SIMULATED, "color": VERMILLION}
+    draw_line(axes, first.times, first.simulated / worth, label="first model" if final else "the model", **colour)
+    if final is not None:
+        draw_line(axes, final.times, final.simulated / worth, label="final model", **SIMULATED)
+    mark_masked(axes, first.times, np.isnan(first.measured))
+    label(axes, y=axis_label(first.name, unit))
+    axes.margins(y=0.12)
+
+
+def _residuals(axes: Axes, first: Compared, final: Compared | None) -> None:
+    noise = first.noise or 0.0
+    step = float(np.median(np.diff(first.times)))
+    width = max(round(SMOOTH / step), 1)
+    shown = [_smooth(first.measured - first.simulated, width)]
+    if final is not None:
+        shown.append(_smooth(final.measured - final.simulated, width))
+    largest = max(float(np.nanmax(np.abs(line), initial=0.0)) for line in shown)
+    unit, worth = readable_unit(np.array([max(largest, noise)]), first.unit)
+    axes.axhspan(-BAND * noise / worth, BAND * noise / worth, facecolor=PALE, edgecolor="none", zorder=0.5)
+    axes.axhline(0.0, color="0.5", linewidth=0.4)
+    x, y = thinned(first.times, shown[0] / worth)
+    axes.fill_between(x, y, 0.0, facecolor=VERMILLION, alpha=0.45, edgecolor="none")
+    axes.plot(x, y, color=VERMILLION, linewidth=0.4)
+    if len(shown) > 1:
+        draw_line(axes, first.times, shown[1] / worth, **{**SIMULATED, "linewidth": 0.5})
+    reach = max(1.08 * largest, 1.5 * BAND * noise) / worth
+    axes.set_ylim(-reach, reach)
+    label(axes, y=axis_label("residual", unit))
+    said = " \N{RIGHTWARDS ARROW} ".join(f"{_ratio(one):.2f}" for one in (first, final) if one is not None)
+    said = (
+        f"measured \N{MINUS SIGN} simulated over {1e3 * SMOOTH:.0f} ms: {said} times the noise;  band: ±{BAND:.0f} rms"
+    )
+    axes.text(1.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
+
+
+def _smooth(values: np.ndarray, width: int) -> np.ndarray:
+    """Running mean; missing samples are left out of it."""
+    known = np.isfinite(values)
+    window = np.ones(width)
+    number = np.convolve(known, window, mode="same")
+    with np.errstate(invalid="ignore"):
+        return np.where(number > 0, np.convolve(np.where(known, values, 0.0), window, mode="same") / number, np.nan)
+
+
+def _ratio(one: Compared) -> float:
+    return float(np.sqrt(np.nanmean((one.measured - one.simulated) ** 2)) / (one.noise or np.nan))

@@ -1,0 +1,84 @@
+"""Where model and measurement part: in which phase of the motion, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from fibrefit.discover.where import phase_shares
+from fibrefit.plots.style import KINDS, SMALL, label, legend, new_figure, place, title
+
+if TYPE_CHECKING:
+    from fibrefit.discover.finding import Place
+    from fibrefit.fit.result import Identification
+
+TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
+LETTER = 1.25
+LEAST_ROWS = 4
+
+
+def places_figure(found: Identification, places: Sequence[Place]) -> Figure:
+    """Shares of the gap by phase on the left, the stretches that hold most of it on the right.
+
+    Parameters
+    ----------
+    found : Identification
+        Of the model the search began with.
+    places : sequence of Place
+    """
+    records = found.problem.layout.records
+    height = ROW * max(len(records), LEAST_ROWS)
+    figure = new_figure(TOP + BOTTOM + height)
+    title(figure, "Where the first model goes wrong", "share of the gap beyond noise")
+    across = figure.get_size_inches()[0] * 25.4
+    axes = place(figure, 26.0, BOTTOM, SHARES, height)
+    channels = found.problem.model.rig.channels
+    _phases(axes, phase_shares(found), channels)
+    left = 26.0 + SHARES + BETWEEN + LETTER * max(map(len, records))
+    _times(place(figure, left, BOTTOM, across - left - RIGHT, height), found, places, channels)
+    return figure
+
+
+def _phases(axes: Axes, shares: dict[tuple[str, str], float], channels: Sequence[str]) -> None:
+    phases = list(dict.fromkeys(phase for _, phase in shares))
+    base = np.zeros(len(phases))
+    for channel, (colour, _) in zip(channels, KINDS, strict=False):
+        widths = np.array([shares[channel, phase] for phase in phases])
+        axes.barh(range(len(phases)), widths, left=base, height=0.66, color=colour, label=channel)
+        base += widths
+    axes.set_yticks(range(len(phases)), phases)
+    axes.set_ylim(len(phases) - 0.5, -0.5)
+    axes.set_xlim(0.0, 1.08 * max(float(base.max()), 0.05))
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axes.tick_params(axis="y", length=0)
+    label(axes, x="of the gap lies in this phase")
+    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.0)
+
+
+def _times(axes: Axes, found: Identification, places: Sequence[Place], channels: Sequence[str]) -> None:
+    records = found.problem.layout.records
+    times = np.asarray(found.problem.observations.experiment.times)
+    counts = np.asarray(found.problem.observations.experiment.count)
+    for r, count in enumerate(counts):
+        axes.plot(times[r, [0, count - 1]], [r, r], color="0.8", linewidth=0.8, zorder=0)
+    colours = dict(zip(channels, KINDS, strict=False))
+    for spot in places:
+        r, c = records.index(spot.record), channels.index(spot.channel)
+        height = 0.4 / len(channels)
+        low = r - 0.2 + c * height
+        axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel][0])
+        y, side = (low, "bottom") if c == 0 else (low + height, "top")
+        middle = 0.5 * (spot.from_s + spot.to_s)
+        axes.text(middle, y, f"{100 * spot.share:.0f} %", fontsize=SMALL, color="0.3", ha="center", va=side)
+    axes.set_yticks(range(len(records)), records)
+    axes.set_ylim(len(records) - 0.5, -0.5)
+    axes.set_xlim(float(times[:, 0].min()), float(times[np.arange(len(counts)), counts - 1].max()))
+    axes.tick_params(axis="y", length=0)
+    label(axes, x="time / s")
+    if not places:
+        axes.text(0.5, 0.5, "no stretch stands out of the noise", transform=axes.transAxes, ha="center", fontsize=SMALL)

@@ -1,0 +1,131 @@
+"""Residuals against the state of the rig: on what the disagreement depends."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, legend, new_figure, place, title
+from fibrefit.problem.phases import HELD
+
+STATES = {"position": "m", "speed": "m/s", "tension": "N"}
+"""States shown, with their SI units."""
+LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
+BINS, FEWEST = 24, 12
+CELLS = 44
+LOUDEST = 4.0
+"""Residual, in noise rms, at which the colours of the map end."""
+
+
+def states_figure(before: Fitted, after: Fitted | None) -> Figure:
+    """Mean residual and its spread in bins of each state, before and after.
+
+    Parameters
+    ----------
+    before, after : Fitted
+        None where the model did not change.
+    """
+    channels = before.channels
+    figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
+    title(figure, "Residual against the state of the rig", "while the weight moves; grey: ± 1 noise rms")
+    across, up = figure.get_size_inches() * 25.4
+    width = (across - LEFT - RIGHT - BETWEEN * (len(STATES) - 1)) / len(STATES)
+    for row, channel in enumerate(channels):
+        for column, (state, si) in enumerate(STATES.items()):
+            bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)
+            axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, HEIGHT)
+            axes.axhspan(-1.0, 1.0, facecolor=PALE, edgecolor="none", zorder=0)
+            axes.axhline(0.0, color="0.5", linewidth=0.4)
+            unit, worth = readable_unit(_of_state(before, state), si)
+            for fitted, colour, said in ((before, VERMILLION, "first model"), (after, BLUE, "final model")):
+                if fitted is not None:
+                    _band(axes, _of_state(fitted, state) / worth, _residual(fitted, row), colour, said)
+            if row == len(channels) - 1:
+                label(axes, x=axis_label(state, unit))
+            if column == 0:
+                label(axes, y=f"{channel} residual / noise")
+            if row == column == 0:
+                legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+    return figure
+
+
+def map_figure(before: Fitted, after: Fitted | None) -> Figure:
+    """Mean residual over the plane of position and speed, for each channel before and after.
+
+    Parameters
+    ----------
+    before, after : Fitted
+        None where the model did not change.
+    """
+    stages = [("first model", before)] + ([("final model", after)] if after is not None else [])
+    channels = before.channels
+    height = 46.0
+    figure = new_figure(TOP + BOTTOM + len(channels) * (height + GAP) - GAP)
+    title(figure, "Mean residual over position and speed", "in units of the noise")
+    across, up = figure.get_size_inches() * 25.4
+    width = (across - LEFT - 20.0 - BETWEEN) / 2
+    for row, channel in enumerate(channels):
+        bottom = up - TOP - height - row * (height + GAP)
+        for column, (said, fitted) in enumerate(stages):
+            axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, height)
+            mesh = _map(axes, fitted, row)
+            if row == 0:
+                axes.text(0.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
+            if column == 0:
+                axes.text(
+                    1.0, 1.02, channel, transform=axes.transAxes, fontsize=SMALL, color="0.25", ha="right", va="bottom"
+                )
+                label(axes, y=axis_label("speed", "mm/s"))
+            if row == len(channels) - 1:
+                label(axes, x=axis_label("position", "mm"))
+        side = LEFT + len(stages) * (width + BETWEEN) - BETWEEN + 4.0
+        bar = place(figure, side, bottom, 2.5, height)
+        figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LOUDEST, -2, 0, 2, LOUDEST])
+        bar.tick_params(labelsize=SMALL, width=0.5, length=2)
+    return figure
+
+
+def _moving(fitted: Fitted) -> np.ndarray:
+    within = np.arange(fitted.found.motion.phase.shape[1]) < fitted.counts[:, None]
+    return within & (fitted.found.motion.phase != HELD)
+
+
+def _of_state(fitted: Fitted, state: str) -> np.ndarray:
+    return fitted.found.motion.states[state][_moving(fitted)]
+
+
+def _residual(fitted: Fitted, channel: int) -> np.ndarray:
+    """Measured minus simulated while moving, in units of the noise."""
+    return -fitted.found.residuals[:, channel][_moving(fitted)]
+
+
+def _band(axes: Axes, state: np.ndarray, residual: np.ndarray, colour: str, said: str) -> None:
+    low, high = np.quantile(state, (0.002, 0.998))
+    edges = np.linspace(float(low), float(high), BINS + 1)
+    index = np.clip(np.digitize(state, edges) - 1, 0, BINS - 1)
+    number = np.bincount(index, minlength=BINS)
+    enough = number >= FEWEST
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(index, residual, BINS) / number
+        spread = np.sqrt(np.bincount(index, residual**2, BINS) / number - mean**2)
+    centre = 0.5 * (edges[1:] + edges[:-1])[enough]
+    mean, spread = mean[enough], spread[enough]
+    axes.fill_between(centre, mean - spread, mean + spread, facecolor=colour, alpha=0.2, edgecolor="none")
+    axes.plot(centre, mean, color=colour, linewidth=1.0, label=said)
+
+
+def _map(axes: Axes, fitted: Fitted, channel: int) -> QuadMesh:
+    x, y = (1e3 * _of_state(fitted, state) for state in ("position", "speed"))
+    residual = _residual(fitted, channel)
+    number, edges_x, edges_y = np.histogram2d(x, y, CELLS)
+    total, _, _ = np.histogram2d(x, y, (edges_x, edges_y), weights=residual)
+    mean = np.ma.masked_where(number == 0, total / np.maximum(number, 1))
+    axes.axhline(0.0, color=GREY, linewidth=0.4, zorder=0)
+    return axes.pcolormesh(
+        edges_x, edges_y, mean.T, cmap=colormaps["RdBu_r"], vmin=-LOUDEST, vmax=LOUDEST, rasterized=True
+    )
