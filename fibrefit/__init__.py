@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from fibrefit.records import Record
     from fibrefit.study import Study
-    from fibrefit.workflow import Fit, Simulation
+    from fibrefit.workflow import Discovery, Fit, Simulation
 
-__all__ = ["fit", "load_study", "read_record", "simulate"]
+__all__ = ["discover", "fit", "load_study", "read_record", "simulate"]
 
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
@@ -145,6 +145,64 @@ def fit(
     from fibrefit.workflow import fit_study
 
     return fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+
+
+def discover(
+    study: Study,
+    *,
+    max_effects: int = 3,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    also: Sequence[str] = (),
+    seed: int = 0,
+    choose: Callable[[Sequence[Any]], str | None] | None = None,
+    progress: Callable[[str, float | None], None] | None = None,
+) -> Discovery:
+    """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
+
+    Parameters
+    ----------
+    study : Study
+    max_effects : int
+        Most effects that are added.
+    only : sequence of str
+        Try nothing but these: names of the catalogue, patterns such as ``guide.*``, or ``my_effects.py:MyEffect``.
+    exclude : sequence of str
+        Names or patterns to leave out.
+    also : sequence of str
+        Effects of your own, tried beside those of the catalogue.
+    seed : int
+        Of the scatter of starts; the same seed gives the same result.
+    choose : callable, optional
+        Given the candidates of a round, best first, names the effect to add, or None to add no more.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Discovery
+        With ``verdict``, ``added``, ``parameters``, ``final`` (the study of the final model), ``finding``, ``report()``,
+        ``summary()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If the study and the model do not fit together.
+    UsageError
+        If the effects to try are not known, or none is left.
+
+    Examples
+    --------
+    >>> found = fibrefit.discover(fibrefit.load_study("configs/drop_series"))
+    >>> found.verdict
+    'nothing_missing'
+    """
+    from fibrefit.workflow import discover_study
+
+    tried = {"only": only, "exclude": exclude, "also": also}
+    return discover_study(study, max_effects=max_effects, **tried, seed=seed, choose=choose, progress=progress)
 
 
 def simulate(study: Study) -> Simulation:

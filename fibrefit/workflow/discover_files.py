@@ -1,0 +1,173 @@
+"""A discovery as the files of a result: the summary, the groups of ``result.h5``, and the study of the final model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fibrefit.discover.finding import Candidate, Finding, Place, Unexplained
+from fibrefit.records import Record
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study import Study
+from fibrefit.study import summaries as s
+from fibrefit.study.parameters import ParameterSetting, ParameterTable
+from fibrefit.workflow.advice import next_steps
+from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_summary, parameter_summary
+
+
+def discovery_summary(
+    study: Study, records: Sequence[Record], finding: Finding, origin: s.Provenance
+) -> s.DiscoverySummary:
+    """Content of ``summary.json`` of a discovery."""
+    final = fit_summary(study, records, finding.after, origin)
+    shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {"advice": next_steps(finding)}
+    return s.DiscoverySummary(
+        **shared,
+        verdict=finding.verdict,
+        reason=finding.reason,
+        added=tuple(effect.name for effect in finding.added),
+        rounds=tuple(
+            s.Round(
+                added=found.added,
+                gap_before=found.gap_before,
+                gap_after=found.gap_after,
+                where=_places(found.where),
+                ranking=tuple(map(_candidate, found.ranking)),
+                sentence=found.sentence,
+            )
+            for found in finding.rounds
+        ),
+        cannot_tell_apart=finding.cannot_tell_apart,
+        unexplained=_unexplained(finding.unexplained),
+        before=_before(finding),
+        held_out=tuple(
+            s.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
+            for held in finding.held_out
+        ),
+        ranking=tuple(map(_candidate, finding.ranking)),
+    )
+
+
+def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
+    """Study of the final model: with what was added, starting at the values that were found.
+
+    Parameters
+    ----------
+    study : Study
+        The one the search began with.
+    finding : Finding
+    added : sequence of str
+        Effects that were added, by the names a study gives them.
+
+    Returns
+    -------
+    Study
+        The same where the fits could not be trusted: their values are no place to start from.
+    """
+    if finding.verdict == "not_trusted":
+        return study
+    found: dict[str, list[float]] = {}
+    for estimate in finding.after.estimates:
+        if estimate.free and np.isfinite(estimate.value):
+            found.setdefault(estimate.name, []).append(estimate.value)
+    declared = {parameter.name: parameter for parameter in finding.after.problem.model.parameters}
+    parameters = dict(study.parameters)
+    for name, setting in study.settings(declared).items():
+        if name in found:
+            # A value at a bound may lie a rounding error beyond it, where no start is allowed.
+            lower, upper = (default if limit is None else limit for limit, default in _limits(setting))
+            value = float(np.clip(np.mean(found[name]), lower, upper))
+            table = parameters.get(name, ParameterTable())
+            parameters[name] = table.model_copy(update={"initial": _written(value, setting.unit)})
+    model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
+    return study.model_copy(update={"model": model, "parameters": parameters})
+
+
+def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: those of the final fit, the readings before, and how every candidate did."""
+    readings = fit_groups(finding.before)["predictions"]
+    return {
+        **fit_groups(finding.after),
+        "predictions_before": readings,
+        "discovery": _trials(finding),
+        "held_out": {
+            "record": Variable(_text(held.record for held in finding.held_out), ("record",)),
+            "gap_before": Variable(np.array([held.gap_before for held in finding.held_out]), ("record",)),
+            "gap_after": Variable(np.array([held.gap_after for held in finding.held_out]), ("record",)),
+        },
+    }
+
+
+def _trials(finding: Finding) -> dict[str, Variable]:
+    looks = [found.ranking for found in finding.rounds] or [finding.ranking]
+    trials = [(number, candidate) for number, look in enumerate(looks, 1) for candidate in look]
+    values = [(i, name, *numbers) for i, (_, c) in enumerate(trials) for name, numbers in c.parameters.items()]
+    return {
+        "round": Variable(np.array([number for number, _ in trials], dtype=int), ("trial",), doc="Counted from 1."),
+        "effect": Variable(_text(candidate.effect for _, candidate in trials), ("trial",)),
+        "gap_after": Variable(np.array([c.gap_after for _, c in trials], dtype=float), ("trial",)),
+        "evidence": Variable(
+            np.array([c.evidence for _, c in trials], dtype=float),
+            ("trial",),
+            doc="Gain in twice the log likelihood, less what chance gives.",
+        ),
+        "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
+        "parameter": Variable(_text(v[1] for v in values), ("value",)),
+        "estimate": Variable(np.array([v[2] for v in values], dtype=float), ("value",), doc="In `unit`."),
+        "std_error": Variable(np.array([v[3] for v in values], dtype=float), ("value",), doc="In `unit`."),
+        "unit": Variable(_text(v[4] for v in values), ("value",)),
+    }
+
+
+def _text(words: object) -> np.ndarray:
+    return np.array(list(words), dtype=object)  # type: ignore[call-overload]
+
+
+def _limits(setting: ParameterSetting) -> tuple[tuple[float | None, float], ...]:
+    return (setting.lower, -np.inf), (setting.upper, np.inf)
+
+
+def _written(value: float, unit: str) -> str | float:
+    return value if unit == "-" else f"{value!r} {unit}"
+
+
+def _before(finding: Finding) -> s.Before:
+    before = finding.before
+    return s.Before(
+        status=before.status,
+        effects=tuple(effect.name for effect in before.problem.model.effects),
+        parameters={name: parameter_summary(estimate) for name, estimate in before.parameters.items()},
+        gap=gap_summary(before.gap),
+        records={name: gap_summary(gap) for name, gap in before.record_gaps.items()},
+    )
+
+
+def _candidate(candidate: Candidate) -> s.Candidate:
+    return s.Candidate(
+        effect=candidate.effect,
+        gap_after=candidate.gap_after,
+        evidence=candidate.evidence,
+        parameters={
+            name: s.ParameterSummary(value=value, std_error=finite(error), unit=unit)
+            for name, (value, error, unit) in candidate.parameters.items()
+        },
+    )
+
+
+def _places(places: Sequence[Place]) -> tuple[s.Place, ...]:
+    return tuple(
+        s.Place(
+            record=place.record,
+            channel=place.channel,
+            from_s=place.from_s,
+            to_s=place.to_s,
+            phase=place.phase,
+            share=place.share,
+        )
+        for place in places
+    )
+
+
+def _unexplained(left: Unexplained) -> s.Unexplained:
+    return s.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None)
