@@ -18,6 +18,7 @@ COMMANDS = {
     "inspect": "Say what was understood of records or of a study.",
     "simulate": "Compute the response of the model to the conditions of each record.",
     "fit": "Identify the parameters by least squares.",
+    "discover": "Find what the model lacks, name it, add it.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
     "doctor": "Check the installation.",

@@ -108,10 +108,30 @@ def result_directory(study: Study, out: Path | None, force: bool, *settings: str
     UsageError
         If it exists and may not be replaced.
     """
-    from fibrefit.store.directory import ResultDirectory, default_directory
+    from fibrefit.store.directory import ResultDirectory
+
+    folder = named_directory(study, out, *settings)
+    ResultDirectory(folder, force=force).check()
+    return folder
+
+
+def named_directory(study: Study, out: Path | None, *settings: str) -> Path:
+    """Folder of the result, whether or not it may be written.
+
+    Parameters
+    ----------
+    study : Study
+    out : pathlib.Path or None
+    settings : str
+        As for `result_directory`.
+
+    Returns
+    -------
+    pathlib.Path
+        `out`, or ``results/<study>-<hash>``.
+    """
+    from fibrefit.store.directory import default_directory
     from fibrefit.store.files import sha256_of
 
     digests = [sha256_of(path) for path in study.input_files() if path.is_file()]
-    folder = out or default_directory(study.name, study.resolved_toml(), *digests, *settings)
-    ResultDirectory(folder, force=force).check()
-    return folder
+    return out or default_directory(study.name, study.resolved_toml(), *digests, *settings)

@@ -1,0 +1,96 @@
+"""Asking a person which of the candidates is to be added: on stderr, answered on stdin, by hand or through a pipe."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from fibrefit.cli.progress import Progress
+from fibrefit.cli.terminal import Terminal
+from fibrefit.core.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from fibrefit.discover.finding import Candidate
+
+STOP = ("s", "stop")
+JOINT = " + "
+
+
+def asked(candidates: Sequence[Candidate]) -> str | None:
+    """Effect a person chooses among the candidates of a round.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+        Best first.
+
+    Returns
+    -------
+    str or None
+        None where nothing is to be added any more, or where nobody answers.
+    """
+    offered = distinct(candidates)
+    _list(candidates, offered)
+    names = list(offered)
+    while True:
+        click.echo(
+            f"Which one is added? 1 to {len(names)}, a name, Enter for the first, s to stop: ", err=True, nl=False
+        )
+        line = sys.stdin.readline()
+        word = line.strip()
+        if not line or word.lower() in STOP:
+            click.echo("" if line else "no answer: stopped", err=True)
+            return None
+        chosen = names[0] if not word else _named(word, names)
+        if chosen is not None:
+            return offered[chosen]
+        click.echo(f'"{word}" is none of them. {did_you_mean(word, names)}'.rstrip(), err=True)
+
+
+def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
+    """What each candidate is called, and the name by which the search knows it from those before it.
+
+    A search takes the first candidate that holds the effect it is told. Candidates that no effect tells from an
+    earlier one are left out.
+    """
+    offered: dict[str, str] = {}
+    seen: set[str] = set()
+    for candidate in candidates:
+        own = [name for name in candidate.effect.split(JOINT) if name not in seen]
+        if own:
+            offered[candidate.effect] = own[-1]
+        seen |= set(candidate.effect.split(JOINT))
+    return offered
+
+
+@contextmanager
+def told_steps(terminal: Terminal) -> Iterator[Progress]:
+    """Say each step of the work once, on a line of its own: a moving bar would hide the questions."""
+    last = ""
+
+    def tell(doing: str, share: float | None) -> None:
+        nonlocal last
+        if doing != last:
+            terminal.remark(f"... {doing}")
+            last = doing
+
+    yield tell
+
+
+def _list(candidates: Sequence[Candidate], offered: dict[str, str]) -> None:
+    shown = [candidate for candidate in candidates if candidate.effect in offered]
+    width = max(len(candidate.effect) for candidate in shown)
+    click.echo(f"\n    {'effect':<{width}}  gap after  evidence", err=True)
+    for number, candidate in enumerate(shown, 1):
+        numbers = f"{candidate.gap_after:>9.3f}  {candidate.evidence:>8.0f}"
+        click.echo(f"{number:>2}  {candidate.effect:<{width}}  {numbers}", err=True)
+
+
+def _named(word: str, names: Sequence[str]) -> str | None:
+    if word.isdecimal():
+        return names[int(word) - 1] if 1 <= int(word) <= len(names) else None
+    return word if word in names else None

@@ -1,0 +1,72 @@
+"""``fibrefit discover``: find what the model lacks, name it, add it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fibrefit.cli.choosing import asked, told_steps
+from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study.summaries import DiscoverySummary
+
+#: Exit code of a run that ended but whose result did not pass its own checks.
+NOT_TRUSTED = 5
+
+
+@click.command("discover")
+@study_options
+@click.option("--max-effects", type=click.IntRange(1), default=3, show_default=True, help="Most effects to add.")
+@click.option(
+    "--only", multiple=True, metavar="EFFECT", help='Try only this effect or pattern ("guide.*"), repeatable.'
+)
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not try this effect or pattern, repeatable.")
+@click.option("--also", multiple=True, metavar="FILE.py:CLASS", help="Try an effect of your own too, repeatable.")
+@click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    files: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    force: bool,
+    seed: int,
+    interactive: bool,
+    **tried: Any,
+) -> int:
+    """Find what the model of STUDY lacks: where it goes wrong, which effect accounts for it, and the gap it closes.
+
+    Names are those of `fibrefit effects`. The folder of the result holds a study.toml of the final model. The same
+    search is not made twice: a result that is there already is shown again, unless --force is given.
+    """
+    study = study_from(files, rig, overrides)
+    from fibrefit.store import ResultDirectory
+    from fibrefit.workflow.discover import Options, discover_study, finished
+
+    options = Options(seed=seed, **tried)
+    folder = named_directory(study, out, "discover", repr(options), str(interactive))
+    if not (force or interactive) and (known := finished(folder, study, options)) is not None:
+        terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
+        return _answered(terminal, known)
+    ResultDirectory(folder, force=force).check()
+    with told_steps(terminal) if interactive else shown_progress(terminal) as progress:
+        found = discover_study(study, **tried, seed=seed, choose=asked if interactive else None, progress=progress)
+        progress("drawing and writing", None)
+        found.save(folder, force=force)
+    code = _answered(terminal, found.summary())
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml of the final model, figures.")
+    return code
+
+
+def _answered(terminal: Terminal, summary: DiscoverySummary) -> int:
+    from fibrefit.report.discovery import discovery_report
+
+    terminal.answer(discovery_report(summary), summary.model_dump(mode="json", by_alias=True))
+    return NOT_TRUSTED if summary.verdict == "not_trusted" or summary.status == "failed" else 0
