@@ -13,6 +13,8 @@ from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 
 DRAWS = 3
+SMOOTH = 0.995
+"""Share of the samples that lie on no jump."""
 SMALL = 0.1
 """Share of the noise that is simulated, and scaled up after: what the fit then takes up is linear in it."""
 
@@ -52,7 +54,10 @@ def _left(draw: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         size = np.linalg.norm(columns, axis=0)
         columns = columns[:, size > 0.0] / size[size > 0.0]
         share = np.linalg.lstsq(columns.T @ columns, columns.T @ rows.ravel(), rcond=1e-10)[0]
-        left[r] = rows - (columns @ share).reshape(rows.shape)
+        rest = rows - (columns @ share).reshape(rows.shape)
+        # A sample on the other side of a jump in the force changes by the whole jump, however small the noise.
+        limit = np.quantile(np.abs(rest), SMOOTH, axis=1, keepdims=True)
+        left[r] = np.clip(rest, -limit, limit)
     return left
 
 
