@@ -26,6 +26,9 @@ STIFF = {"pulley.inertia", "pulley.bearing_friction", "drive.compliance", "fibre
 CLOSE_ENOUGH = 0.1
 ROUNDS = 12
 WEAK = 0.02
+DONE = 0.01
+WORTH_GOING_ON = 0.1
+NOTHING = 1e-3
 FIT_ROUNDS = 30
 TRIES = 6
 
@@ -148,13 +151,12 @@ def refit(task: Task, truth: Sequence[Channels], start: Refit | None = None) -> 
         better = _better(residuals, point, here, slopes, drop)
         gain = 0.0 if better is None else 1.0 - (better[1] @ better[1]) / (here @ here)
         if better is not None:
-            point, here, fresh = *better, False
-        if gain < 1e-3 and fresh:
+            point, here = better
+        if (gain < DONE and fresh) or rms(here) < NOTHING:
             break
-        if gain < 0.1:
-            if rms(here) < 1e-3:
-                break
-            slopes, fresh = _slopes(task, residuals, point, here), True
+        fresh = gain < WORTH_GOING_ON
+        if fresh:
+            slopes = _slopes(task, residuals, point, here)
     return Refit(point, slopes, rms(here))
 
 
