@@ -131,3 +131,19 @@ def test_what_was_understood_can_be_saved(path: Path) -> None:
     assert saved["schema"] == "fibrefit/understood/1"
     assert saved["columns"][0]["samples"] == 6
     assert all(len(line) <= 80 for line in describe(table))
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding", "header"),
+    [
+        ("02_excel_de_cp1252.csv", "cp1252", "Verschiebung [µm]"),
+        ("03_excel_cz_cp1250.csv", "cp1250", "Síla v laně [N]"),
+        ("04_excel_utf8_bom_sepline.csv", "UTF-8", "Kraft"),
+        ("15_zwick_like.csv", "cp1252", "Standardkraft"),
+        ("17_utf16.txt", "UTF-16", "Kraft [N]"),
+    ],
+)
+def test_encodings(name: str, encoding: str, header: str) -> None:
+    table = read_table(LOGGERS / name)
+    assert table.layout["encoding"] == encoding
+    assert header in [column.header for column in table.columns]
