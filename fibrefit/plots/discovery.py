@@ -40,7 +40,9 @@ def discovery_figures(finding: Finding) -> Figures:
     if not looks and finding.ranking:
         looks = [(finding.ranking, finding.unexplained.gap, "")]
     for number, look in enumerate(looks, 1):
-        figures["candidates" if number == 1 else f"candidates {number}"] = candidates_figure(*look)
+        figures["candidates" if number == 1 else f"candidates {number}"] = candidates_figure(
+            *look, finding.before.expected_gap
+        )
     places = finding.rounds[0].where if finding.rounds else finding.unexplained.where
     figures["places"] = places_figure(finding.before, places)
     figures["states"] = states_figure(before, after if changed else None)

@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from fibrefit.discover.finding import Candidate, Finding
 
 TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
+NUMBERS = 26.0
+"""Room for numbers beside the bars, in mm."""
 LETTER = 1.25
 """Width of a small letter, in mm, not less."""
 LONGEST = 34
-NOISE = 1.1
-"""Gap up to which only noise is left."""
+ONLY_NOISE = 1.1
+"""Gap, over that of noise alone, up to which only noise is left."""
 MOST_CANDIDATES = 16
 WIDE = 8.0
 """Ratio of largest to smallest gap beyond which an axis is logarithmic."""
@@ -46,26 +48,27 @@ def gap_figure(finding: Finding) -> Figure:
         columns["left out"] = {held.record: (held.gap_before, held.gap_after) for held in finding.held_out}
     left = 5.0 + LETTER * min(max(map(len, names)), LONGEST)
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
-    changed = after is not before
-    title(figure, "The gap before and after" if changed else "The gap", "1 is a model that leaves only noise")
+    changed, noise = after is not before, after.expected_gap
+    title(
+        figure, "The gap before and after" if changed else "The gap", f"{noise:.3g} is a model that leaves only noise"
+    )
     across, up = figure.get_size_inches() * 25.4
     width = (across - left - RIGHT - BETWEEN * (len(columns) - 1)) / len(columns)
     for i, (column, pairs) in enumerate(columns.items()):
         axes = place(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
-        _pairs(axes, [pairs.get(name) for name in names], changed)
+        _pairs(axes, [pairs.get(name) for name in names], changed, noise)
         axes.set_yticks(range(len(names)), [_cut(name) for name in names] if i == 0 else [""] * len(names))
         label(axes, x=f"{column} / noise" if column in before.gap else "foreseen from the others / noise")
         if i == 0:
-            across_up = figure.get_size_inches() * 25.4
-            legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0 + 0.5 / (across_up[1] - TOP - BOTTOM)))
+            legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
 
-def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool) -> None:
+def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float) -> None:
     there = [(row, *pair) for row, pair in enumerate(pairs) if pair is not None]
     rows, before, after = (np.array(column) for column in zip(*there, strict=True))
-    axes.axvspan(0.0, NOISE, facecolor=PALE, edgecolor="none", zorder=0)
-    axes.axvline(1.0, color=GREY, linewidth=0.6)
+    axes.axvspan(0.0, ONLY_NOISE * noise, facecolor=PALE, edgecolor="none", zorder=0)
+    axes.axvline(noise, color=GREY, linewidth=0.6)
     if changed:
         axes.hlines(rows, np.minimum(before, after), np.maximum(before, after), color=GREY, linewidth=0.8, zorder=1)
         axes.plot(before, rows, linestyle="none", marker="s", markersize=4.0, color=VERMILLION, label="before")
@@ -85,7 +88,7 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool) -> None:
     axes.grid(axis="y", color="0.92", linewidth=0.5, zorder=-1)
 
 
-def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: str) -> Figure:
+def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: str, noise: float) -> Figure:
     """What gap each candidate would leave, best first.
 
     Parameters
@@ -95,6 +98,8 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
         Without any of them.
     added : str
         The one that was added; empty if none was.
+    noise : float
+        Gap that noise alone leaves.
     """
     shown = list(ranking[:MOST_CANDIDATES])
     names = [_cut(candidate.effect, 2 * LONGEST) for candidate in shown]
@@ -103,11 +108,12 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     others = len(ranking) - len(shown)
     title(figure, "What each effect would leave", f"and {others} more that leave a larger gap" if others else "")
     across, up = figure.get_size_inches() * 25.4
-    axes = place(figure, left, BOTTOM, across - left - 26.0, up - TOP - BOTTOM)
+    axes = place(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
+    beside = 1.0 + (NUMBERS - RIGHT) / (across - left - NUMBERS)
     gaps = np.array([candidate.gap_after for candidate in shown])
     colours = [BLUE if candidate.effect == added else "0.72" for candidate in shown]
     axes.barh(range(len(shown)), gaps, height=0.68, color=colours)
-    axes.axvline(1.0, color=GREY, linewidth=0.6)
+    axes.axvline(noise, color=GREY, linewidth=0.6)
     axes.axvline(gap_before, color=VERMILLION, linewidth=0.9)
     reach = 1.05 * max(gap_before, float(gaps.max()), 1.2)
     axes.set_xlim(0.0, reach)
@@ -115,13 +121,21 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     axes.set_yticks(range(len(shown)), names)
     axes.tick_params(axis="y", length=0)
     over = axes.get_xaxis_transform()
-    axes.text(1.0, 1.01, "noise", transform=over, fontsize=SMALL, color="0.35", ha="center", va="bottom")
+    axes.text(noise, 1.01, "noise", transform=over, fontsize=SMALL, color="0.35", ha="center", va="bottom")
     axes.text(gap_before, 1.01, "without", transform=over, fontsize=SMALL, color=VERMILLION, ha="center", va="bottom")
-    beside = axes.get_yaxis_transform()
-    axes.text(1.22, 1.01, "evidence", transform=axes.transAxes, fontsize=SMALL, color="0.35", ha="right", va="bottom")
+    axes.text(beside, 1.01, "evidence", transform=axes.transAxes, fontsize=SMALL, color="0.35", ha="right", va="bottom")
     for row, candidate in enumerate(shown):
         said = f"{candidate.evidence:,.0f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{THIN SPACE}")
-        axes.text(1.22, row, said, transform=beside, fontsize=SMALL, color="0.25", ha="right", va="center")
+        axes.text(
+            beside,
+            row,
+            said,
+            transform=axes.get_yaxis_transform(),
+            fontsize=SMALL,
+            color="0.25",
+            ha="right",
+            va="center",
+        )
     label(axes, x="gap left, in units of the noise")
     axes.xaxis.label.set_fontsize(USUAL)
     return figure

@@ -72,7 +72,7 @@ def _times(axes: Axes, found: Identification, places: Sequence[Place], channels:
         height = 0.4 / len(channels)
         low = r - 0.2 + c * height
         axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel][0])
-        y, side = (low, "bottom") if c == 0 else (low + height, "top")
+        y, side = (low - 0.03, "bottom") if c == 0 else (low + height + 0.05, "top")
         middle = 0.5 * (spot.from_s + spot.to_s)
         axes.text(middle, y, f"{100 * spot.share:.0f} %", fontsize=SMALL, color="0.3", ha="center", va=side)
     axes.set_yticks(range(len(records)), records)

@@ -17,7 +17,7 @@ STATES = {"position": "m", "speed": "m/s", "tension": "N"}
 """States shown, with their SI units."""
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
 BINS, FEWEST = 24, 12
-CELLS = 44
+CELLS, PLANE = 44, 46.0
 LOUDEST = 4.0
 """Residual, in noise rms, at which the colours of the map end."""
 
@@ -63,30 +63,25 @@ def map_figure(before: Fitted, after: Fitted | None) -> Figure:
         None where the model did not change.
     """
     stages = [("first model", before)] + ([("final model", after)] if after is not None else [])
-    channels = before.channels
-    height = 46.0
-    figure = new_figure(TOP + BOTTOM + len(channels) * (height + GAP) - GAP)
+    # A row for each channel; where nothing changed, the channels stand side by side.
+    panels = [(channel, stage) for channel in range(len(before.channels)) for stage in stages]
+    rows = -(-len(panels) // 2)
+    figure = new_figure(TOP + BOTTOM + rows * (PLANE + GAP) - GAP)
     title(figure, "Mean residual over position and speed", "in units of the noise")
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - 20.0 - BETWEEN) / 2
-    for row, channel in enumerate(channels):
-        bottom = up - TOP - height - row * (height + GAP)
-        for column, (said, fitted) in enumerate(stages):
-            axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, height)
-            mesh = _map(axes, fitted, row)
-            if row == 0:
-                axes.text(0.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
-            if column == 0:
-                axes.text(
-                    1.0, 1.02, channel, transform=axes.transAxes, fontsize=SMALL, color="0.25", ha="right", va="bottom"
-                )
-                label(axes, y=axis_label("speed", "mm/s"))
-            if row == len(channels) - 1:
-                label(axes, x=axis_label("position", "mm"))
-        side = LEFT + len(stages) * (width + BETWEEN) - BETWEEN + 4.0
-        bar = place(figure, side, bottom, 2.5, height)
-        figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LOUDEST, -2, 0, 2, LOUDEST])
-        bar.tick_params(labelsize=SMALL, width=0.5, length=2)
+    for number, (channel, (said, fitted)) in enumerate(panels):
+        row, column = divmod(number, 2)
+        bottom = up - TOP - PLANE - row * (PLANE + GAP)
+        axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
+        mesh = _map(axes, fitted, channel)
+        heading = f"{before.channels[channel]}, {said}"
+        axes.text(0.0, 1.02, heading, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
+        label(axes, x=axis_label("position", "mm") if row == rows - 1 else "")
+        label(axes, y=axis_label("speed", "mm/s") if column == 0 else "")
+    bar = place(figure, LEFT + 2 * width + BETWEEN + 4.0, bottom, 2.5, PLANE)
+    figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LOUDEST, -2, 0, 2, LOUDEST])
+    bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure
 
 
