@@ -9,11 +9,22 @@ FORESEEN = 1.15
 TRY_AGAIN = "fibrefit discover"
 
 
-def next_steps(finding: Finding) -> tuple[str, ...]:
-    """Sentences, the most useful first."""
-    return {"named": _named, "unexplained": _unexplained, "nothing_missing": _rest, "not_trusted": _rest}[
-        finding.verdict
-    ](finding)
+def next_steps(finding: Finding, narrowed: bool) -> tuple[str, ...]:
+    """Sentences, the most useful first.
+
+    Parameters
+    ----------
+    finding : Finding
+    narrowed : bool
+        Whether effects of the catalogue were left out of the search.
+    """
+    # What the fit itself advises stays, but for the search that has just been made.
+    rest = tuple(text for text in finding.after.advice if TRY_AGAIN not in text)
+    if finding.verdict == "named":
+        return (*_named(finding), *rest)
+    if finding.verdict == "unexplained":
+        return (*_unexplained(narrowed), *rest)
+    return rest
 
 
 def _named(finding: Finding) -> tuple[str, ...]:
@@ -34,18 +45,15 @@ def _named(finding: Finding) -> tuple[str, ...]:
         "study.toml beside this result holds the new model with the values found: fibrefit fit, sample and simulate "
         "take it as it is."
     )
-    return (*said, *_rest(finding))
+    return tuple(said)
 
 
-def _unexplained(finding: Finding) -> tuple[str, ...]:
-    return (
-        "Look at the figures of places and states: they show where the model goes wrong and on what that depends.",
+def _unexplained(narrowed: bool) -> tuple[str, ...]:
+    said = ["Look at the figures of places and states: they show where the model goes wrong and on what that depends."]
+    if narrowed:
+        said.insert(0, "Let the whole catalogue be tried: effects were left out of this search by --only or --exclude.")
+    said.append(
         "If you can write down a law that would do it, put it in a Python file and try it beside the catalogue with "
-        "--also my_effects.py:MyEffect.",
-        *_rest(finding),
+        "--also my_effects.py:MyEffect."
     )
-
-
-def _rest(finding: Finding) -> tuple[str, ...]:
-    """What the fit itself advises, but for the search that has just been made."""
-    return tuple(text for text in finding.after.advice if TRY_AGAIN not in text)
+    return tuple(said)

@@ -21,7 +21,10 @@ def discovery_summary(
 ) -> s.DiscoverySummary:
     """Content of ``summary.json`` of a discovery."""
     final = fit_summary(study, records, finding.after, origin)
-    shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {"advice": next_steps(finding)}
+    narrowed = bool({"only", "exclude"} & set(origin.settings))
+    shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {
+        "advice": next_steps(finding, narrowed)
+    }
     return s.DiscoverySummary(
         **shared,
         verdict=finding.verdict,
