@@ -74,7 +74,8 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
     best = _inverse(_assembled(layout, sharp, sharp) / np.outer(scale, scale))
     difference = -best @ (_gathered(layout, np.sum(sharp * innovations, axis=(1, 2))) / scale)
     of_plain = bread @ middle @ bread
-    unit = 1.0 / np.sqrt(np.diag(of_plain))
+    seen = np.diag(of_plain) > 0.0
+    unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
     excess, difference = (of_plain - best) * np.outer(unit, unit), difference * unit
     known = np.diag(excess) > SLIGHT
     scores = np.where(known, difference / np.sqrt(np.where(known, np.diag(excess), 1.0)), np.nan)

@@ -69,7 +69,7 @@ def _log_normal(normal: Approximation, points: np.ndarray) -> np.ndarray:
 def _bridge(of_drawn: np.ndarray, of_proposed: np.ndarray, independent: float) -> Evidence:
     """Optimal bridge between log ratios of density and proposal, at draws of the one and of the other."""
     shift = float(np.median(of_drawn))
-    first, second = np.exp(of_drawn - shift), np.exp(np.minimum(of_proposed - shift, 600.0))
+    first, second = (np.exp(np.clip(ratio - shift, -600.0, 600.0)) for ratio in (of_drawn, of_proposed))
     share = independent * len(first) / (independent * len(first) + len(second))
     value = 1.0
     for _ in range(1000):

@@ -90,10 +90,11 @@ def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -
     """
     point = np.asarray(start, dtype=float)
     floor = _prior_sharpness(density, priors, point)
+    proper = np.array([prior.proper for prior in priors])
     here = jax.tree.map(np.asarray, _local(density, jnp.asarray(point)))
     damping = 0.0
     for _ in range(MOST_STEPS):
-        curvature = _sum(here, floor, density)
+        curvature = _sum(here, floor, proper, density)
         step, gain = _step(curvature, here.gradient, damping)
         if gain < SETTLED:
             break
@@ -105,16 +106,18 @@ def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -
         damping = 0.0 if damping < 1e-5 else damping
         if damping > 1e6:
             break
-    curvature = _sum(here, floor, density)
+    curvature = _sum(here, floor, proper, density)
     covariance = _inverse(curvature)
     from_data = np.clip(np.diag(here.of_likelihood), 0.0, None)
     learnt = from_data / np.where(np.diag(curvature) > 0.0, np.diag(curvature), 1.0)
     return Approximation(point, covariance, float(here.value)), learnt
 
 
-def _sum(here: _Local, floor: np.ndarray, density: LogPosterior) -> np.ndarray:
+def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPosterior) -> np.ndarray:
     """Curvature of likelihood and prior; flat directions of a proper prior get the sharpness of its spread."""
-    curvature = here.of_likelihood + np.diag(np.maximum(np.nan_to_num(here.of_prior), floor))
+    # One that is not proper limits nothing, however its density bends in these coordinates.
+    of_prior = np.where(proper, np.maximum(np.nan_to_num(here.of_prior), floor), 0.0)
+    curvature = here.of_likelihood + np.diag(of_prior)
     _refuse_flat(curvature, density)
     return curvature
 

@@ -101,9 +101,17 @@ def task_of(
     }
     start = layout.pack({p.name: p.typical for p in model.parameters} | TRUTH | (truth or {}) | each)
     samples = len(traces[0].times)
-    counts = np.array([[samples] * len(traces)], dtype=np.int32)
-    problem = Problem(model, layout, stack(traces, rms))
-    return Task(problem, tuple(traces), start, {}, counts, noise, (), UNITS)
+    return Task(
+        problem=Problem(model, layout, stack(traces, rms)),
+        traces=tuple(traces),
+        start=start,
+        spread={},
+        ladders=np.full((1, 1, len(traces)), samples, dtype=np.int32),
+        noise=noise,
+        input_noise={},
+        noise_given=(),
+        units=UNITS,
+    )
 
 
 def fitted(task: Task) -> np.ndarray:
