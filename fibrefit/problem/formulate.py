@@ -53,7 +53,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     """
     declared = {parameter.name: parameter for parameter in model.parameters}
     settings = study.settings(declared)
-    stated = [_stated(record) for record in study.records]
+    stated = [stated_of(record) for record in study.records]
     traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
     noise, given = _noise(study, traces, model.rig.channels)
     starting = STARTING[model.rig.kind](traces)
@@ -72,7 +72,8 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     )
 
 
-def _stated(record: object) -> Mapping[str, float | None]:
+def stated_of(record: object) -> dict[str, float]:
+    """Numbers a study states of a record, in SI units."""
     return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
 
 

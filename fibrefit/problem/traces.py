@@ -60,18 +60,7 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     DataError
         If a channel the rig needs is missing, or an input has holes.
     """
-    conditions = {}
-    for condition in rig.conditions:
-        value = stated.get(condition.name)
-        value = condition.typical if value is None else value
-        if math.isnan(value) and condition.name not in LEARNT:
-            raise StudyError(
-                f"{record.name}",
-                f"no {condition.name}",
-                f"{condition.doc}, in {condition.unit}",
-                f"Give it in the record, under [rig], or with --set rig.{condition.name}=...",
-            )
-        conditions[condition.name] = float(value)
+    conditions = conditions_of(record.name, rig, stated)
     for name in (*rig.channels, *rig.inputs):
         if name not in record.channels:
             raise DataError(
@@ -89,6 +78,29 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
         {name: _input(spread[name], times, f'{record.name}, channel "{name}"') for name in rig.inputs},
         conditions,
     )
+
+
+def conditions_of(name: str, rig: Rig, stated: Mapping[str, float | None]) -> dict[str, float]:
+    """Conditions of a record, in SI units; NaN for one that the data must tell.
+
+    Raises
+    ------
+    StudyError
+        If one that must be known is missing.
+    """
+    conditions = {}
+    for condition in rig.conditions:
+        value = stated.get(condition.name)
+        value = condition.typical if value is None else value
+        if math.isnan(value) and condition.name not in LEARNT:
+            raise StudyError(
+                name,
+                f"no {condition.name}",
+                f"{condition.doc}, in {condition.unit}",
+                f"Give it in the record, under [rig], or with --set rig.{condition.name}=...",
+            )
+        conditions[condition.name] = float(value)
+    return conditions
 
 
 def _input(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:

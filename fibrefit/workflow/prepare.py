@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fibrefit.core.errors import StudyError
 from fibrefit.effects.catalogue import select_effects
 from fibrefit.problem.formulate import formulate
+from fibrefit.problem.planned import formulate_planned
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, read_record
 from fibrefit.rigs.catalogue import RIGS
@@ -40,7 +41,7 @@ def read_records(study: Study) -> tuple[Record, ...]:
 
 
 def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
-    """Task of a study.
+    """Task of a study, of measured records or of planned ones.
 
     Parameters
     ----------
@@ -48,7 +49,15 @@ def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
     records : sequence of Record, optional
         Its records where they have been read already.
     """
-    return formulate(study, read_records(study) if records is None else records, model_of(study))
+    model = model_of(study)
+    if records is None and is_planned(study):
+        return formulate_planned(study, model)
+    return formulate(study, read_records(study) if records is None else records, model)
+
+
+def is_planned(study: Study) -> bool:
+    """Whether none of a study's records has been measured yet."""
+    return all(record.file is None for record in study.records)
 
 
 def _read(study: Study, record: object) -> Record:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.fit.solve import descend, widths
+from fibrefit.problem.layout import Layout
 from fibrefit.problem.phases import motion
+from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
-from fibrefit.workflow.prepare import task_of
+from fibrefit.workflow.prepare import is_planned, task_of
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -80,14 +83,37 @@ class Simulation:
 def simulate_study(study: Study) -> Simulation:
     """Simulate every record of a study at the study's initial values.
 
+    Parameters without an `initial` take the value the records suggest. What belongs to a record alone, its zero and its
+    release, is found from its data where it has any and the study does not state it.
+
     Parameters
     ----------
     study : Study
-        Parameters without an `initial` take the value the record itself suggests.
 
     Returns
     -------
     Simulation
     """
     task = task_of(study)
+    if not is_planned(study):
+        task = _with_nuisances_found(task)
     return Simulation(study, task, motion(task.problem, jnp.asarray(task.start)).readings)
+
+
+def _with_nuisances_found(task: Task) -> Task:
+    """The task with its parameters held and each record's own values fitted."""
+    layout = task.problem.layout
+    local = np.asarray(layout.local(jnp.asarray(task.start)))
+    declared = {parameter.name for parameter in task.problem.model.parameters}
+    slots = tuple(
+        replace(slot, shared=False, fixed=tuple(local[:, j].tolist())) if slot.name in declared else slot
+        for j, slot in enumerate(layout.slots)
+    )
+    held = Problem(task.problem.model, Layout(slots, layout.records), task.problem.observations)
+    named = {name: local[:, j] for j, name in enumerate(layout.names)}
+    start = held.layout.pack(named)
+    if held.layout.size:
+        free = held.layout.free(jnp.asarray(start))
+        found = descend(held, free, widths(held, free), task.counts)
+        start = np.asarray(held.layout.values(found.free))
+    return replace(task, problem=held, start=start)
