@@ -19,6 +19,7 @@ COMMANDS = {
     "simulate": "Compute the response of the model to the conditions of each record.",
     "fit": "Identify the parameters by least squares.",
     "discover": "Find what the model lacks, name it, add it.",
+    "confuse": "Tell which effects the records could tell apart, before or after measuring.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
     "doctor": "Check the installation.",

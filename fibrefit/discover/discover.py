@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discover import where
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
-from fibrefit.discover.evidence import CHANCE, EACH, colour
+from fibrefit.discover.begin import begun
+from fibrefit.discover.candidates import Hypothesis, carried
+from fibrefit.discover.evidence import CHANCE, EACH
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
 from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.free_form import Reading, described, probe_all
@@ -67,48 +68,9 @@ def discover(
     if before.status == "failed":
         reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
         return _not_trusted(before, reasons, began)
-    search = _search(task, before, effects, tell)
+    search = begun(task, before.values, effects, tell, before.expected_gap)
     path, rounds, looked = _climb(search, before, limits)
     return _concluded(search, before, path, rounds, looked, limits, began)
-
-
-def _search(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    layout = task.problem.layout
-    local = np.asarray(layout.local(before.values))
-    free = [slot for slot in layout.slots if slot.free]
-    start = np.asarray(layout.local(task.start))
-    ground = Ground(
-        base=tuple(slot.name for slot in free if slot.shared),
-        each=tuple(slot.name for slot in free if not slot.shared),
-        counts=task.counts,
-        data_start={name: start[:, j] for j, name in enumerate(layout.names)},
-    )
-    wanted = tuple(effect for effect in effects if effect not in task.problem.model.effects)
-    frames = frames_of(task, wanted)
-    own = Frame(task)
-    values = carried(frames[0], absent_values(frames[0], len(local)), own, local)
-    tell("compiling the model with every effect", None)
-    fit = refit(frames[0], ground.subset(()), values, ground.whole)
-    trace = task.traces[0]
-    rate = float(1.0 / np.diff(trace.times).mean())
-    kappa = colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0]))
-    return Search(
-        task=task,
-        effects=wanted,
-        ground=ground,
-        base=Hypothesis((), fit, frames[0]),
-        kappa=kappa,
-        samples=float(task.problem.n_measured),
-        expected_gap=before.expected_gap,
-        tell=tell,
-        frames=frames,
-    )
-
-
-def frames_of(task: Task, effects: Sequence[type[Effect]]) -> list[Frame]:
-    """Frames to search in: one for all effects that leave the equations of motion alone, more for the others."""
-    plain = [effect for effect in effects if not getattr(effect, "stiff", False)]
-    return [frame_of(task, plain)]
 
 
 def _climb(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fibrefit.plots.confusion import confusion_figures
 from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fit import fit_figures
@@ -9,4 +10,12 @@ from fibrefit.plots.save import save_figures
 from fibrefit.plots.simulated import simulation_figures
 from fibrefit.plots.table import table_figure
 
-__all__ = ["Figures", "discovery_figures", "fit_figures", "save_figures", "simulation_figures", "table_figure"]
+__all__ = [
+    "Figures",
+    "confusion_figures",
+    "discovery_figures",
+    "fit_figures",
+    "save_figures",
+    "simulation_figures",
+    "table_figure",
+]

@@ -22,13 +22,16 @@ LETTER = 1.3
 """Width of a small letter, in mm, not less."""
 
 
-def correlation_figure(names: tuple[str, ...], covariance: np.ndarray) -> Figure:
+def correlation_figure(
+    names: tuple[str, ...], covariance: np.ndarray, heading: str = "Correlation of the estimates"
+) -> Figure:
     """Correlation of all free values, as colours and numbers; empty where the data do not determine a value.
 
     Parameters
     ----------
     names : tuple of str
     covariance : (n_free, n_free)
+    heading : str
     """
     correlation = correlations(covariance)
     number = len(names)
@@ -36,7 +39,7 @@ def correlation_figure(names: tuple[str, ...], covariance: np.ndarray) -> Figure
     longest = max(len(name) for name in names)
     left = 12.0 + min(LETTER * longest, 70.0)
     figure = new_figure(side + 22.0, width=max(left + side + 26.0, 90.0))
-    title(figure, "Correlation of the estimates")
+    title(figure, heading)
     axes = place(figure, left, 9.0, side, side)
     shown = np.ma.masked_invalid(np.where(np.tri(number, k=-1, dtype=bool), correlation, np.nan))
     image = axes.imshow(shown, cmap=colormaps["RdBu_r"], vmin=-1.0, vmax=1.0)

@@ -1,0 +1,95 @@
+"""Where a search begins: the frames to search in, and the model without additions in the first of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
+from fibrefit.discover.evidence import colour
+from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.refit import Refit, refit
+from fibrefit.discover.search import Progress, Search
+from fibrefit.effects.law import Effect
+from fibrefit.problem.task import Task
+
+
+def begun(
+    task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress, expected_gap: float = 1.0
+) -> Search:
+    """Search over measured records.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+        Of the fitted model.
+    effects : sequence of Effect classes
+        That may be missing.
+    tell : callable
+        Told what is being done.
+    expected_gap : float
+        Of a perfect model.
+    """
+    wanted = _wanted(task, effects)
+    # An effect that makes the equations of motion stiff would slow down all others in its frame.
+    frame = frame_of(task, [effect for effect in wanted if not getattr(effect, "stiff", False)])
+    ground, local = _ground(task), _local(frame, task, values)
+    tell("compiling the model with every effect", None)
+    return _search(
+        task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell, expected_gap
+    )
+
+
+def laid_out(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+    """All effects in one frame at values given, for what needs no data; parameters as `begun`."""
+    wanted = _wanted(task, effects)
+    frame = frame_of(task, wanted)
+    fit = Refit(_local(frame, task, values), float(task.problem.n_measured), 0.0, {}, 0)
+    return _search(task, wanted, frame, _ground(task), fit, tell, 1.0)
+
+
+def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    return tuple(effect for effect in effects if effect not in task.problem.model.effects)
+
+
+def _ground(task: Task) -> Ground:
+    layout = task.problem.layout
+    free = [slot for slot in layout.slots if slot.free]
+    start = np.asarray(layout.local(task.start))
+    return Ground(
+        base=tuple(slot.name for slot in free if slot.shared),
+        each=tuple(slot.name for slot in free if not slot.shared),
+        counts=task.counts,
+        data_start={name: start[:, j] for j, name in enumerate(layout.names)},
+    )
+
+
+def _local(frame: Frame, task: Task, values: np.ndarray) -> np.ndarray:
+    local = np.asarray(task.problem.layout.local(values))
+    return carried(frame, absent_values(frame, len(local)), Frame(task), local)
+
+
+def _search(
+    task: Task,
+    wanted: tuple[type[Effect], ...],
+    frame: Frame,
+    ground: Ground,
+    fit: Refit,
+    tell: Progress,
+    expected_gap: float,
+) -> Search:
+    trace = task.traces[0]
+    rate = float(1.0 / np.diff(trace.times).mean())
+    return Search(
+        task=task,
+        effects=wanted,
+        ground=ground,
+        base=Hypothesis((), fit, frame),
+        kappa=colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])),
+        samples=float(task.problem.n_measured),
+        expected_gap=expected_gap,
+        tell=tell,
+        frames=[frame],
+    )
