@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.effects.drive_compliance import Compliance
 from fibrefit.effects.fibre_free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre_hardening import Hardening
 from fibrefit.effects.fibre_hysteresis import Hysteresis
@@ -26,6 +27,10 @@ from fibrefit.effects.guide_quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide_stribeck_friction import StribeckFriction
 from fibrefit.effects.guide_viscous_friction import ViscousFriction
 from fibrefit.effects.law import Effect
+from fibrefit.effects.pulley_bearing_friction import BearingFriction
+from fibrefit.effects.pulley_capstan_friction import CapstanFriction
+from fibrefit.effects.pulley_eccentricity import Eccentricity
+from fibrefit.effects.pulley_inertia import PulleyInertia
 from fibrefit.effects.rig_inclination_error import InclinationError
 from fibrefit.effects.sensor_dial_gauge_force import DialGaugeForce
 from fibrefit.effects.sensor_force_delay import ForceDelay
@@ -53,6 +58,11 @@ _CLASSES: tuple[type[Effect], ...] = (
     RateDependentStiffness,
     Hysteresis,
     FreeLengthOffset,
+    PulleyInertia,
+    BearingFriction,
+    CapstanFriction,
+    Eccentricity,
+    Compliance,
     ForceGain,
     ForceOffset,
     ForceDrift,

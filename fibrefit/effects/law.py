@@ -8,6 +8,8 @@ to the last bit.
 from __future__ import annotations
 
 import dataclasses
+import functools
+import operator
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
@@ -51,6 +53,10 @@ class Effect(eqx.Module):
         Kinds of rig the effect makes sense for.
     needs : tuple of str
         Effects that must be present too.
+    stiff : bool
+        Whether it brings rates that are fast against the sampling, so that steps must be stiffly stable.
+    speeds : tuple of float
+        Speeds of the weight, in m/s, between which the law bends so sharply that a step must not run across them.
     """
 
     name: ClassVar[str]
@@ -58,6 +64,8 @@ class Effect(eqx.Module):
     strength: ClassVar[tuple[str, ...]] = ()
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
+    stiff: ClassVar[bool] = False
+    speeds: ClassVar[tuple[float, ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -150,6 +158,55 @@ class GuideLaw(Effect):
         return jnp.zeros(())
 
 
+class PulleyLaw(Effect):
+    """A change of what the pulley does to the fibre.
+
+    Attributes
+    ----------
+    turns : bool
+        Whether the rim moves by itself, with tensions of its own on either side.
+    rubs : bool
+        Whether its bearing holds it at rest.
+    """
+
+    rigs: ClassVar[frozenset[str]] = frozenset({"pulley_drive"})
+    turns: ClassVar[bool] = False
+    rubs: ClassVar[bool] = False
+
+    def inertia(self) -> jax.Array:
+        """Moment of inertia over the square of the radius, in kg."""
+        return jnp.zeros(())
+
+    def rubbing(self) -> jax.Array:
+        """Friction of the bearing, as a force at the rim, in N."""
+        return jnp.zeros(())
+
+    def grip(self, wrap_angle: jax.Array, velocity: jax.Array) -> jax.Array:
+        """Factor from the tension before the pulley to that on the weight, which moves with `velocity`."""
+        return jnp.ones(())
+
+
+class DriveLaw(Effect):
+    """A change between the measured drive and the end of the fibre.
+
+    Attributes
+    ----------
+    yields : bool
+        Whether the end of the fibre moves by itself.
+    """
+
+    rigs: ClassVar[frozenset[str]] = frozenset({"pulley_drive"})
+    yields: ClassVar[bool] = False
+
+    def travel(self, position: jax.Array, rate: jax.Array, radius: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Fibre taken in, in m, and its rate; `radius` of the pulley in m."""
+        return position, rate
+
+    def compliance(self) -> jax.Array:
+        """Displacement of the end of the fibre per tension, in m/N."""
+        return jnp.zeros(())
+
+
 class RigLaw(Effect):
     """An error in what is known of a rig."""
 
@@ -191,6 +248,12 @@ Law = TypeVar("Law", bound=Effect)
 def laws_of(kind: type[Law], laws: tuple[Effect, ...]) -> tuple[Law, ...]:
     """Those of `laws` that belong to one kind of port, in their order."""
     return tuple(law for law in laws if isinstance(law, kind))
+
+
+def fast(laws: tuple[Effect, ...]) -> jax.Array | None:
+    """Whether any stiff law is there now; None where there is none in the model."""
+    stiff = [law for law in laws if law.stiff]
+    return ~functools.reduce(operator.and_, (law.absent() for law in stiff)) if stiff else None
 
 
 def of_force(channels: Channels, change: Any) -> Channels:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fibrefit.rigs.fibre_mass import FIBRE_MASS
+from fibrefit.rigs.pulley_drive import PULLEY_DRIVE
 from fibrefit.rigs.rig import Rig
 
-RIGS: dict[str, Rig] = {rig.kind: rig for rig in (FIBRE_MASS,)}
+RIGS: dict[str, Rig] = {rig.kind: rig for rig in (FIBRE_MASS, PULLEY_DRIVE)}

@@ -13,6 +13,9 @@ from fibrefit.effects.law import FibreLaw, Memory
 
 Memories = tuple[Memory, ...]
 
+NEWTON_STEPS = 8
+LEAST_DAMPING = 0.05
+"""In N s/m: keeps a fibre without damping from snapping into balance with a spring in series at no time at all."""
 SLACK, LOADED, LIMP = 0, 1, 2
 """Modes of a fibre: without load; with load; stretched, and yet without load because it is let go too fast.
 
@@ -64,6 +67,28 @@ class Fibre(eqx.Module):
             viscous = viscous * law.damping_factor(e, rate)
             added = added + law.tension(self.stiffness, e, rate, memory)
         return elastic + viscous + added
+
+    def at_rest(self, tension: jax.Array) -> jax.Array:
+        """Length at which a fibre long at rest carries `tension`; where it is nil, just taut."""
+
+        def static(stretch: jax.Array) -> jax.Array:
+            memories = tuple(law.memory_at_rest(stretch) for law in self.laws)
+            return self.pull(stretch + slack, jnp.zeros(()), memories)
+
+        slack = -self.stretch(jnp.zeros(()))
+        stretch = tension / self.stiffness
+        for _ in range(NEWTON_STEPS):
+            value, slope = jax.jvp(static, (stretch,), (jnp.ones(()),))
+            stretch = stretch - (value - tension) / slope
+        return jnp.where(tension > 0.0, stretch, 0.0) + slack
+
+    def rate_under(self, tension: jax.Array, length: jax.Array, memories: Memories) -> jax.Array:
+        """Rate at which a fibre of `length` creeps under a given tension, in m/s."""
+        rate = jnp.zeros(())
+        for _ in range(NEWTON_STEPS if self.laws else 1):
+            value, slope = jax.jvp(lambda r: self.pull(length, r, memories), (rate,), (jnp.ones(()),))
+            rate = rate - (value - tension) / jnp.maximum(slope, LEAST_DAMPING)
+        return rate
 
     def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
         """Tension in N; nil unless loaded."""

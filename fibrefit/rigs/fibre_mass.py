@@ -123,7 +123,7 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
     )
 
 
-def start(system: FibreMass, values: Values, conditions: Values) -> Start:
+def start(system: FibreMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests `lift` above the taut point until it is released."""
     return Start(*system.at_rest(-conditions["lift"]), values["release"])
 

@@ -18,11 +18,11 @@ Values = Mapping[str, jax.Array]
 
 
 class Start(NamedTuple):
-    """Where a record begins to move: state and mode at `time` [s], held until then."""
+    """Where a record begins to move: state and mode at `time` [s], held until then; None is the first sample."""
 
     state: Any
     mode: Any
-    time: jax.Array
+    time: jax.Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,8 @@ class Rig:
     channels, inputs : tuple of str
         Measured channels that are explained, and those that drive the rig.
     build : callable ``(values, conditions, laws, tension_law) -> System``
-    start : callable ``(system, values, conditions) -> Start``
+    start : callable ``(system, values, conditions, inputs) -> Start``
+        The inputs are those at the first sample.
     observe : callable ``(system, state, mode, inputs) -> {channel: value}``
         True value of each channel at one instant, in SI units, before any sensor.
     """
@@ -54,5 +55,5 @@ class Rig:
     channels: tuple[str, ...]
     inputs: tuple[str, ...]
     build: Callable[[Values, Values, tuple[Effect, ...], str], Any]
-    start: Callable[[Any, Values, Values], Start]
+    start: Callable[[Any, Values, Values, Any], Start]
     observe: Callable[[Any, Any, Any, Any], dict[str, jax.Array]]

@@ -104,8 +104,9 @@ class Model:
         for law in laws_of(RigLaw, laws):
             conditions = law.correct(conditions)
         system = self.rig.build(values, conditions, laws, self.tension_law)
-        start = self.rig.start(system, values, conditions)
-        solution = solve(system, start.state, start.time, start.mode, times, count, inputs)
+        start = self.rig.start(system, values, conditions, inputs_at(inputs, times, jnp.int32(0), times[0]))
+        begin = times[0] if start.time is None else start.time
+        solution = solve(system, start.state, begin, start.mode, times, count, inputs)
 
         def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
             return self.rig.observe(system, state, mode, here)

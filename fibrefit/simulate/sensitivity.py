@@ -110,7 +110,7 @@ def _arc_end(times: jax.Array, arc: Arcs, reached: State, flat: jax.Array, syste
 
     def margin(state: State, instant: jax.Array) -> jax.Array:
         here = inputs_at(inputs, times, arc.step, instant)
-        return jnp.stack(system.margins(state, arc.mode, here))[arc.ended_by]
+        return jnp.stack(jax.tree.leaves(system.margins(state, arc.mode, here)))[arc.ended_by]
 
     here = inputs_at(inputs, times, arc.step, arc.end)
     rate = jax.lax.stop_gradient(system.derivative(state, arc.mode, here))
@@ -119,7 +119,8 @@ def _arc_end(times: jax.Array, arc: Arcs, reached: State, flat: jax.Array, syste
     moves = (arc.ended_by >= 0) & (jnp.abs(slope) > 1e-12)
     shift = jnp.where(moves, -(value - jax.lax.stop_gradient(value)) / jnp.where(moves, slope, 1.0), 0.0)
     moved = plus(state, shift, rate)
-    crossed = tuple((arc.ended_by == i) for i in range(len(arc.mode)))
+    switches, tree = jax.tree.flatten(arc.mode)
+    crossed = jax.tree.unflatten(tree, [arc.ended_by == i for i in range(len(switches))])
     switched, _ = system.switch(moved, arc.mode, crossed, here)
     return jnp.append(ravel_pytree(select(arc.ended_by >= 0, switched, moved))[0], arc.end + shift)
 
@@ -184,7 +185,7 @@ def solve(
         State at `start_time`; it is held until then.
     start_time : () in s
         Not before ``times[0]``.
-    mode : tuple of () int
+    mode : pytree of () int
         Mode at `start_time`.
     times : (n_time,) in s
         Increasing. A point is also a bound on the step: nothing finer than a few steps is resolved.

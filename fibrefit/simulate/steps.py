@@ -10,23 +10,23 @@ from fibrefit.simulate.inputs import inputs_at
 from fibrefit.simulate.stiff import stiff_flow
 
 State = Any
-Mode = tuple[jax.Array, ...]
+Mode = Any
 
 
 class System(Protocol):
     """What the integrator needs to know of a mechanical system.
 
-    A system is a pytree whose leaves are its parameter values; states are pytrees of scalars or arrays, a mode is a
-    tuple of integer scalars, one for each switch.
+    A system is a pytree whose leaves are its parameter values; states are pytrees of scalars, a mode is a pytree of
+    integer scalars, one for each switch.
     """
 
     def derivative(self, state: State, mode: Mode, inputs: Any) -> State:
         """Rate of the state while the mode lasts."""
 
-    def margins(self, state: State, mode: Mode, inputs: Any) -> tuple[jax.Array, ...]:
-        """One number for each switch, negative where its mode no longer holds."""
+    def margins(self, state: State, mode: Mode, inputs: Any) -> Mode:
+        """One number for each switch, in the place of its mode; negative where that no longer holds."""
 
-    def switch(self, state: State, mode: Mode, crossed: tuple[jax.Array, ...], inputs: Any) -> tuple[State, Mode]:
+    def switch(self, state: State, mode: Mode, crossed: Mode, inputs: Any) -> tuple[State, Mode]:
         """State and mode after the switches `crossed` have left their modes."""
 
     def stiff(self) -> jax.Array | None:

@@ -7,6 +7,7 @@ rest of the step follows in the new mode, as often as needed. Only those few ste
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import jax
@@ -30,7 +31,7 @@ class Arcs(NamedTuple):
     step : (ARCS,) int, step of the grid
     start, end : (ARCS,) in s
     state : pytree of (ARCS, ...), state at the start
-    mode : tuple of (ARCS,) int, mode while the arc lasts
+    mode : pytree of (ARCS,) int, mode while the arc lasts
     ended_by : (ARCS,) int, the switch that ended the arc; -1 where the grid did
     """
 
@@ -48,7 +49,7 @@ class Solution(NamedTuple):
     Parameters
     ----------
     states : pytree of (n_time, ...)
-    modes : tuple of (n_time,) int, mode that follows each point
+    modes : pytree of (n_time,) int, mode that follows each point
     switches : () int, number of located switches
     trouble : () bool, whether a step chattered or the list of arcs overflowed
     arcs : Arcs
@@ -63,11 +64,8 @@ class Solution(NamedTuple):
     n_arcs: jax.Array
 
 
-def _worst(margins: tuple[jax.Array, ...]) -> jax.Array:
-    worst = margins[0]
-    for margin in margins[1:]:
-        worst = jnp.minimum(worst, margin)
-    return worst
+def _worst(margins: Mode) -> jax.Array:
+    return functools.reduce(jnp.minimum, jax.tree.leaves(margins))
 
 
 def select(condition: jax.Array, yes: Any, no: Any) -> Any:
@@ -184,9 +182,9 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
         instant, state = found.high, found.state
         here = inputs_at(inputs, times, step, instant)
         margins = system.margins(state, run.mode, here)
-        crossed = tuple(violated & (margin < 0.0) for margin in margins)
+        crossed = jax.tree.map(lambda margin: violated & (margin < 0.0), margins)
         switched, mode = system.switch(state, run.mode, crossed, here)
-        ended_by = jnp.where(violated, jnp.argmin(jnp.stack(margins)), -1).astype(jnp.int32)
+        ended_by = jnp.where(violated, jnp.argmin(jnp.stack(jax.tree.leaves(margins))), -1).astype(jnp.int32)
         row = Arcs(step, run.time, run.state, run.mode, instant, ended_by)
         run = run._replace(
             time=instant,

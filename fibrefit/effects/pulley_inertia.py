@@ -1,0 +1,40 @@
+"""A pulley that has to be set in motion."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.effects.law import PulleyLaw, quantity
+
+
+class PulleyInertia(PulleyLaw):
+    """A pulley that has to be set in motion.
+
+    Law
+    ---
+    ``(J/R^2) s'' = T_1 - T_2``; the rim travels s, and the fibre on either side of it stretches by itself.
+
+    Parameters
+    ----------
+    rim_mass : () in kg
+        J/R^2.
+
+    Valid range
+    -----------
+    The fibre does not slip on the rim. A light rim is fast, and followed all the same.
+
+    Source
+    ------
+    Euler's law of angular momentum.
+    """
+
+    name: ClassVar[str] = "pulley.inertia"
+    turns: ClassVar[bool] = True
+    stiff: ClassVar[bool] = True
+    rim_mass: jax.Array = quantity("kg", "inertia of the pulley, as a mass at its rim", 0.05, lower=0.0, upper=5.0)
+
+    def inertia(self) -> jax.Array:
+        """The mass at the rim."""
+        return self.rim_mass

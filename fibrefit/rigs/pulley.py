@@ -1,0 +1,107 @@
+"""A pulley: the path of the fibre over it, and its rim where that moves by itself."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from fibrefit.effects.law import PulleyLaw
+from fibrefit.rigs.guide import Guide
+
+RIM_OF_A_RUBBING_PULLEY = 0.05
+"""Mass of the rim, in kg, where its bearing rubs and nothing is known of its inertia."""
+
+
+class Path(eqx.Module):
+    """Length of fibre between pulley and weight.
+
+    Law
+    ---
+    ``ℓ(u) = sqrt((s - u)^2 + d^2)``; the weight at u takes up ``ℓ(0) - ℓ(u)``. Without lateral offset that is u.
+
+    Parameters
+    ----------
+    lateral_offset : () in m
+        d, distance of the weight from the plane of the pulley.
+    guide_distance : () in m
+        s, distance along the guide from u = 0 to the foot of the pulley.
+    """
+
+    lateral_offset: jax.Array
+    guide_distance: jax.Array
+
+    def taken_up(self, position: jax.Array) -> jax.Array:
+        """Fibre the weight has given back, in m."""
+        return jnp.where(self._askew(), self._length(jnp.zeros(())) - self._length(position), position)
+
+    def cosine(self, position: jax.Array) -> jax.Array:
+        """Share of the tension along the guide, and of the weight's speed along the fibre."""
+        return jnp.where(self._askew(), (self.guide_distance - position) / self._length(position), 1.0)
+
+    def position(self, taken_up: jax.Array) -> jax.Array:
+        """Position of the weight, in m."""
+        length = self._length(jnp.zeros(())) - taken_up
+        askew = self.guide_distance - jnp.sqrt(jnp.where(self._askew(), length**2 - self.lateral_offset**2, 1.0))
+        return jnp.where(self._askew(), askew, taken_up)
+
+    def _askew(self) -> jax.Array:
+        return self.lateral_offset > 0.0
+
+    def _length(self, position: jax.Array) -> jax.Array:
+        squared = (self.guide_distance - position) ** 2 + self.lateral_offset**2
+        return jnp.sqrt(jnp.where(self._askew(), squared, 1.0))
+
+
+class Pulley(eqx.Module):
+    """A pulley that turns without resistance, but for the laws that were added.
+
+    Parameters
+    ----------
+    radius : () in m
+    wrap_angle : () in rad
+    near_share : () a pure number
+        Share of the fibre between drive and rim.
+    laws : tuple of PulleyLaw
+    """
+
+    radius: jax.Array
+    wrap_angle: jax.Array
+    near_share: jax.Array
+    laws: tuple[PulleyLaw, ...] = ()
+
+    @property
+    def turns(self) -> bool:
+        """Whether the model has a rim that moves by itself."""
+        return any(law.turns for law in self.laws)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether the model has a bearing that holds the rim."""
+        return any(law.rubs for law in self.laws)
+
+    def turning(self) -> jax.Array:
+        """Whether such a rim is there now, and not only at the null value of its laws."""
+        return (self._inertia() > 0.0) | (self._rubbing() > 0.0)
+
+    def mass(self) -> jax.Array:
+        """Mass of the rim, in kg."""
+        inertia = self._inertia()
+        return jnp.where(inertia > 0.0, inertia, RIM_OF_A_RUBBING_PULLEY)
+
+    def bearing(self) -> Guide:
+        """The bearing, as a guide of the rim."""
+        return Guide(self._rubbing())
+
+    def grip(self, velocity: jax.Array) -> jax.Array:
+        """Factor on the tension that reaches the weight."""
+        factor = jnp.ones(())
+        for law in self.laws:
+            factor = factor * law.grip(self.wrap_angle, velocity)
+        return factor
+
+    def _inertia(self) -> jax.Array:
+        return sum((law.inertia() for law in self.laws), start=jnp.zeros(()))
+
+    def _rubbing(self) -> jax.Array:
+        return sum((law.rubbing() for law in self.laws), start=jnp.zeros(()))

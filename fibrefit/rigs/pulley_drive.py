@@ -1,0 +1,324 @@
+"""The drive rig: a weight on an incline, pulled by a drive through a fibre over a pulley."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
+from fibrefit.rigs.bands import Bands
+from fibrefit.rigs.fibre import LOADED, Fibre, Memories
+from fibrefit.rigs.guide import Guide
+from fibrefit.rigs.mount import Mount
+from fibrefit.rigs.pulley import Path, Pulley
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+
+
+class Rim(NamedTuple):
+    """Travel [m] and speed [m/s] of the rim, and the memories of the fibre between it and the weight."""
+
+    travel: jax.Array
+    speed: jax.Array
+    memories: Memories
+
+
+class PulleyDriveState(NamedTuple):
+    """Position u [m] and velocity [m/s] of the weight, up the slope; memories of the fibre, as far as a rim.
+
+    The rim, and the force [N] in a mount that yields, are there only in a model that has them.
+    """
+
+    position: jax.Array
+    velocity: jax.Array
+    memories: Memories
+    rim: Rim | None
+    mount_force: jax.Array | None
+
+
+class PulleyDriveMode(NamedTuple):
+    """Modes of the fibre, as far as a rim; of the guide; of the fibre behind a rim; of its bearing; band of speed."""
+
+    fibre: jax.Array
+    guide: jax.Array
+    behind: jax.Array | None
+    bearing: jax.Array | None
+    band: jax.Array | None
+
+
+class Side(NamedTuple):
+    """Fibre on one side of the rim, or all of it: scaled to the whole length, so that the same laws hold."""
+
+    length: jax.Array
+    rate: jax.Array
+    memories: Memories
+
+
+class PulleyDrive(eqx.Module):
+    """Weight, guide, fibre, pulley and drive as a switched system.
+
+    Law
+    ---
+    ``m ü = c T_2 - m g sin α - guide``; stretch ``e = x - (ℓ(0) - ℓ(u))``, symmetric ``x - u``. With a rim
+    ``e_1 = x - s``, ``e_2 = s - u`` and ``m_r s'' = T_1 - T_2 - bearing``. A mount that yields takes its share off x.
+
+    Parameters
+    ----------
+    mass : () in kg
+    pull_of_gravity : () in N, down the guide
+    fibre : Fibre
+    guide : Guide
+    path : Path
+    pulley : Pulley
+    mount : Mount
+
+    Source
+    ------
+    Polach and Václavík, Figs 6-9.
+    """
+
+    mass: jax.Array
+    pull_of_gravity: jax.Array
+    fibre: Fibre
+    guide: Guide
+    path: Path
+    pulley: Pulley
+    mount: Mount
+
+    def stiff(self) -> jax.Array | None:
+        """Whether a rim, a mount, or friction that sets in over a short distance is there now."""
+        return fast((*self.guide.laws, *self.pulley.laws, *self.mount.laws, *self.fibre.laws))
+
+    def rigid_sides(self, state: PulleyDriveState, inputs: Any) -> tuple[Side, Side]:
+        """Fibre before and behind the rim, twice the whole where no rim moves by itself; the mount does not yield."""
+        x, x_rate = self.mount.travel(*inputs["drive"], self.pulley.radius)
+        y = self.path.taken_up(state.position)
+        y_rate = self.path.cosine(state.position) * state.velocity
+        if state.rim is None:
+            whole = Side(x - y, x_rate - y_rate, state.memories)
+            return whole, whole
+        there, far = self.pulley.turning(), 1.0 - self.pulley.near_share
+        near = self._share()
+        length = jnp.where(there, (x - state.rim.travel) / near, x - y)
+        rate = jnp.where(there, (x_rate - state.rim.speed) / near, x_rate - y_rate)
+        behind = Side((state.rim.travel - y) / far, (state.rim.speed - y_rate) / far, state.rim.memories)
+        return Side(length, rate, state.memories), behind
+
+    def sides(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> tuple[Side, Side]:
+        """Fibre before and behind the rim."""
+        near, far = self.rigid_sides(state, inputs)
+        if state.mount_force is not None:
+            loaded = self._mount_is_loaded(mode)
+            length = near.length - self.mount.compliance() * state.mount_force / self._share()
+            rate = self.fibre.rate_under(state.mount_force, length, near.memories)
+            near = Side(jnp.where(loaded, length, near.length), jnp.where(loaded, rate, near.rate), near.memories)
+        return near, far
+
+    def tensions(
+        self, near: Side, far: Side, state: PulleyDriveState, mode: PulleyDriveMode
+    ) -> tuple[jax.Array, jax.Array]:
+        """At the gauge on the drive, and behind the pulley, in N."""
+        at_gauge = self.fibre.tension(*near, mode.fibre)
+        if state.mount_force is not None:
+            at_gauge = jnp.where(self._mount_is_loaded(mode), state.mount_force, at_gauge)
+        if state.rim is None:
+            return at_gauge, at_gauge
+        return at_gauge, jnp.where(self.pulley.turning(), self.fibre.tension(*far, mode.behind), at_gauge)
+
+    def derivative(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveState:
+        """Rate of the state."""
+        near, far = self.sides(state, mode, inputs)
+        at_gauge, behind = self.tensions(near, far, state, mode)
+        drive, felt = self._drive(state, behind)
+        net = self.guide.net_force(drive, mode.guide, state.position, state.velocity, felt)
+        return PulleyDriveState(
+            jnp.where(mode.guide == 0, 0.0, state.velocity),
+            net / self.mass,
+            self.fibre.memory_rates(*near, mode.fibre),
+            None if state.rim is None else self._rim_rate(state.rim, far, at_gauge - behind, mode),
+            None if state.mount_force is None else self._mount_rate(state, near, mode, inputs),
+        )
+
+    def margins(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveMode:
+        """Margins of each mode."""
+        near, far = self.sides(state, mode, inputs)
+        at_gauge, behind = self.tensions(near, far, state, mode)
+        drive, felt = self._drive(state, behind)
+        fibre = self.fibre.margin(*near, mode.fibre)
+        if state.mount_force is not None:
+            fibre = jnp.where(self._mount_is_loaded(mode), state.mount_force / self.fibre.stiffness, fibre)
+        guide = self.guide.margin(drive, mode.guide, state.position, state.velocity, felt)
+        fibre_behind = bearing = band = None
+        if state.rim is not None:
+            there, rim = self.pulley.turning(), state.rim
+            fibre_behind = jnp.where(there, self.fibre.margin(*far, mode.behind), 1.0)
+            if mode.bearing is not None:
+                net = at_gauge - behind
+                bearing = self.pulley.bearing().margin(net, mode.bearing, rim.travel, rim.speed, jnp.zeros(()))
+                bearing = jnp.where(there, bearing, 1.0)
+        if (bands := self._bands()) is not None:
+            band = bands.margin(mode.band, state.velocity)
+        return PulleyDriveMode(fibre, guide, fibre_behind, bearing, band)
+
+    def switch(
+        self, state: PulleyDriveState, mode: PulleyDriveMode, crossed: PulleyDriveMode, inputs: Any
+    ) -> tuple[PulleyDriveState, PulleyDriveMode]:
+        """State and mode after the switches `crossed`."""
+        near, far = self.sides(state, mode, inputs)
+        memories, taut = self.fibre.switch(*near, mode.fibre, crossed.fibre)
+        stopped = crossed.guide & (mode.guide != 0)
+        state = state._replace(memories=memories, velocity=jnp.where(stopped, 0.0, state.velocity))
+        if state.mount_force is not None:
+            state = state._replace(mount_force=jnp.where(crossed.fibre, 0.0, state.mount_force))
+        after = mode._replace(fibre=taut)
+        if state.rim is not None:
+            memories, taut = self.fibre.switch(*far, mode.behind, crossed.behind)
+            speed, after = state.rim.speed, after._replace(behind=taut)
+            if mode.bearing is not None:
+                speed = jnp.where(crossed.bearing & (mode.bearing != 0), 0.0, speed)
+            state = state._replace(rim=Rim(state.rim.travel, speed, memories))
+        if (bands := self._bands()) is not None:
+            after = after._replace(band=bands.switch(mode.band, state.velocity, crossed.band))
+        return state, self._settle(state, after, crossed, inputs)
+
+    def at_rest(self, tension: jax.Array, inputs: Any) -> tuple[PulleyDriveState, PulleyDriveMode]:
+        """State and mode of a weight that rests under `tension`."""
+        length = self.fibre.at_rest(tension)
+        x = self.mount.travel(*inputs["drive"], self.pulley.radius)[0] - self.mount.compliance() * tension
+        memories, nil, none = self.fibre.memories(length), jnp.zeros(()), jnp.int32(0)
+        state = PulleyDriveState(
+            self.path.position(x - length),
+            nil,
+            memories,
+            Rim(x - self._share() * length, nil, memories) if self.pulley.turns else None,
+            tension + nil if self.mount.may_yield else None,
+        )
+        taut = (tension > 0.0).astype(jnp.int32)
+        mode = PulleyDriveMode(
+            taut,
+            none,
+            taut if self.pulley.turns else None,
+            none if self.pulley.rubs else None,
+            None if self._bands() is None else none,
+        )
+        nowhere = jax.tree.map(lambda _: jnp.array(False), mode)
+        return state, self._settle(state, mode, nowhere, inputs)
+
+    def _bands(self) -> Bands | None:
+        return Bands.of((*self.guide.laws, *self.pulley.laws))
+
+    def _share(self) -> jax.Array:
+        """Share of the fibre that `near` stands for."""
+        if not self.pulley.turns:
+            return jnp.ones(())
+        return jnp.where(self.pulley.turning(), self.pulley.near_share, 1.0)
+
+    def _mount_is_loaded(self, mode: PulleyDriveMode) -> jax.Array:
+        return (self.mount.compliance() > 0.0) & (mode.fibre == LOADED)
+
+    def _drive(self, state: PulleyDriveState, behind: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Force on the weight besides the guide's, and the tension it feels."""
+        felt = behind * self.pulley.grip(state.velocity)
+        return felt * self.path.cosine(state.position) - self.pull_of_gravity, felt
+
+    def _rim_rate(self, rim: Rim, far: Side, net: jax.Array, mode: PulleyDriveMode) -> Rim:
+        moves = there = self.pulley.turning()
+        if mode.bearing is not None:
+            net = self.pulley.bearing().net_force(net, mode.bearing, rim.travel, rim.speed, jnp.zeros(()))
+            moves = there & (mode.bearing != 0)
+        return Rim(
+            jnp.where(moves, rim.speed, 0.0),
+            jnp.where(there, net / self.pulley.mass(), 0.0),
+            self.fibre.memory_rates(*far, mode.behind),
+        )
+
+    def _mount_rate(self, state: PulleyDriveState, near: Side, mode: PulleyDriveMode, inputs: Any) -> jax.Array:
+        """What the mount gives way, the fibre need not stretch."""
+        loaded = self._mount_is_loaded(mode)
+        gives = self._share() * (self.rigid_sides(state, inputs)[0].rate - near.rate)
+        return jnp.where(loaded, gives / jnp.where(loaded, self.mount.compliance(), 1.0), 0.0)
+
+    def _settle(
+        self, state: PulleyDriveState, mode: PulleyDriveMode, crossed: PulleyDriveMode, inputs: Any
+    ) -> PulleyDriveMode:
+        """Mode with what has stopped, or was at rest, at rest or set in motion."""
+        at_gauge, behind = self.tensions(*self.sides(state, mode, inputs), state, mode)
+        drive, felt = self._drive(state, behind)
+        mode = mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, state.position, felt))
+        if state.rim is None or mode.bearing is None:
+            return mode
+        bearing, nil = self.pulley.bearing(), jnp.zeros(())
+        moves = bearing.settle(at_gauge - behind, mode.bearing, crossed.bearing, state.rim.travel, nil)
+        return mode._replace(bearing=moves)
+
+
+PARAMETERS = (
+    Parameter("stiffness", "N/m", "stiffness of the fibre", 2e4, lower=10.0, upper=1e7, log=True),
+    Parameter("damping", "N s/m", "damping of the fibre", 25.0, lower=0.0, upper=1e4),
+    Parameter("friction", "N", "Coulomb friction between weight and guide", 4.0, lower=0.0, upper=1e3),
+)
+
+NUISANCES = (
+    Parameter("position_zero", "m", "reading of the position channel where the whole fibre is just taut", 1e-3),
+    Parameter("start_tension", "N", "tension of the fibre before the drive moves", 20.0, lower=0.0, upper=1e5),
+)
+
+CONDITIONS = (
+    Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
+    Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
+    Parameter("inclination", "rad", "slope of the guide", math.nan, lower=0.0, upper=math.pi / 2),
+    Parameter("pulley_diameter", "m", "diameter of the pulley", 0.08, lower=0.0),
+    Parameter("wrap_angle", "rad", "angle over which the fibre lies on the pulley", math.radians(150.0), lower=0.0),
+    Parameter("near_share", "-", "share of the fibre between drive and pulley", 0.5, lower=0.0, upper=1.0),
+    Parameter("lateral_offset", "m", "distance of the weight from the plane of the pulley", 0.0, lower=0.0),
+    Parameter("guide_distance", "m", "distance along the guide to the foot of the pulley", 0.9, lower=0.0),
+)
+
+
+def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> PulleyDrive:
+    """System of one record."""
+    mass = conditions["weight_mass"] + conditions["added_mass"]
+    return PulleyDrive(
+        mass=mass,
+        pull_of_gravity=mass * STANDARD_GRAVITY * jnp.sin(conditions["inclination"]),
+        fibre=Fibre(values["stiffness"], values["damping"], laws_of(FibreLaw, laws), tension_law),
+        guide=Guide(values["friction"], laws_of(GuideLaw, laws)),
+        path=Path(conditions["lateral_offset"], conditions["guide_distance"]),
+        pulley=Pulley(
+            0.5 * conditions["pulley_diameter"],
+            conditions["wrap_angle"],
+            conditions["near_share"],
+            laws_of(PulleyLaw, laws),
+        ),
+        mount=Mount(laws_of(DriveLaw, laws)),
+    )
+
+
+def start(system: PulleyDrive, values: Values, conditions: Values, inputs: Any) -> Start:
+    """The weight rests under the `start_tension`, or if it is not given, as if there were no friction."""
+    balance = system.pull_of_gravity / system.path.cosine(jnp.zeros(()))
+    tension = values.get("start_tension", balance)
+    return Start(*system.at_rest(tension, inputs))
+
+
+def observe(system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> dict[str, jax.Array]:
+    """Force at the drive in N, position of the weight in m."""
+    near, far = system.sides(state, mode, inputs)
+    return {"force": system.tensions(near, far, state, mode)[0], "position": state.position}
+
+
+PULLEY_DRIVE = Rig(
+    kind="pulley_drive",
+    parameters=PARAMETERS,
+    nuisances=NUISANCES,
+    conditions=CONDITIONS,
+    channels=("force", "position"),
+    inputs=("drive",),
+    build=build,
+    start=start,
+    observe=observe,
+)
