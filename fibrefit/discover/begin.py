@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
@@ -57,7 +58,7 @@ def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], 
 def _ground(task: Task) -> Ground:
     layout = task.problem.layout
     free = [slot for slot in layout.slots if slot.free]
-    start = np.asarray(layout.local(task.start))
+    start = np.asarray(layout.local(jnp.asarray(task.start)))
     return Ground(
         base=tuple(slot.name for slot in free if slot.shared),
         each=tuple(slot.name for slot in free if not slot.shared),
@@ -67,7 +68,7 @@ def _ground(task: Task) -> Ground:
 
 
 def _local(frame: Frame, task: Task, values: np.ndarray) -> np.ndarray:
-    local = np.asarray(task.problem.layout.local(values))
+    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
     return carried(frame, absent_values(frame, len(local)), Frame(task), local)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, carried
-from fibrefit.discover.evidence import CHANCE, EACH
+from fibrefit.discover.evidence import CHANCE, EACH, NOISE_LIKE
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
 from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.free_form import Reading, described, probe_all
@@ -77,7 +77,8 @@ def _climb(
     search: Search, before: Identification, limits: Limits
 ) -> tuple[list[Hypothesis], list[Round], list[Hypothesis]]:
     """Add effects while the records ask for them; the path of hypotheses, its rounds, and the last candidates."""
-    path, rounds = [search.base], []
+    path: list[Hypothesis] = [search.base]
+    rounds: list[Round] = []
     looked: list[Hypothesis] = []
     beam = [search.base]
     while len(path[-1].effects) < limits.max_effects:
@@ -217,29 +218,17 @@ def _verdict(
 ) -> tuple[str, str, Unexplained]:
     noise_like = search.is_noise(best)
     if noise_like and reading is None:
-        if best.effects:
-            return "named", "What is left is noise.", Unexplained(search.gap(best))
-        return "nothing_missing", "The model explains the records down to their noise.", Unexplained(search.gap(best))
-    if not best.effects and _only_scatter(search):
-        return (
-            "nothing_missing",
-            "Base parameters that differ by some tenths of a percent from record to record explain what is left.",
-            Unexplained(search.gap(best)),
+        plain = search.gap(best) <= NOISE_LIKE * search.expected_gap
+        left = (
+            "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
         )
+        verdict = "named" if best.effects else "nothing_missing"
+        return verdict, f"What is left is {left}.", Unexplained(search.gap(best))
     if noise_like and reading is not None and not _is_rival(search, reading, best):
         return "named", "What is left is noise, and no single curve explains as much.", Unexplained(search.gap(best))
     looks = _looks_like(search, before, best, reading)
     reason = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
     return "unexplained", reason, Unexplained(search.gap(best), where.places(before), looks)
-
-
-SCATTERED = 1.06
-"""Gap up to which base parameters that scatter between records explain what is left."""
-
-
-def _only_scatter(search: Search) -> bool:
-    samples = search.samples
-    return bool(np.sqrt(search.scattered(search.base) / samples) <= SCATTERED * search.expected_gap)
 
 
 TELLS = 0.6

@@ -87,13 +87,14 @@ class Frame:
         padded[:active] = columns
         values = np.zeros((len(local), width))
         values[:, :active] = targets
-        found = _grams(self.problem, local, padded, values, np.int32(active), np.asarray(counts, dtype=np.int32))
+        arrays = (local, padded, values, np.int32(active), np.asarray(counts, dtype=np.int32))
+        found = _grams(self.problem, *map(jnp.asarray, arrays))
         keep = np.r_[np.arange(active), width]
         return np.asarray(found)[:, keep][:, :, keep]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
-        return np.asarray(_costs(self.problem, local, np.asarray(counts, dtype=np.int32)))
+        return np.asarray(_costs(self.problem, jnp.asarray(local), jnp.asarray(counts, dtype=jnp.int32)))
 
 
 def frame_of(task: Task, effects: Sequence[type[Effect]]) -> Frame:

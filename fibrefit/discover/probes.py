@@ -39,7 +39,8 @@ class Curve(Effect):
         """Height of the curve at `x`."""
         place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * (HATS - 1)
         heights = (self.c0, self.c1, self.c2, self.c3, self.c4, self.c5, self.c6, self.c7, self.c8, self.c9)
-        return sum(height * jnp.maximum(0.0, 1.0 - jnp.abs(place - i)) for i, height in enumerate(heights))
+        hats = [height * jnp.maximum(0.0, 1.0 - jnp.abs(place - i)) for i, height in enumerate(heights)]
+        return sum(hats, start=jnp.zeros(()))
 
 
 class ForceOfPosition(Curve, GuideLaw):

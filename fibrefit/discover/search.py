@@ -11,11 +11,13 @@ import numpy as np
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, fit_all, fit_with
 from fibrefit.discover.evidence import NOISE_LIKE, alike, significant
 from fibrefit.discover.frame import Frame, frame_of
-from fibrefit.discover.refit import refit
+from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
+USUAL_SCATTER = 6.0
+"""Mean squared deviation between records, in units of what is usual, beyond which it is no scatter but an effect."""
 BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
 
@@ -42,6 +44,8 @@ class Search:
     tell : callable
     frames : list of Frame
         Compiled so far.
+    scatter : dict of tuple of str to Refit
+        Refits with scatter made so far, by the names of their effects.
     """
 
     task: Task
@@ -53,6 +57,7 @@ class Search:
     expected_gap: float
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
+    scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -82,11 +87,12 @@ class Search:
         found = fit_all(jobs, lambda done: self.tell(what, done / len(jobs)))
         return sorted(found, key=lambda hypothesis: hypothesis.fit.cost)
 
-    def scattered(self, hypothesis: Hypothesis) -> float:
-        """Objective of a hypothesis when the base parameters may scatter between records."""
-        subset = self.ground.subset(hypothesis.effects, scattering=True)
-        found = refit(hypothesis.frame, subset, hypothesis.fit.local, self.ground.whole)
-        return found.objective
+    def scattered(self, hypothesis: Hypothesis) -> Refit:
+        """A hypothesis refitted with base parameters that may scatter between records."""
+        if hypothesis.names not in self.scatter:
+            subset = self.ground.subset(hypothesis.effects, scattering=True)
+            self.scatter[hypothesis.names] = refit(hypothesis.frame, subset, hypothesis.fit.local, self.ground.whole)
+        return self.scatter[hypothesis.names]
 
     def gain(self, hypothesis: Hypothesis, over: Hypothesis) -> float:
         """Gain over another hypothesis that remains when base parameters may scatter; re-based.
@@ -104,7 +110,7 @@ class Search:
                     rebased[:, j] = blank[:, j]
         subset = self.ground.subset(over.effects, scattering=True)
         again = refit(frame, subset, rebased, self.ground.whole).objective
-        return min(again, self.scattered(over)) - self.scattered(hypothesis)
+        return min(again, self.scattered(over).objective) - self.scattered(hypothesis).objective
 
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
         """Whether a hypothesis is better than another by more than chance."""
@@ -122,8 +128,15 @@ class Search:
         return min(self.alike(ranked[0], ranked), key=lambda hypothesis: (hypothesis.size, hypothesis.fit.cost))
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
-        """Whether only noise is left."""
-        return self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap
+        """Whether only noise is left, or noise and base parameters that scatter a little from record to record."""
+        return self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap or self.only_scatters(hypothesis)
+
+    def only_scatters(self, hypothesis: Hypothesis) -> bool:
+        """Whether base parameters that scatter no more than usual between records leave only noise."""
+        found = self.scattered(hypothesis)
+        deviations = len(self.ground.base) * len(found.local)
+        gap = np.sqrt(found.cost / self.samples)
+        return bool(gap <= NOISE_LIKE * self.expected_gap and found.penalty <= USUAL_SCATTER * deviations)
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""
