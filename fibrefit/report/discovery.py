@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
-from fibrefit.report.text import doubts, parameter_rows, with_error
+from fibrefit.report.text import doubts, parameter_row, with_error
 from fibrefit.study.summaries import Before, Candidate, DiscoverySummary, Gap, ParameterSummary, Place
 
 MOST_CANDIDATES = 6
@@ -89,7 +89,7 @@ def _duration(seconds: float) -> str:
 def _places(places: Sequence[Place]) -> list[str]:
     rows = [
         (
-            shortened(place.record, LONGEST_NAME),
+            shortened(place.record, LONGEST_NAME - 6),
             place.channel,
             f"{place.from_s:.3f}",
             f"{place.to_s:.3f}",
@@ -118,7 +118,7 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
     rows.append(("all records", *_ratios(before.gap if before else None, summary.gap, channels), ""))
     lines = table(("times the noise", *channels, "left out"), rows, right=set(range(1, len(channels) + 2)))
     if len(worst) > len(rows) - 1:
-        lines.insert(-1, f"and {len(worst) - len(rows) + 1} more records with smaller gaps")
+        lines.insert(-2, f"and {len(worst) - len(rows) + 1} more records with smaller gaps")
     if held:
         lines.append(
             paragraph('"Left out": that record as foreseen from the others, only its own zero and start being fitted.')
@@ -191,14 +191,22 @@ def _alike(names: Sequence[str]) -> str:
 
 
 def _parameters(summary: DiscoverySummary) -> list[str]:
-    """Values before and after, with the intervals of the final ones."""
+    """Values before and after, with the intervals of the final ones; those of an effect under its name."""
     before = summary.before.parameters if summary.before and summary.added else {}
-    rows = []
-    for name, parameter in summary.parameters.items():
-        for label, value, error, unit, interval in parameter_rows(name, parameter):
-            then = before.get(name)
-            rows.append((label, _like(then, parameter, error) if then and value else "", value, error, unit, interval))
-    return table(("", "before", "after" if before else "value", "+/-", "unit", "95 % interval"), rows, right={1, 2, 3})
+    rows: list[tuple[str, ...]] = []
+    headings: dict[int, str] = {}
+    for i, (name, parameter) in enumerate(summary.parameters.items()):
+        effect, _, last = name.rpartition(".")
+        if effect and effect not in headings.values():
+            headings[i] = effect
+        label, value, error, unit, interval = parameter_row(f"  {last}" if effect else name, parameter)
+        then = before.get(name)
+        rows.append((label, _like(then, parameter, error) if then else "", value, error, unit, interval))
+    lines = table(("", "before", "after" if before else "value", "+/-", "unit", "95 % interval"), rows, right={1, 2, 3})
+    # A name beside the columns would push them over the edge.
+    for i, effect in reversed(headings.items()):
+        lines.insert(i + 1, effect)
+    return lines
 
 
 def _like(then: ParameterSummary, now: ParameterSummary, error: str) -> str:

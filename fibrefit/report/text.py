@@ -89,22 +89,23 @@ def _title(summary: FitResultSummary) -> str:
 
 
 def _found(summary: FitResultSummary) -> list[str]:
-    rows = [row for name, parameter in summary.parameters.items() for row in parameter_rows(name, parameter)]
+    rows = [row for name, parameter in summary.parameters.items() for row in _parameter_rows(name, parameter)]
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
     return lines + [paragraph(finding) for finding in summary.findings]
 
 
-def parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
+def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
     """Row of a parameter; a name that would make the table too wide stands in two rows."""
     effect, dot, last = name.rpartition(".")
     if len(name) <= LONGEST_NAME:
-        return [_parameter_row(name, parameter)]
-    return [(f"{effect}{dot}", "", "", "", ""), _parameter_row(f"  {last}", parameter)]
+        return [parameter_row(name, parameter)]
+    return [(f"{effect}{dot}", "", "", "", ""), parameter_row(f"  {last}", parameter)]
 
 
-def _parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
+def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
+    """Name, value, error bar, unit and interval of a parameter, or what stands in place of the interval."""
     value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
     shown = "" if unit == "-" else unit
     if not parameter.free:
