@@ -1,0 +1,75 @@
+"""Asking which candidate is added: by number, by name, through a pipe, and when nobody answers."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from fibrefit.cli.choosing import asked, distinct, told_steps
+from fibrefit.cli.terminal import Terminal
+from fibrefit.discover.finding import Candidate
+
+VISCOUS, DRAG, DELAY = "guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay"
+FIRST = [Candidate(name, 1.0 + i, 1000.0 - i, {}) for i, name in enumerate((VISCOUS, DRAG, DELAY))]
+PAIRS = [
+    Candidate(" + ".join(names), 1.0 + i, 900.0 - i, {})
+    for i, names in enumerate(((VISCOUS, DELAY), (DRAG, DELAY), (VISCOUS, DRAG), (DRAG, "fibre.hardening")))
+]
+
+
+def answered(monkeypatch: pytest.MonkeyPatch, *lines: str) -> str | None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+    return asked(FIRST)
+
+
+@pytest.mark.parametrize(
+    ("line", "chosen"), [("", VISCOUS), ("2", DRAG), (DELAY, DELAY), (" 3 ", DELAY), ("s", None), ("Stop", None)]
+)
+def test_an_answer(monkeypatch: pytest.MonkeyPatch, line: str, chosen: str | None) -> None:
+    assert answered(monkeypatch, line) == chosen
+
+
+def test_a_wrong_answer_is_asked_again(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert answered(monkeypatch, "0", "4", "guide.quadratic_drug", "2") == DRAG
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("is none of them") == 3
+    assert f'"guide.quadratic_drug" is none of them. Did you mean "{DRAG}"?' in said.err
+
+
+def test_the_end_of_the_input_stops(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert answered(monkeypatch) is None
+    assert "no answer: stopped" in capsys.readouterr().err
+
+
+def test_the_candidates_are_listed_beside_the_answer(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answered(monkeypatch, "1")
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[1].split() == ["effect", "gap", "after", "evidence"]
+    assert lines[2].split() == ["1", VISCOUS, "1.000", "1000"]
+
+
+def test_a_pair_is_told_by_the_effect_no_earlier_one_holds() -> None:
+    """The search takes the first candidate that holds the name it is given."""
+    offered = distinct(PAIRS)
+    for chosen, name in offered.items():
+        first = next(candidate for candidate in PAIRS if name in candidate.effect.split(" + "))
+        assert first.effect == chosen
+    assert list(offered) == [PAIRS[0].effect, PAIRS[1].effect, PAIRS[3].effect]
+
+
+def test_each_step_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with told_steps(Terminal()) as tell:
+        tell("trying", 0.1)
+        tell("trying", 0.5)
+        tell("fitting", None)
+    assert capsys.readouterr().err == "... trying\n... fitting\n"
+
+
+def test_quiet_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    with told_steps(Terminal(quiet=True)) as tell:
+        tell("trying", 0.1)
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,145 @@
+"""``fibrefit discover``: what it hands on, where it writes, when it does not search again. The search is stubbed."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import fibrefit.workflow.discover as workflow
+from fibrefit.store import ResultDirectory, provenance, write_summary
+from fibrefit.study import Study
+from fibrefit.study.summaries import DiscoverySummary
+from fibrefit.workflow.discover import Options, inputs_of
+from tests.cli.conftest import Run
+from tests.cli.test_choosing import FIRST
+from tests.report.test_discovery import ALL
+
+
+class Found:
+    """A discovery with a given outcome."""
+
+    def __init__(self, study: Study, options: Options, summary: DiscoverySummary) -> None:
+        origin = provenance(
+            study.resolved_toml(), inputs_of(study, options), seed=options.seed, settings=options.told()
+        )
+        self.content = summary.model_copy(update={"provenance": origin})
+
+    def summary(self) -> DiscoverySummary:
+        return self.content
+
+    def save(self, out: Path, *, force: bool = False) -> None:
+        with ResultDirectory(out, force=force) as directory:
+            write_summary(directory.path, self.content)
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What the workflow was called with; the search names an effect."""
+    return stub(monkeypatch, "named")
+
+
+def stub(monkeypatch: pytest.MonkeyPatch, outcome: str) -> list[dict[str, Any]]:
+    made: list[dict[str, Any]] = []
+
+    def discover_study(study: Study, *, progress: Any, choose: Any, **options: Any) -> Found:
+        made.append(options | {"choose": choose and choose(FIRST)})
+        return Found(study, Options(**options), ALL[outcome])
+
+    monkeypatch.setattr(workflow, "discover_study", discover_study)
+    return made
+
+
+@pytest.fixture
+def demo(fibrefit: Run) -> Run:
+    fibrefit("init", "demo")
+    return fibrefit
+
+
+def test_it_prints_the_report_and_says_where_it_wrote(demo: Run, calls: list[Any]) -> None:
+    done = demo("discover", "demo", "--out", "out")
+    assert done.code == 0
+    assert done.out.startswith("NAMED: guide.viscous_friction")
+    assert "Written to out: summary.json, result.h5, study.toml of the final model, figures." in done.err
+
+
+def test_options_reach_the_workflow(demo: Run, calls: list[dict[str, Any]]) -> None:
+    Path("demo/my.py").write_text("")
+    words = ("--only", "guide.*", "--only", "fibre.*", "--exclude", "guide.quadratic_drag", "--also", "my.py:Mine")
+    assert demo("discover", "demo", "--out", "out", "--seed", "7", "--max-effects", "2", *words).code == 0
+    assert calls == [
+        {
+            "seed": 7,
+            "max_effects": 2,
+            "only": ("guide.*", "fibre.*"),
+            "exclude": ("guide.quadratic_drag",),
+            "also": ("my.py:Mine",),
+            "choose": None,
+        }
+    ]
+
+
+def test_json_is_one_document_also_when_a_person_chooses(
+    demo: Run, calls: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("2\n"))
+    done = demo("discover", "demo", "--out", "out", "--json", "--interactive")
+    assert done.document["schema"] == "fibrefit/discovery/1"
+    assert calls[0]["choose"] == FIRST[1].effect
+    assert "Which one is added?" in done.err
+
+
+@pytest.mark.parametrize(
+    ("outcome", "code"), [("named", 0), ("nothing_missing", 0), ("unexplained", 0), ("not_trusted", 5)]
+)
+def test_the_exit_code(demo: Run, monkeypatch: pytest.MonkeyPatch, outcome: str, code: int) -> None:
+    stub(monkeypatch, outcome)
+    assert demo("discover", "demo", "--out", "out").code == code
+    assert Path("out/summary.json").exists()
+    assert demo("discover", "demo", "--out", "out").code == code  # also when it is shown again
+
+
+def test_the_same_search_is_not_made_twice(demo: Run, calls: list[Any]) -> None:
+    first = demo("discover", "demo")
+    again = demo("discover", "demo")
+    assert len(calls) == 1
+    assert again.out == first.out
+    assert "The same search was made before; this is its result in results/" in again.err
+    assert demo("discover", "demo", "--force").code == 0
+    assert len(calls) == 2
+
+
+def test_another_search_does_not_take_its_place(demo: Run, calls: list[Any]) -> None:
+    demo("discover", "demo", "--out", "out")
+    for words in (("--seed", "1"), ("--set", "rig.weight_mass=2 kg"), ("--max-effects", "1"), ("--interactive",)):
+        done = demo("discover", "demo", "--out", "out", *words)
+        assert done.code == 2, words
+        assert (
+            done.err
+            == "error: out: exists already; expected a new folder. Add --force to replace it, or name another --out.\n"
+        )
+    assert len(calls) == 1
+
+
+def test_show_prints_the_report_again(demo: Run, calls: list[Any]) -> None:
+    done = demo("discover", "demo", "--out", "out")
+    assert demo("show", "out").out == done.out
+    assert demo("show", "out", "--json").document["verdict"] == "named"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("--max-effects", "0"), 2, "0 is not in the range x>=1"),
+        (("--only", "guide.viscos_friction"), 2, 'Did you mean "guide.viscous_friction"?'),
+        (("--exclude", "*"), 2, "no effect is left to try"),
+        (("--also", "my.py:Mine"), 4, "Check the path."),
+    ],
+)
+def test_refusals(demo: Run, words: tuple[str, ...], code: int, says: str) -> None:
+    done = demo("discover", "demo", "--out", "out", *words)
+    assert done.code == code
+    assert says in done.err
+    assert not Path("out").exists()

@@ -1,0 +1,56 @@
+"""Every verdict is drawn, with the figures it calls for; nothing is left out that a reader would look for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fibrefit.plots import discovery_figures
+from fibrefit.plots.before_after import _smooth
+from fibrefit.problem.task import Task
+from tests.discover.made import FINDINGS, named
+
+RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
+
+
+@pytest.mark.parametrize("verdict", sorted(FINDINGS))
+def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
+    figures = discovery_figures(FINDINGS[verdict](task))
+    expected = {"gap", "candidates", "places", "states", "map"} | RECORDS
+    assert set(figures) == (expected - {"candidates"} if verdict == "not_trusted" else expected)
+    for figure in figures.values():
+        figure.canvas.draw()
+
+
+def test_before_and_after_share_their_axes(task: Task) -> None:
+    figure = discovery_figures(named(task))["record drop_20mm_45deg.csv"]
+    said = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert any("31 %" in text for text in said)
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert labels == ["measured", "first model", "final model"]
+
+
+def test_a_round_has_its_candidates(task: Task) -> None:
+    finding = named(task)
+    figures = discovery_figures(replace(finding, rounds=finding.rounds * 2))
+    assert {"candidates", "candidates 2"} <= set(figures)
+    bars = figures["candidates"].axes[0].patches
+    assert len(bars) == len(finding.ranking)
+    assert bars[0].get_facecolor() != bars[1].get_facecolor() == bars[2].get_facecolor()
+
+
+def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
+    finding = named(task)
+    held = tuple(replace(one, gap_before=60.0) for one in finding.held_out)
+    axes = discovery_figures(replace(finding, held_out=held))["gap"].axes
+    assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
+
+
+def test_averages_leave_out_what_is_missing() -> None:
+    values = np.array([1.0, 1.0, np.nan, 1.0, 3.0, 3.0, np.nan, np.nan, np.nan])
+    smooth = _smooth(values, 3)
+    assert smooth[2] == 1.0
+    assert smooth[4] == pytest.approx(7.0 / 3.0)
+    assert np.isnan(smooth[7])

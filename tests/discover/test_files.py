@@ -1,0 +1,165 @@
+"""The files of a discovery: they follow their schemas, and the study of the final model is a study like any other."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.problem.task import Task
+from fibrefit.store import read_result, read_summary
+from fibrefit.study import load_study
+from fibrefit.study.schemas import schemas
+from fibrefit.study.summaries import DiscoverySummary
+from fibrefit.workflow import discover as workflow
+from fibrefit.workflow import model_of
+from fibrefit.workflow.discover import Discovery, Options, finished
+from tests.discover.conftest import DATA
+from tests.discover.made import FINDINGS, VISCOUS, identified, named
+
+Make = Callable[..., Discovery]
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the figures, which take most of the time."""
+    monkeypatch.setattr(Discovery, "plot", lambda self: {})
+
+
+@pytest.mark.parametrize("verdict", sorted(FINDINGS))
+def test_every_verdict_is_written_and_read(discovery: Make, elsewhere: Path, verdict: str) -> None:
+    made = discovery(verdict)
+    out = made.save(elsewhere / "out")
+    content = json.loads((out / "summary.json").read_text())
+    jsonschema.validate(content, schemas()["discovery.schema.json"])
+    summary = read_summary(out)
+    assert summary == made.summary().model_copy(update={"provenance": summary.provenance})  # type: ignore[attr-defined]
+    groups, attributes = read_result(out / "result.h5")
+    assert attributes["schema"] == "fibrefit/discovery/1"
+    assert set(groups["predictions_before"]) >= {"force", "position"}
+    assert load_study(out / "study.toml").model.effects == made.added
+    assert (out / "figures" / "gap.png").stat().st_size > 10_000
+
+
+def test_the_contract_of_the_summary(discovery: Make) -> None:
+    content = json.loads(discovery().summary().model_dump_json(by_alias=True))
+    assert content["verdict"] == "named"
+    assert content["added"] == content["effects"] == [VISCOUS.name]
+    (found,) = content["rounds"]
+    assert (found["added"], found["gap_before"], found["gap_after"]) == (VISCOUS.name, 3.6, 1.0)
+    assert set(found["where"][0]) == {"record", "channel", "from_s", "to_s", "phase", "share"}
+    best = found["ranking"][0]
+    assert best["effect"] == VISCOUS.name
+    assert set(best["parameters"]["guide.viscous_friction.viscous_coefficient"]) >= {"value", "std_error", "unit"}
+    assert content["cannot_tell_apart"] == [[VISCOUS.name, "guide.quadratic_drag"]]
+    assert content["unexplained"] == {"gap": 1.0, "where": [], "looks_like": None}
+    assert content["before"]["gap"]["total"] > 3.0 > content["gap"]["total"]
+    assert [held["gap_after"] for held in content["held_out"]] == [1.02, 1.31]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_candidates_in_the_file_of_arrays(discovery: Make, elsewhere: Path) -> None:
+    groups, _ = read_result(discovery().save(elsewhere / "out") / "result.h5")
+    trials = groups["discovery"]
+    assert list(trials["effect"].values[:2]) == [VISCOUS.name, "guide.quadratic_drag"]
+    assert trials["round"].values.tolist() == [1] * 7
+    owner = trials["value_of"].values[list(trials["parameter"].values).index("fibre.hysteresis.beta")]
+    assert trials["effect"].values[owner] == "fibre.hysteresis"
+    assert np.isinf(trials["std_error"].values).sum() > 0
+    assert groups["held_out"]["gap_before"].values.tolist() == [6.8, 7.0]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_final_study_starts_where_the_search_ended(discovery: Make, elsewhere: Path) -> None:
+    made = discovery()
+    again = load_study(made.save(elsewhere / "deep" / "out") / "study.toml")
+    assert again.model.effects == (VISCOUS.name,)
+    declared = {p.name: p for p in model_of(again).parameters}
+    settings = again.settings(declared)
+    for name, estimate in made.parameters.items():
+        assert settings[name].initial == estimate.value, name
+    assert [again.path_of(record.file).resolve() for record in again.records] == [
+        made.study.path_of(record.file).resolve() for record in made.study.records
+    ]
+    assert again.records[0].release is None  # what each record has for itself stays to be found
+
+
+@pytest.mark.parametrize("name", sorted(CATALOGUE))
+def test_values_of_every_effect_survive_the_round_trip(task: Task, discovery: Make, elsewhere: Path, name: str) -> None:
+    effect = CATALOGUE[name]
+    made = discovery()
+    if made.study.kind not in effect.rigs:
+        pytest.skip("for another rig")
+    added = (*(CATALOGUE[other] for other in effect.needs), effect)
+    finding = replace(named(task), added=added, after=identified(task, added))
+    made = replace(made, finding=finding)
+    path = elsewhere / "study.toml"
+    path.write_text(made.final.resolved_toml(relative_to=elsewhere))
+    again = load_study(path)
+    settings = again.settings({p.name: p for p in model_of(again).parameters})
+    assert {key: setting.initial for key, setting in settings.items()} == {
+        key: estimate.value for key, estimate in made.parameters.items()
+    }
+
+
+def test_a_value_a_rounding_error_beyond_its_bound_is_put_back(task: Task, discovery: Make) -> None:
+    study = load_study(DATA / "viscous", ['parameters.stiffness.bounds=["1 kN/m", "22 kN/m"]'])
+    finding = named(task)
+    estimates = tuple(
+        replace(e, value=22000.000000001) if e.name == "stiffness" else e for e in finding.after.estimates
+    )
+    made = replace(
+        discovery(), study=study, finding=replace(finding, after=replace(finding.after, estimates=estimates))
+    )
+    assert made.final.settings({p.name: p for p in model_of(made.final).parameters})["stiffness"].initial == 22000.0
+
+
+def test_what_the_study_holds_stays_held(task: Task, discovery: Make) -> None:
+    study = load_study(DATA / "viscous", ['parameters.damping.fixed="19 N s/m"'])
+    finding = named(task)
+    estimates = tuple(replace(e, free=e.name != "damping") for e in finding.after.estimates)
+    made = replace(
+        discovery(), study=study, finding=replace(finding, after=replace(finding.after, estimates=estimates))
+    )
+    assert made.final.parameters["damping"] == study.parameters["damping"]
+
+
+def test_a_fit_that_failed_is_no_place_to_start_from(discovery: Make) -> None:
+    made = discovery("not_trusted")
+    assert made.final == made.study
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_same_search_is_known_again(discovery: Make, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    options = Options(max_effects=2, only=("guide.*",), seed=3)
+    made = discovery("named", options)
+    out = made.save(elsewhere / "out")
+    assert isinstance(finished(out, made.study, options), DiscoverySummary)
+    assert finished(out, made.study, replace(options, only=("guide.*",), exclude=("guide.quadratic_drag",))) is None
+    assert finished(out, made.study, replace(options, seed=4)) is None
+    assert finished(out, made.study, replace(options, max_effects=3)) is None
+    assert finished(out, load_study(DATA / "viscous", ["rig.weight_mass=3 kg"]), options) is None
+    assert finished(out, load_study(DATA / "plain"), options) is None
+    assert finished(elsewhere / "nowhere", made.study, options) is None
+    monkeypatch.setattr(workflow, "versions", lambda: {"fibrefit": "another"})
+    assert finished(out, made.study, options) is None
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_a_person_chose_is_not_what_a_search_finds(discovery: Make, elsewhere: Path) -> None:
+    made = replace(discovery(), chosen=True)
+    assert finished(made.save(elsewhere / "out"), made.study, made.options) is None
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_damaged_results_are_not_taken_for_finished(discovery: Make, elsewhere: Path) -> None:
+    made = discovery()
+    out = made.save(elsewhere / "out")
+    (out / "summary.json").write_text("{")
+    assert finished(out, made.study, made.options) is None

@@ -1,0 +1,146 @@
+"""The report of a discovery: the verdict first, all that a colleague would say, in 80 columns."""
+
+from __future__ import annotations
+
+import pytest
+
+from fibrefit.report.discovery import discovery_report, verdict_line
+from fibrefit.report.layout import WIDTH, shortened
+from fibrefit.study import summaries as s
+from tests.report.test_text import suspect
+from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS
+
+NAMED = EXAMPLES["fibrefit/discovery/1"]
+assert isinstance(NAMED, s.DiscoverySummary)
+LONG = "guide.asymmetric_viscous_friction"
+BEFORE = s.Before(
+    status="suspect",
+    parameters={"stiffness": STIFFNESS.model_copy(update={"value": 31800.0})},
+    gap=GAP.model_copy(update={"total": 3.1}),
+    records={"a.csv": GAP},
+)
+
+
+def values(*names: str) -> dict[str, s.ParameterSummary]:
+    return {name: s.ParameterSummary(value=1.766, std_error=0.015, unit="N s/m") for name in names}
+
+
+def full() -> s.DiscoverySummary:
+    """Everything long that a report can hold."""
+    base = suspect()
+    ranking = tuple(
+        s.Candidate(
+            effect=f"{LONG} + fibre.rate_dependent_stiffness" if i == 2 else LONG,
+            gap_after=1.0 + i,
+            evidence=15094.0 - 3000.0 * i,
+            parameters=values(f"{LONG}.viscous_asymmetry", "guide.viscous_friction.viscous_coefficient"),
+        )
+        for i in range(9)
+    )
+    place = s.Place(
+        record=f"record_0_{'x' * 60}.csv",
+        channel="position",
+        from_s=0.31,
+        to_s=0.68,
+        phase="taut, unloading",
+        share=0.38,
+    )
+    sentence = "38 % of the gap lies in the position while slack. " * 4
+    return s.DiscoverySummary(
+        **{name: getattr(base, name) for name in s.FitResultSummary.model_fields},
+        verdict="named",
+        reason="What is left is noise.",
+        added=("guide.viscous_friction", LONG),
+        rounds=(
+            s.Round(
+                added="guide.viscous_friction", gap_before=3.1, gap_after=1.4, where=(place,), ranking=ranking,
+                sentence=sentence,
+            ),
+            s.Round(added=LONG, gap_before=1.4, gap_after=1.02, ranking=ranking, sentence="Then the rest."),
+        ),
+        cannot_tell_apart=((LONG, "guide.load_dependent_friction"),),
+        unexplained=s.Unexplained(gap=1.0),
+        before=BEFORE.model_copy(update={"records": dict.fromkeys(base.records, GAP)}),
+        held_out=tuple(s.HeldOut(record=name, gap_before=13.6, gap_after=1.01) for name in base.records),
+    )  # fmt: skip
+
+
+def with_verdict(verdict: s.Verdict, **changes: object) -> s.DiscoverySummary:
+    found = {"added": (), "rounds": (), "cannot_tell_apart": (), "verdict": verdict, "before": BEFORE}
+    return NAMED.model_copy(update=found | {"reason": "The reason is this.", **changes})
+
+
+ALL = {
+    "named": NAMED.model_copy(update={"before": BEFORE}),
+    "full": full(),
+    "nothing_missing": with_verdict("nothing_missing"),
+    "unexplained": with_verdict(
+        "unexplained", unexplained=s.Unexplained(gap=2.0, looks_like="a friction that depends on the position " * 5)
+    ),
+    "not_trusted": with_verdict("not_trusted"),
+}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_it_fits_80_columns_of_ascii(name: str) -> None:
+    text = discovery_report(ALL[name])
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert text.isascii()
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("named", "NAMED: guide.viscous_friction (or guide.quadratic_drag)"),
+        ("full", f"NAMED: guide.viscous_friction and {LONG} (or guide.load_dependent_friction)"),
+        ("nothing_missing", "NOTHING MISSING"),
+        ("not_trusted", "NOT TRUSTED: The reason is this."),
+    ],
+)
+def test_the_verdict_comes_first(name: str, line: str) -> None:
+    assert verdict_line(ALL[name]) == line
+    assert discovery_report(ALL[name]).replace("\n", " ").startswith(line)
+
+
+def test_the_unexplained_says_what_it_looks_like() -> None:
+    text = discovery_report(ALL["unexplained"])
+    assert text.startswith("UNEXPLAINED: looks like a friction that depends on the position")
+    assert discovery_report(with_verdict("unexplained", unexplained=None)).startswith("UNEXPLAINED\n")
+
+
+def test_it_says_what_helped_but_is_not_all() -> None:
+    text = discovery_report(with_verdict("unexplained", added=("guide.viscous_friction",)))
+    assert "guide.viscous_friction helped, but that is not the whole of it." in " ".join(text.split())
+
+
+def test_it_says_what_matters() -> None:
+    text = " ".join(discovery_report(full()).split())
+    for part in (
+        "The gap falls from 3.10 to 1.30 times the noise.",
+        "1. 38 % of the gap lies in the position while slack.",
+        "2. Then the rest.",
+        "position 0.310 0.680 taut, unloading 38 %",
+        "13.60 -> 1.01",
+        "and 8 more records with smaller gaps",
+        "What was tried in round 2",
+        "1.000 15094 1.766 +/- 0.015 N s/m",
+        "and 3 more that leave a larger gap",
+        "explain these records equally well",
+        "31.8000 11.1506 0.0042 kN/m",
+        "What to do next",
+    ):
+        assert part in text, part
+
+
+def test_nothing_stands_before_where_nothing_was_added() -> None:
+    text = discovery_report(ALL["nothing_missing"])
+    assert "->" not in text
+    assert "before" not in text
+
+
+def test_a_name_is_cut_in_its_middle() -> None:
+    assert shortened("drop_10mm_90deg.csv", 34) == "drop_10mm_90deg.csv"
+    cut = shortened("record_" + "x" * 60 + "_9.csv", 20)
+    assert len(cut) == 20
+    assert cut.startswith("record_")
+    assert cut.endswith("_9.csv")
