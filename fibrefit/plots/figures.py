@@ -8,9 +8,33 @@ from html import escape
 
 from matplotlib.figure import Figure
 
+from fibrefit.core.errors import UsageError, did_you_mean
+
 
 class Figures(dict[str, Figure]):
     """Figures by name; a notebook shows them all, one below the other."""
+
+    def only(self, *names: str) -> Figures:
+        """Some of the figures.
+
+        Parameters
+        ----------
+        *names : str
+
+        Returns
+        -------
+        Figures
+            In the order of `names`.
+
+        Raises
+        ------
+        UsageError
+            If there is no figure of that name.
+        """
+        for name in names:
+            if name not in self:
+                raise UsageError(f'figure "{name}"', "not drawn", f"one of {', '.join(self)}", did_you_mean(name, self))
+        return Figures({name: self[name] for name in names})
 
     def _repr_html_(self) -> str:
         return "\n".join(_embedded(name, figure) for name, figure in self.items())

@@ -33,7 +33,7 @@ def _named(finding: Finding) -> tuple[str, ...]:
         either = " or ".join(names)
         said.append(
             f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
-            "these do not separate them."
+            "these do not separate them. fibrefit confuse says which record would."
         )
     missed = [held.record for held in finding.held_out if not held.gap_after <= FORESEEN]
     if missed:
