@@ -1,0 +1,51 @@
+"""``python -m tests.benchmarks``: prints all comparisons; ``--write`` keeps them in docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+
+from tests.benchmarks import fits, growth, simulations
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
+PACKAGES = ("numpy", "scipy", "jax", "optimistix", "numba", "lmfit", "diffrax")
+
+HEAD = """# Benchmarks
+
+Made by `make bench` on {date} with {cores} cores; Python {python}, {packages}.
+Every number is a median of runs taken in turn with those it is compared with; all contenders were first seen to give
+the same answer, unless the table says otherwise. A ratio above one means that ours is slower; "goal" is what this
+project asks of itself.
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
+    parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
+    parser.add_argument("--quick", action="store_true", help="leave out the slowest rivals and the growth of times")
+    given = parser.parse_args()
+    packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    python = ".".join(map(str, sys.version_info[:3]))
+    parts = [HEAD.format(date=date.today(), cores=os.cpu_count(), python=python, packages=packages)]
+    print(parts[0], flush=True)
+    for table in _tables(given.quick):
+        parts.append(table.text())
+        print(parts[-1], flush=True)
+    if given.write:
+        PAGE.parent.mkdir(exist_ok=True)
+        PAGE.write_text("\n".join(parts), encoding="utf-8")
+
+
+def _tables(quick: bool):
+    yield from simulations.tables()
+    yield fits.table(slow=not quick)
+    if not quick:
+        yield from growth.tables()
+
+
+if __name__ == "__main__":
+    main()
