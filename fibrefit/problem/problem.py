@@ -12,7 +12,8 @@ import numpy as np
 from fibrefit.problem.arrays import functions_for
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.observations import Observations
-from fibrefit.simulate.model import Experiment, Model
+from fibrefit.problem.snaps import certainty
+from fibrefit.simulate.model import Experiment, Model, Response
 
 
 class Linearised(NamedTuple):
@@ -56,7 +57,7 @@ class Problem(eqx.Module):
         -------
         dict of (n_record, n_time) in SI units
         """
-        return jax.vmap(self._respond)(self.layout.local(values), self.observations.experiment)
+        return jax.vmap(self._respond)(self.layout.local(values), self.observations.experiment).channels
 
     def residuals(self, values: jax.Array) -> jax.Array:
         """Simulated minus measured in units of the noise, ``(n_record, n_channel, n_time)``; zero where not measured.
@@ -122,13 +123,18 @@ class Problem(eqx.Module):
         """Number of samples that count; not inside compiled programs."""
         return int(sum(np.count_nonzero(np.asarray(weight)) for weight in self.observations.weight.values()))
 
-    def _respond(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
-        return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment).channels
+    def _respond(self, local: jax.Array, experiment: Experiment) -> Response:
+        return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment)
 
     def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
-        readings = self._respond(local, data.experiment)
-        plain = jnp.stack([(readings[c] - data.measured[c]) * data.weight[c] for c in self.model.rig.channels])
+        response = self._respond(local, data.experiment)
+        rows = []
+        for channel in self.model.rig.channels:
+            weight, jumps = data.weight[channel], response.jumps
+            sure = certainty(data.experiment.times, jumps.instants, jumps.heights[channel] * jnp.max(weight))
+            rows.append((response.channels[channel] - data.measured[channel]) * weight * sure)
+        plain = jnp.stack(rows)
         if self.soft_beyond is None:
             return plain
         # The square of this is the soft-L1 loss; near zero it is the residual itself.

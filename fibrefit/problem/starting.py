@@ -42,6 +42,10 @@ class Starting:
     ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
+SWING = 2.5
+"""Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
+
+
 @dataclass(frozen=True)
 class _Drop:
     """What a drop shows before and during its fall."""
@@ -180,7 +184,8 @@ def _rate(values: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:
     position, time = trace.channels["position"], trace.times
-    taut = position > drop.zero
-    first = _first(taut, trace, "does not reach the taut point")
-    slack = ~taut & (np.arange(len(time)) > first)
-    return float(time[np.argmax(slack)] if slack.any() else time[-1])
+    first = _first(position > drop.zero, trace, "does not reach the taut point")
+    slack = (position < drop.zero) & (np.arange(len(time)) > first)
+    # A weight that the fibre never lets go again swings: a little more than half a period counts as the contact.
+    swing = time[first] + SWING * (time[np.nanargmax(position)] - time[first])
+    return float(min(time[np.argmax(slack)] if slack.any() else time[-1], swing, time[-1]))

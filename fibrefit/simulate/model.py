@@ -13,6 +13,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulate.inputs import inputs_at
+from fibrefit.simulate.jumps import Jumps, jumps_of
 from fibrefit.simulate.pieces import pieces_of
 from fibrefit.simulate.sensing import behind, chain_of, exactly_where
 from fibrefit.simulate.sensitivity import solve
@@ -49,10 +50,13 @@ class Response(NamedTuple):
         Readings.
     solution : Solution
         The motion behind them.
+    jumps : Jumps
+        Of the readings.
     """
 
     channels: dict[str, jax.Array]
     solution: Solution
+    jumps: Jumps
 
 
 @dataclass(frozen=True)
@@ -114,8 +118,10 @@ class Model:
         steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
         here = jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
         channels = jax.vmap(observe)(solution.states, solution.modes, here)
+        jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
         if chain := chain_of(laws):
             lags, late_by, nil = chain
+            jumps = jumps._replace(instants=jumps.instants + late_by)
             for role in (role for role in channels if role.startswith("force")):
                 felt = partial(_channel, observe, role)
                 pieces = pieces_of(felt, system, times, count, inputs, solution)
@@ -124,7 +130,7 @@ class Model:
             channels = sensor.measure(channels, times)
         if "position_zero" in values:
             channels["position"] = channels["position"] + values["position_zero"]
-        return Response(channels, solution)
+        return Response(channels, solution, jumps)
 
 
 def _channel(observe: Any, role: str, *instant: Any) -> jax.Array:
