@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test bench validate lint format schemas clean
+.PHONY: demo test bench validate validate-discover lint format schemas clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
@@ -18,6 +18,10 @@ bench: .venv/installed-bench
 validate: .venv/installed-test
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation
 	$(RUN) -m pytest -s -m slow --ignore=tests/validation
+
+# ARGS="--cases 20" carries out twenty further cases; those done before are kept.
+validate-discover: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_discover $(ARGS)
 
 lint: .venv/installed-lint
 	$(RUN) -m ruff check .

@@ -19,9 +19,11 @@ from fibrefit.study.schemas import schemas
 from fibrefit.study.summaries import DiscoverySummary
 from fibrefit.workflow import discover as workflow
 from fibrefit.workflow import model_of
+from fibrefit.workflow.candidates import candidates_of
 from fibrefit.workflow.discover import Discovery, Options, finished
 from tests.discover.conftest import DATA
 from tests.discover.made import FINDINGS, VISCOUS, identified, named
+from tests.discover.test_candidates import OWN
 
 Make = Callable[..., Discovery]
 
@@ -106,6 +108,34 @@ def test_values_of_every_effect_survive_the_round_trip(task: Task, discovery: Ma
     assert {key: setting.initial for key, setting in settings.items()} == {
         key: estimate.value for key, estimate in made.parameters.items()
     }
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_an_effect_of_ones_own_is_named_by_its_file(task: Task, discovery: Make, elsewhere: Path) -> None:
+    folder = elsewhere / "study"
+    folder.mkdir()
+    (folder / "mine.py").write_text(OWN)
+    for path in (DATA / "viscous").iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    study = load_study(folder)
+    options = Options(also=("mine.py:Rub",))
+    tried = candidates_of(study, also=options.also)
+    own = tried["mine.py:Rub"]
+    finding = replace(named(task), added=(own,), after=identified(task, (own,)))
+    made = replace(discovery(), study=study, finding=finding, candidates=tried, options=options)
+    assert made.added == ("mine.py:Rub",)
+    out = made.save(elsewhere / "results" / "out")
+    again = load_study(out / "study.toml")
+    assert again.model.effects == ("../../study/mine.py:Rub",)
+    assert [effect.name for effect in model_of(again).effects] == ["guide.rub"]
+    summary = read_summary(out)
+    assert isinstance(summary, DiscoverySummary)
+    assert summary.added == ("guide.rub",)
+    assert summary.provenance is not None
+    assert any(path.endswith("mine.py") for path in summary.provenance.inputs)
+    assert finished(out, study, options) is not None
+    (folder / "mine.py").write_text(OWN + "# another law\n")
+    assert finished(out, study, options) is None
 
 
 def test_a_value_a_rounding_error_beyond_its_bound_is_put_back(task: Task, discovery: Make) -> None:

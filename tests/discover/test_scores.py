@@ -1,0 +1,116 @@
+"""The scores of the validation, on outcomes made by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
+
+from tests.validation import validate_discover
+from tests.validation.discover_cases import KINDS, all_cases
+from tests.validation.discover_scores import Outcome, by_effect, confusions, rates, times
+from tests.validation.validate_discover import carry_out, document, done_before, run
+
+GOOD = Outcome(
+    case="a", kind="single", rig="fibre_mass", hidden="sensor.force_delay", base_gap=1.5, pink=0.0, scatter=0.0,
+    verdict="named", added="sensor.force_delay", alike="", gap_before=2.0, gap_after=1.0, held_out=1.0, seconds=60.0,
+    says="",
+)  # fmt: skip
+LAG = replace(GOOD, case="b", added="sensor.force_lag")
+WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
+ALIKE = replace(WRONG, case="d", alike="sensor.force_delay + guide.viscous_friction")
+PAIR = replace(GOOD, case="e", kind="pair", hidden="fibre.hardening + sensor.force_delay", added="fibre.hardening")
+NULL = replace(GOOD, case="f", kind="null", hidden="", base_gap=0.0, verdict="nothing_missing", added="")
+ALARM = replace(NULL, case="g", verdict="named", added="guide.viscous_friction")
+STRANGER = replace(GOOD, case="h", kind="outside", hidden="open.detent", verdict="unexplained", added="")
+FAILED = replace(GOOD, case="i", verdict="error", added="", seconds=math.nan, says="ValueError: no")
+ALL = [GOOD, LAG, WRONG, ALIKE, PAIR, NULL, ALARM, STRANGER, FAILED]
+
+
+def test_a_member_of_the_class_is_right_but_not_exact() -> None:
+    assert (GOOD.first_is_right, GOOD.exact) == (True, True)
+    assert (LAG.first_is_right, LAG.exact) == (True, False)
+    assert (WRONG.first_is_right, WRONG.exact) == (False, False)
+    assert (ALIKE.first_is_right, ALIKE.exact) == (True, False)
+    assert (PAIR.first_is_right, PAIR.exact) == (True, False)
+    assert not FAILED.first_is_right
+
+
+def test_rates() -> None:
+    counted = {rate.what: (rate.hits, rate.cases) for rate in rates(ALL)}
+    assert counted == {
+        "one effect: right class first": (3, 5),
+        "one effect: exactly its name": (1, 5),
+        "nothing hidden: an effect named": (1, 2),
+        "nothing hidden: called unexplained": (0, 2),
+        "two effects: both named": (0, 1),
+        "two effects: one of them first": (1, 1),
+        "outside the catalogue: called unexplained": (1, 1),
+        "not trusted, or failed": (1, 9),
+    }
+
+
+def test_effects_too_weak_or_too_strong_are_not_counted() -> None:
+    assert rates([replace(GOOD, base_gap=0.3), replace(GOOD, base_gap=5.0)])[0].cases == 0
+
+
+def test_the_gap_closed_is_that_beyond_noise() -> None:
+    assert GOOD.closed == 1.0
+    assert replace(GOOD, gap_after=math.sqrt(2.5)).closed == pytest.approx(0.5)
+
+
+def test_tables() -> None:
+    assert "| sensor.force_delay | fibre_mass | 5 | 3 | 1 | 100 % |" in by_effect(ALL)[-1]
+    said = confusions(ALL)
+    assert "- sensor.force_delay taken for guide.viscous_friction: 2" in said
+    assert "- nothing taken for guide.viscous_friction: 1" in said
+    assert times(ALL).startswith("A search took 60 s")
+    assert "9 of 300 cases" in document(ALL, 300)
+
+
+def test_cases_are_told_apart_and_every_beginning_is_mixed() -> None:
+    cases = all_cases()
+    assert len({case.name for case in cases}) == len(cases)
+    assert sum(case.kind == "null" for case in cases) >= 100
+    assert sum(case.kind == "single" for case in cases) >= 120
+    assert {case.kind for case in cases[:12]} == set(KINDS)
+    assert all_cases() == cases
+
+
+def test_a_run_goes_on_where_another_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Here:
+        """Carries out in this process what is handed to it."""
+
+        def __init__(self, *args: object, **options: object) -> None: ...
+
+        def __enter__(self) -> Here:
+            return self
+
+        def __exit__(self, *args: object) -> None: ...
+
+        def submit(self, function: object, case: object) -> object:
+            from concurrent.futures import Future
+
+            future: Future[Outcome] = Future()
+            future.set_result(replace(GOOD, case=case.name))  # type: ignore[attr-defined]
+            return future
+
+    monkeypatch.setattr(validate_discover, "ProcessPoolExecutor", Here)
+    table = tmp_path / "cases.csv"
+    run(all_cases()[:2], table, 1)
+    run(all_cases()[2:3], table, 1)
+    assert {outcome.case for outcome in done_before(table)} == {case.name for case in all_cases()[:3]}
+    assert replace(done_before(table)[0], case="a") == GOOD
+
+
+def test_a_fault_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(case: object) -> dict[str, object]:
+        raise ValueError("no")
+
+    monkeypatch.setattr(validate_discover, "_searched", broken)
+    outcome = carry_out(all_cases()[0])
+    assert (outcome.verdict, outcome.says) == ("error", "ValueError: no")

@@ -1,0 +1,177 @@
+"""How the search did: what was named where what was hidden, false alarms, strangers recognised, time."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import beta
+
+from tests.validation.discover_cases import class_of
+
+WEAKEST, STRONGEST = 0.4, 4.0
+"""Clean gaps between which a hidden effect must be found, in units of the noise."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case; what is written into the table of cases.
+
+    Parameters
+    ----------
+    case, kind, rig : str
+    hidden : names of what was hidden, joined by " + "
+    base_gap : clean gap the best base model leaves
+    pink, scatter : of the noise and of the base parameters
+    verdict : of the search, or "error"
+    added : names in the order they were found, joined by " + "
+    alike : what could not be told apart from them, joined by " + "
+    gap_before, gap_after : of the fits
+    held_out : largest gap of a record foreseen from the others
+    seconds : of the search
+    says : what it looks like, or the error
+    """
+
+    case: str
+    kind: str
+    rig: str
+    hidden: str
+    base_gap: float
+    pink: float
+    scatter: float
+    verdict: str
+    added: str
+    alike: str
+    gap_before: float
+    gap_after: float
+    held_out: float
+    seconds: float
+    says: str
+
+    @property
+    def truth(self) -> tuple[str, ...]:
+        """What was hidden."""
+        return names(self.hidden)
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """What was named."""
+        return names(self.added)
+
+    @property
+    def first_is_right(self) -> bool:
+        """Whether the first name is of the class of something hidden, or cannot be told from it in these records."""
+        if self.verdict != "named":
+            return False
+        first = self.found[0]
+        meant = class_of(first) | (set(names(self.alike)) if len(self.found) == 1 else set())
+        return any(name in meant for name in self.truth)
+
+    @property
+    def exact(self) -> bool:
+        """Whether everything hidden was named, and nothing else."""
+        return self.verdict == "named" and set(self.found) == set(self.truth)
+
+    @property
+    def closed(self) -> float:
+        """Share of the squared gap beyond noise that the final model closes."""
+        beyond = self.gap_before**2 - 1.0
+        return (self.gap_before**2 - self.gap_after**2) / beyond if beyond > 0.0 else math.nan
+
+    @property
+    def in_range(self) -> bool:
+        """Whether it is to be found at all."""
+        return WEAKEST <= self.base_gap <= STRONGEST
+
+
+def names(joined: str) -> tuple[str, ...]:
+    """Names out of one cell of the table."""
+    return tuple(name for name in joined.split(" + ") if name)
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A share with its 95 % interval (Clopper-Pearson), and what it is held to."""
+
+    what: str
+    hits: int
+    cases: int
+    goal: str
+
+    def __str__(self) -> str:
+        if not self.cases:
+            return f"| {self.what} | no case yet | | {self.goal} |"
+        low = beta.ppf(0.025, self.hits, self.cases - self.hits + 1) if self.hits else 0.0
+        high = beta.ppf(0.975, self.hits + 1, self.cases - self.hits) if self.hits < self.cases else 1.0
+        share = f"{100.0 * self.hits / self.cases:.0f} % ({self.hits} of {self.cases})"
+        return f"| {self.what} | {share} | {100 * low:.0f} to {100 * high:.0f} % | {self.goal} |"
+
+
+def rates(outcomes: Sequence[Outcome]) -> list[Rate]:
+    """The figures the search is held to."""
+    singles = [o for o in outcomes if o.kind == "single" and o.in_range]
+    pairs = [o for o in outcomes if o.kind == "pair"]
+    nulls = [o for o in outcomes if o.kind == "null"]
+    strangers = [o for o in outcomes if o.kind == "outside" and o.base_gap >= WEAKEST]
+
+    def rate(what: str, of: Sequence[Outcome], goal: str, hit: Callable[[Outcome], bool]) -> Rate:
+        return Rate(what, sum(map(hit, of)), len(of), goal)
+
+    return [
+        rate("one effect: right class first", singles, ">= 95 %", lambda o: o.first_is_right),
+        rate("one effect: exactly its name", singles, ">= 85 %", lambda o: o.exact),
+        rate("nothing hidden: an effect named", nulls, "<= 2 %", lambda o: bool(o.found)),
+        rate("nothing hidden: called unexplained", nulls, "", lambda o: o.verdict == "unexplained"),
+        rate("two effects: both named", pairs, ">= 80 %", lambda o: o.exact),
+        rate("two effects: one of them first", pairs, "", lambda o: o.first_is_right),
+        rate("outside the catalogue: called unexplained", strangers, ">= 80 %", lambda o: o.verdict == "unexplained"),
+        rate("not trusted, or failed", outcomes, "", lambda o: o.verdict in ("not_trusted", "error")),
+    ]
+
+
+def by_effect(outcomes: Iterable[Outcome]) -> list[str]:
+    """A row for each effect that was hidden alone: how often it was found, and what was named in its place."""
+    groups: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        if outcome.kind in ("single", "outside"):
+            groups[outcome.hidden, outcome.rig].append(outcome)
+    rows = ["| hidden | rig | cases | right class first | exact | gap closed | else |", "|---|---|---|---|---|---|---|"]
+    for (hidden, rig), group in sorted(groups.items()):
+        closed = [o.closed for o in group if o.exact]
+        median = f"{100 * float(np.median(closed)):.0f} %" if closed else ""
+        first, exact = sum(o.first_is_right for o in group), sum(o.exact for o in group)
+        rows.append(f"| {hidden} | {rig} | {len(group)} | {first} | {exact} | {median} | {_instead(group)} |")
+    return rows
+
+
+def confusions(outcomes: Iterable[Outcome]) -> list[str]:
+    """What was taken for what, the commonest first."""
+    pairs = Counter((outcome.hidden or "nothing", _said(outcome)) for outcome in outcomes if not _is_good(outcome))
+    return [f"- {hidden} taken for {said}: {number}" for (hidden, said), number in pairs.most_common()]
+
+
+def times(outcomes: Sequence[Outcome]) -> str:
+    """How long a search took, in words."""
+    seconds = [o.seconds for o in outcomes if math.isfinite(o.seconds)]
+    if not seconds:
+        return "No search has ended yet."
+    middle, late = np.quantile(seconds, (0.5, 0.9))
+    return f"A search took {middle:.0f} s (median) and at most {late:.0f} s in nine cases of ten."
+
+
+def _is_good(outcome: Outcome) -> bool:
+    if outcome.kind == "null":
+        return outcome.verdict == "nothing_missing"
+    return outcome.verdict == "unexplained" if outcome.kind == "outside" else outcome.exact
+
+
+def _instead(group: Sequence[Outcome]) -> str:
+    others = Counter(_said(outcome) for outcome in group if not _is_good(outcome))
+    return ", ".join(f"{said} ({number})" if number > 1 else said for said, number in others.most_common())
+
+
+def _said(outcome: Outcome) -> str:
+    return outcome.added if outcome.verdict == "named" else outcome.verdict.replace("_", " ")
