@@ -124,8 +124,10 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     scores = uncertainty.Scores.of(
         linear, np.asarray(problem.observations.experiment.count), problem.layout.local_columns, problem.layout.size
     )
-    covariances = _covariances(scores)
-    method = max(("newey_west", "block_bootstrap"), key=lambda name: _size(problem, covariances[name]))
+    rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
+    covariances = _covariances(scores, rate)
+    # Whatever one of them sees is there: the largest is the one to be believed.
+    method = max(covariances, key=lambda name: _size(problem, covariances[name]))
     covariance = covariances[method]
     errors = {name: np.sqrt(np.diag(matrix)) for name, matrix in covariances.items()}
     estimates = _estimates(problem, values, errors, method)
@@ -167,10 +169,11 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     )
 
 
-def _covariances(scores: uncertainty.Scores) -> dict[str, np.ndarray]:
+def _covariances(scores: uncertainty.Scores, rate: float) -> dict[str, np.ndarray]:
     normal = scores.normal_matrix()
     middles = {
         "white": uncertainty.white(scores),
+        "spectrum": uncertainty.stationary(scores, rate),
         "newey_west": uncertainty.newey_west(scores),
         "block_bootstrap": uncertainty.block_bootstrap(scores),
     }

@@ -29,7 +29,7 @@ class Estimate:
         Clipped at the parameter's bounds.
     free, at_bound : bool
     std_errors : dict of str to float
-        By method: ``white``, ``newey_west``, ``block_bootstrap``.
+        By method: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``.
     interval_kind : str
         ``"normal"`` or ``"profile likelihood"``.
     """

@@ -5,7 +5,8 @@ score J'r. They differ in what they believe of the residuals r.
 
 Source
 ------
-White, Econometrica 48 (1980); Newey and West, Econometrica 55 (1987); Kuensch, Ann. Statist. 17 (1989).
+White, Econometrica 48 (1980); Whittle, Ark. Mat. 2 (1953); Newey and West, Econometrica 55 (1987); Kuensch, Ann.
+Statist. 17 (1989).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.problem.noise import periodogram, whittle
 from fibrefit.problem.problem import Linearised
 
 MEMORY = 1.0 / 8.0
@@ -77,6 +79,50 @@ def white(scores: Scores) -> np.ndarray:
     used = np.abs(scores.slopes).sum(axis=-1) > 0.0
     variance = np.sum(scores.residuals**2) / max(used.sum() - scores.size, 1)
     return variance * scores.normal_matrix()
+
+
+def stationary(scores: Scores, rate: float) -> np.ndarray:
+    """Score variance of stationary noise that is white and pink, as the residuals' spectrum has it.
+
+    Law
+    ---
+    ``S = integral of P(f) X(f)* X(f) df`` with X the transform of the slopes, and P = white + pink / f of each channel
+    by maximum likelihood from the residuals of all records. Below one over the length of a record P stays as it is
+    there: noise that wanders more slowly than a record lasts is an offset in it, which no part of that record can tell.
+
+    Parameters
+    ----------
+    scores : Scores
+    rate : float
+        Samples a second, in Hz.
+    """
+    levels = [_levels(scores, channel, rate) for channel in range(scores.residuals.shape[1])]
+
+    def local(record: int) -> np.ndarray:
+        count = int(scores.counts[record])
+        size = 4 << count.bit_length()
+        frequency = np.fft.rfftfreq(size, 1.0 / rate)
+        total = np.zeros((scores.slopes.shape[-1],) * 2)
+        for (white_level, pink_level), slopes in zip(levels, scores.slopes[record, :, :count], strict=True):
+            spectrum = np.fft.rfft(slopes, size, axis=0)
+            density = white_level + pink_level / np.maximum(frequency, rate / count)
+            density[1:-1] *= 2.0
+            total += np.real(np.conj(spectrum).T @ (density[:, None] * spectrum)) * (0.5 * rate / size)
+        return total
+
+    return scores.assembled(local)
+
+
+def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:
+    """White and pink level of a channel's residuals, in units of the noise squared over Hz, and at 1 Hz."""
+    frequencies, powers = [], []
+    for record, count in enumerate(scores.counts):
+        values = scores.residuals[record, channel, :count]
+        frequency, power = periodogram(values, rate)
+        frequencies.append(frequency)
+        # Masked samples are nil and bring no power.
+        powers.append(power * count / max(np.count_nonzero(values), 1))
+    return whittle(np.concatenate(frequencies), np.concatenate(powers))
 
 
 def newey_west(scores: Scores) -> np.ndarray:

@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from fibrefit.fit.result import Estimate, Identification
 
 Z_95 = 1.959964
-METHODS = {"white": "white noise", "newey_west": "Newey-West", "block_bootstrap": "block bootstrap"}
+METHODS = {
+    "white": "white noise",
+    "spectrum": "noise spectrum",
+    "newey_west": "Newey-West",
+    "block_bootstrap": "block bootstrap",
+}
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
 LETTER = 1.3
 """Width of a small letter, in mm, not less."""

@@ -85,9 +85,9 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
                 pieces.append((values, rate))
     if not pieces:
         return _from_differences(traces, channel)
-    frequency, power = (np.concatenate(parts) for parts in zip(*(_periodogram(*p) for p in pieces), strict=True))
+    frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
     near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < 4.0
-    white, pink = _whittle(frequency[~near_mains], power[~near_mains])
+    white, pink = whittle(frequency[~near_mains], power[~near_mains])
     line = sum(_line_variance(*piece) * len(piece[0]) for piece in pieces) / sum(len(p[0]) for p in pieces)
     return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
 
@@ -125,7 +125,8 @@ def _resolution(signal: np.ndarray) -> float:
     return float(steps.min()) if len(steps) else 1e-12
 
 
-def _periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz] between nil and half the rate, and the one-sided power density of `values` there."""
     n = len(values)
     power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (n * rate)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
@@ -133,7 +134,7 @@ def _periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarra
     return frequency[inner], power[inner]
 
 
-def _whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
+def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
     """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
     from scipy.optimize import minimize
 

@@ -29,6 +29,7 @@ VERDICTS = {
 
 ERROR_METHODS = {
     "white": "The error bars assume noise without memory.",
+    "spectrum": "The error bars follow from the spectrum of the residuals, as white and pink noise.",
     "newey_west": "The error bars allow for noise that is correlated in time (Newey-West).",
     "block_bootstrap": "The error bars come from resampling blocks of the residuals.",
 }

@@ -32,7 +32,7 @@ class ParameterSummary(Part):
     free: bool = True
     at_bound: bool = False
     std_errors: dict[str, float | None] = Field(
-        default_factory=dict, description="Standard error by method: white, newey_west, block_bootstrap."
+        default_factory=dict, description="Standard error by method: white, spectrum, newey_west, block_bootstrap."
     )
     interval_kind: str = Field(default="normal", description="How the interval was found.")
 
