@@ -55,7 +55,7 @@ def density(task: Task, values: np.ndarray, noise: str) -> tuple[Batched, np.nda
     model = noise_model_of(task, linear, noise)
     priors = priors_of(task.problem.layout, task.problem.model, values, {})
     posterior = density_of(task.problem, priors, model.likelihood)
-    return Batched(posterior), place(posterior, values)
+    return Batched(posterior, 16), place(posterior, values)
 
 
 def rate(evaluate: Batched, point: np.ndarray, count: int) -> float:

@@ -34,6 +34,8 @@ def table(slow: bool = True) -> Table:
         "SciPy": Contender(lambda: rivals.fit_scipy(fit), 3),
     }
     answers = {"SciPy": rivals.fit_scipy(fit)}
+    contenders["SciPy, sparse"] = Contender(lambda: rivals.fit_scipy(fit, sparse=True), 3)
+    answers["SciPy, sparse"] = rivals.fit_scipy(fit, sparse=True)
     if slow:
         contenders["lmfit"] = Contender(lambda: rivals.fit_lmfit(fit), 3)
         answers["lmfit"] = rivals.fit_lmfit(fit)
@@ -55,8 +57,8 @@ def _note(fit: Fit) -> str:
     samples = sum(record.times.size for record in fit.records)
     return (
         f"The drop series that ships with the project: {len(fit.records)} records, {samples} samples of force and "
-        f"of position, {fit.start.size} parameters (three shared, zero and release of each record), all from the start the "
-        "data suggest. The last column tells whether it is the same answer: the sum of squared residuals over their "
+        f"of position, {fit.start.size} parameters (three shared, zero and release of each record), all from the start "
+        "the data suggest. The last column tells whether it is the same answer: the sum of squared residuals over their "
         f"noise, above that of ours; below {SAME_COST:g} the answers differ by less than their errors."
     )
 
@@ -65,6 +67,7 @@ def _rows(times: dict[str, Times], away: dict[str, float]) -> list[tuple[str, ..
     what = {
         "ours, warm": ("ours: descent over growing horizons", ""),
         "SciPy": ("(a) solve_ivp (LSODA, events), least_squares, finite differences", "25, then 60"),
+        "SciPy, sparse": ("(a) told which parameters touch which record", ""),
         "lmfit": ("(b) lmfit on odeint, friction regularised", ""),
         "diffrax": ("(c) diffrax (Kvaerno3), forward mode, friction regularised", ""),
     }

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
 from scipy.optimize import least_squares
+from scipy.sparse import csr_array
 
 from tests.benchmarks.problem import Drop, Fit
 
@@ -130,8 +131,18 @@ def residuals(fit: Fit, values: np.ndarray, simulate: Simulate) -> np.ndarray:
     return np.nan_to_num(np.concatenate(parts))
 
 
-def fit_scipy(fit: Fit) -> np.ndarray:
-    """`least_squares` with finite differences of LSODA with events."""
+def touched(fit: Fit) -> np.ndarray:
+    """Which residuals depend on which parameter: the own ones of a record on that record's only."""
+    sizes = [2 * record.times.size for record in fit.records]
+    pattern = np.zeros((sum(sizes), fit.start.size), dtype=bool)
+    pattern[:, :3] = True
+    for r, end in enumerate(np.cumsum(sizes)):
+        pattern[end - sizes[r] : end, 3 + 2 * r : 5 + 2 * r] = True
+    return pattern
+
+
+def fit_scipy(fit: Fit, sparse: bool = False) -> np.ndarray:
+    """`least_squares` with finite differences of LSODA with events; `sparse`: told what `touched` knows."""
     low = np.concatenate([[10.0, 0.0, 0.0], np.full(2 * len(fit.records), -np.inf)])
     found = least_squares(
         lambda scaled: residuals(fit, scaled * fit.scale, simulate_events),
@@ -139,6 +150,7 @@ def fit_scipy(fit: Fit) -> np.ndarray:
         bounds=(low / fit.scale, np.inf),
         diff_step=DIFFERENCE,
         x_scale=1.0,
+        jac_sparsity=csr_array(touched(fit)) if sparse else None,
         ftol=1e-8,
         xtol=1e-8,
     )

@@ -205,3 +205,10 @@ def test_excitations_keep_their_limits() -> None:
 
 def test_catalogue_names_are_complete() -> None:
     assert len(CATALOGUE) == 29
+
+
+def test_clamped_fibre_never_pushes_and_heaviside_does() -> None:
+    clamped = simulate(HELD, Base(damping=60.0), {}, TIMES)
+    heaviside = simulate(replace(HELD, tension_law="heaviside"), Base(damping=60.0), {}, TIMES)
+    assert clamped.force.min() == 0.0
+    assert heaviside.force.min() < -1.0
