@@ -31,26 +31,22 @@ class Path(eqx.Module):
     lateral_offset: jax.Array
     guide_distance: jax.Array
 
-    def taken_up(self, position: jax.Array) -> jax.Array:
-        """Fibre the weight has given back, in m."""
-        return jnp.where(self._askew(), self._length(jnp.zeros(())) - self._length(position), position)
+    def follow(self, position: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Fibre the weight has given back, in m, and the cosine between fibre and guide."""
+        askew = self.lateral_offset > 0.0
+        ahead = self.guide_distance - position
+        length = jnp.sqrt(jnp.where(askew, ahead**2 + self.lateral_offset**2, 1.0))
+        return jnp.where(askew, self._whole() - length, position), jnp.where(askew, ahead / length, 1.0)
 
-    def cosine(self, position: jax.Array) -> jax.Array:
-        """Share of the tension along the guide, and of the weight's speed along the fibre."""
-        return jnp.where(self._askew(), (self.guide_distance - position) / self._length(position), 1.0)
-
-    def position(self, taken_up: jax.Array) -> jax.Array:
+    def position(self, given_back: jax.Array) -> jax.Array:
         """Position of the weight, in m."""
-        length = self._length(jnp.zeros(())) - taken_up
-        askew = self.guide_distance - jnp.sqrt(jnp.where(self._askew(), length**2 - self.lateral_offset**2, 1.0))
-        return jnp.where(self._askew(), askew, taken_up)
+        askew = self.lateral_offset > 0.0
+        length = self._whole() - given_back
+        ahead = jnp.sqrt(jnp.where(askew, length**2 - self.lateral_offset**2, 1.0))
+        return jnp.where(askew, self.guide_distance - ahead, given_back)
 
-    def _askew(self) -> jax.Array:
-        return self.lateral_offset > 0.0
-
-    def _length(self, position: jax.Array) -> jax.Array:
-        squared = (self.guide_distance - position) ** 2 + self.lateral_offset**2
-        return jnp.sqrt(jnp.where(self._askew(), squared, 1.0))
+    def _whole(self) -> jax.Array:
+        return jnp.sqrt(jnp.where(self.lateral_offset > 0.0, self.guide_distance**2 + self.lateral_offset**2, 1.0))
 
 
 class Pulley(eqx.Module):

@@ -96,8 +96,8 @@ class PulleyDrive(eqx.Module):
     def rigid_sides(self, state: PulleyDriveState, inputs: Any) -> tuple[Side, Side]:
         """Fibre before and behind the rim, twice the whole where no rim moves by itself; the mount does not yield."""
         x, x_rate = self.mount.travel(*inputs["drive"], self.pulley.radius)
-        y = self.path.taken_up(state.position)
-        y_rate = self.path.cosine(state.position) * state.velocity
+        y, cosine = self.path.follow(state.position)
+        y_rate = cosine * state.velocity
         if state.rim is None:
             whole = Side(x - y, x_rate - y_rate, state.memories)
             return whole, whole
@@ -223,7 +223,7 @@ class PulleyDrive(eqx.Module):
     def _drive(self, state: PulleyDriveState, behind: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Force on the weight besides the guide's, and the tension it feels."""
         felt = behind * self.pulley.grip(state.velocity)
-        return felt * self.path.cosine(state.position) - self.pull_of_gravity, felt
+        return felt * self.path.follow(state.position)[1] - self.pull_of_gravity, felt
 
     def _rim_rate(self, rim: Rim, far: Side, net: jax.Array, mode: PulleyDriveMode) -> Rim:
         moves = there = self.pulley.turning()
@@ -300,7 +300,7 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
 
 def start(system: PulleyDrive, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests under the `start_tension`, or if it is not given, as if there were no friction."""
-    balance = system.pull_of_gravity / system.path.cosine(jnp.zeros(()))
+    balance = system.pull_of_gravity / system.path.follow(jnp.zeros(()))[1]
     tension = values.get("start_tension", balance)
     return Start(*system.at_rest(tension, inputs))
 

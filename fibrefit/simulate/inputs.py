@@ -20,20 +20,51 @@ class Signals(NamedTuple):
     slopes: jax.Array
 
 
-def inputs_at(inputs: Any, times: jax.Array, step: jax.Array, time: jax.Array) -> Any:
-    """Value and rate of each input at `time`, which lies in step `step` of the grid.
+class Course(NamedTuple):
+    """The same, ready to be evaluated: coefficients of 1, t, t^2, t^3 in each step, t [s] from its start.
+
+    Parameters
+    ----------
+    constant, linear, square, cube : (n_time - 1,)
+    """
+
+    constant: jax.Array
+    linear: jax.Array
+    square: jax.Array
+    cube: jax.Array
+
+
+def courses(inputs: dict[str, Signals], times: jax.Array) -> dict[str, Course]:
+    """Cubics of all inputs over the steps between `times` [s]."""
+    length = times[1:] - times[:-1]
+
+    def course(signal: Signals) -> Course:
+        rise = (signal.values[1:] - signal.values[:-1]) / length
+        m0, m1 = signal.slopes[:-1], signal.slopes[1:]
+        return Course(signal.values[:-1], m0, (3.0 * rise - 2.0 * m0 - m1) / length, (m0 + m1 - 2.0 * rise) / length**2)
+
+    return {name: course(signal) for name, signal in inputs.items()}
+
+
+def row(array: jax.Array, index: jax.Array) -> jax.Array:
+    """Element of an array, with no thought of negative indices."""
+    return jax.lax.dynamic_index_in_dim(array, index, keepdims=False, allow_negative_indices=False)
+
+
+def inputs_at(inputs: dict[str, Course], times: jax.Array, step: jax.Array, time: jax.Array) -> dict[str, Any]:
+    """Value and rate of each input at `time` [s], which lies in step `step` of the grid.
 
     Returns
     -------
-    pytree like `inputs`, each `Signals` replaced by ``(value, rate)``.
+    dict of tuple
+        ``(value, rate)`` of each input.
     """
-    length = times[step + 1] - times[step]
-    s = (time - times[step]) / length
+    if not inputs:
+        return {}
+    t = time - row(times, step)
 
-    def cubic(signal: Signals) -> tuple[jax.Array, jax.Array]:
-        p0, p1 = signal.values[step], signal.values[step + 1]
-        m0, m1 = signal.slopes[step] * length, signal.slopes[step + 1] * length
-        c2, c3 = 3.0 * (p1 - p0) - 2.0 * m0 - m1, 2.0 * (p0 - p1) + m0 + m1
-        return p0 + s * (m0 + s * (c2 + s * c3)), (m0 + s * (2.0 * c2 + 3.0 * s * c3)) / length
+    def at(course: Course) -> tuple[jax.Array, jax.Array]:
+        a, b, c, d = (row(terms, step) for terms in course)
+        return a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * (3.0 * d))
 
-    return jax.tree.map(cubic, inputs, is_leaf=lambda node: isinstance(node, Signals))
+    return {name: at(course) for name, course in inputs.items()}

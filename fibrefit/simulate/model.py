@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
-from fibrefit.simulate.inputs import inputs_at
+from fibrefit.simulate.inputs import courses, inputs_at
 from fibrefit.simulate.jumps import Jumps, jumps_of
 from fibrefit.simulate.pieces import pieces_of
 from fibrefit.simulate.sensing import behind, chain_of, exactly_where
@@ -102,7 +102,8 @@ class Model:
         Response
         """
         laws = self.laws(values)
-        times, count, inputs = experiment.times, experiment.count, experiment.inputs
+        times, count = experiment.times, experiment.count
+        inputs = courses(experiment.inputs, times)
         # A condition that no one knows is a value like any other, and is found.
         conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
         for law in laws_of(RigLaw, laws):

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.simulate.inputs import inputs_at
-from fibrefit.simulate.steps import Mode, State, System, flow
+from fibrefit.simulate.steps import Mode, State, System
 from fibrefit.simulate.switched import ARCS, Inputs, Solution, take
 
 Cubic = tuple[jax.Array, ...]
@@ -72,8 +72,7 @@ def pieces_of(
         return cubic(step, take(solution.modes, step), *ends)
 
     def of_arc(arc: Any) -> Cubic:
-        reached = flow(system, arc.state, arc.mode, inputs, times, (arc.step, arc.start, arc.end))
-        return cubic(arc.step, arc.mode, (arc.start, arc.state), (arc.end, reached))
+        return cubic(arc.step, arc.mode, (arc.start, arc.state), (arc.end, arc.reached))
 
     steps = jnp.arange(times.shape[0] - 1)
     first = solution.arcs.step[0]

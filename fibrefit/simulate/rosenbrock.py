@@ -64,7 +64,7 @@ def rosenbrock(rate: Function, state: Scalars, start: jax.Array, length: jax.Arr
     list of ()
         State at ``start + length``.
     """
-    rows, by_time = jacobian(rate, start, state), _slope(rate, start, state)
+    rows, by_time = _jacobian(rate, start, state), _slope(rate, start, state)
     factors = eliminate(rows, GAMMA * length)
     stages: list[Scalars] = []
     for node, slope, points, couplings in zip(NODES, SLOPES, POINTS, COUPLINGS, strict=True):
@@ -76,9 +76,9 @@ def rosenbrock(rate: Function, state: Scalars, start: jax.Array, length: jax.Arr
     return _combine(state, (*POINTS[-1], 1.0), stages)
 
 
-def jacobian(rate: Function, time: jax.Array, state: Scalars) -> list[Row]:
+def _jacobian(rate: Function, time: jax.Array, state: Scalars) -> list[Row]:
     """Rows of the derivatives of `rate` by the states; None where there is none, whatever the values."""
-    reached = _reach(rate, time, state)
+    reached = reach(rate, time, state)
 
     def column(i: int) -> Row:
         def along(value: jax.Array) -> Scalars:
@@ -92,13 +92,13 @@ def jacobian(rate: Function, time: jax.Array, state: Scalars) -> list[Row]:
 
 def _slope(rate: Function, time: jax.Array, state: Scalars) -> Row:
     """Explicit dependence on time."""
-    reached = _reach(rate, time, state)[0]
+    reached = reach(rate, time, state)[0]
     slopes = jax.jvp(lambda t: rate(t, state), (time,), (jnp.ones(()),))[1]
     return [slope if i in reached else None for i, slope in enumerate(slopes)]
 
 
-def _reach(rate: Function, time: jax.Array, state: Scalars) -> list[set[int]]:
-    """Rates that time and each state enter, read off the program."""
+def reach(rate: Function, time: jax.Array, state: Scalars) -> list[set[int]]:
+    """Numbers of the rates that time and each state enter, read off the program."""
     program = jax.make_jaxpr(rate)(time, state).jaxpr
     enters: dict[Any, set[int]] = {variable: {i} for i, variable in enumerate(program.invars)}
     for equation in program.eqns:

@@ -7,6 +7,7 @@ the stored states, all steps at once; what remains sequential is a linear recurr
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,9 +17,9 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from fibrefit.simulate.inputs import inputs_at
-from fibrefit.simulate.steps import Mode, State, System, explicit, flow, plus
-from fibrefit.simulate.stiff import stiff_map
-from fibrefit.simulate.switched import ARCS, Arcs, Inputs, Solution, integrate, select, take
+from fibrefit.simulate.steps import Mode, State, System, plus
+from fibrefit.simulate.switched import ARCS, SWITCHES_A_STEP, Arcs, Inputs, Solution, integrate, select, take
+from fibrefit.simulate.variation import Piece, explicit_maps, stiff_maps
 
 
 class _Linear(NamedTuple):
@@ -26,17 +27,6 @@ class _Linear(NamedTuple):
 
     factor: jax.Array
     offset: jax.Array
-
-
-class _Piece(NamedTuple):
-    """A smooth piece of the motion: a whole step of the grid, or an arc."""
-
-    step: jax.Array
-    start: jax.Array
-    end: jax.Array
-    state: State
-    reached: State
-    mode: Mode
 
 
 def _apply(factor: jax.Array, vector: jax.Array) -> jax.Array:
@@ -50,46 +40,40 @@ def _linearise(function: Any, point: jax.Array, parameters: Any, tangents: Any) 
     return _Linear(factor, offset)
 
 
-def _flow_maps(system: System, times: jax.Array, inputs: Inputs, pieces: _Piece, tangents: Any) -> _Linear:
+def _flow_maps(system: System, times: jax.Array, inputs: Inputs, pieces: Piece, tangents: Any) -> _Linear:
     """Linear maps from the start to the end of pieces, both at fixed instants."""
-    unravel = ravel_pytree(take(pieces.state, 0))[1]
 
-    def smooth(piece: _Piece) -> _Linear:
-        def move(state: jax.Array, system: System, inputs: Inputs) -> jax.Array:
-            arc = (piece.step, piece.start, piece.end)
-            return ravel_pytree(explicit(system, unravel(state), piece.mode, inputs, times, arc))[0]
+    def smooth() -> Any:
+        return explicit_maps(system, inputs, times, pieces, tangents)
 
-        return _linearise(move, ravel_pytree(piece.state)[0], (system, inputs), tangents)
+    def stiff() -> Any:
+        return stiff_maps(system, inputs, times, pieces, tangents)
 
-    def stiff(piece: _Piece) -> _Linear:
-        span, ends = (piece.start, piece.end), (piece.state, piece.reached)
-        return _Linear(*stiff_map(system, inputs, piece.mode, times, piece.step, span, ends, tangents))
-
-    if (is_stiff := system.stiff()) is None:
-        return jax.vmap(smooth)(pieces)
-    return jax.lax.cond(is_stiff, lambda: jax.vmap(stiff)(pieces), lambda: jax.vmap(smooth)(pieces))
+    # What a branch returns is in memory. A stack of unfinished formulas would be worked out anew for each element.
+    factor, offset = smooth() if (is_stiff := system.stiff()) is None else jax.lax.cond(is_stiff, stiff, smooth)
+    return _Linear(jnp.stack(factor).transpose(2, 0, 1), jnp.stack(offset, axis=1))
 
 
-def _step_maps(system: System, times: jax.Array, inputs: Inputs, solution: Solution, tangents: Any) -> _Linear:
-    """Linear maps of all steps of the grid, as if none held a switch."""
+def _maps(
+    system: System, times: jax.Array, inputs: Inputs, solution: Solution, tangents: Any
+) -> tuple[_Linear, _Linear, _Linear]:
+    """Linear maps of all steps of the grid, as if none held a switch; of the arcs; and to the states they reached.
+
+    Those of arcs go from and to states with the instant appended.
+    """
+    arcs, n_steps = solution.arcs, times.shape[0] - 1
     first, last = (take(solution.states, slice(*ends)) for ends in ((None, -1), (1, None)))
     modes = take(solution.modes, slice(None, -1))
-    steps = _Piece(jnp.arange(times.shape[0] - 1), times[:-1], times[1:], first, last, modes)
-    return _flow_maps(system, times, inputs, steps, tangents)
-
-
-def _arc_maps(system: System, times: jax.Array, inputs: Inputs, arcs: Arcs, tangents: Any) -> _Linear:
-    """Linear maps of the arcs, on states with the instant appended."""
-
-    def reach(arc: Arcs) -> State:
-        return flow(system, arc.state, arc.mode, inputs, times, (arc.step, arc.start, arc.end))
-
-    reached = jax.vmap(reach)(arcs)
-    pieces = _Piece(arcs.step, arcs.start, arcs.end, arcs.state, reached, arcs.mode)
+    steps = Piece(jnp.arange(n_steps, dtype=arcs.step.dtype), times[:-1], times[1:], first, last, modes)
+    of_arcs = Piece(arcs.step, arcs.start, arcs.end, arcs.state, arcs.reached, arcs.mode)
+    # In one batch, so that the step is compiled only once.
+    pieces = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), steps, of_arcs)
     flows = _flow_maps(system, times, inputs, pieces, tangents)
+    step_maps, arc_flows = take(flows, slice(None, n_steps)), take(flows, slice(n_steps, None))
 
-    def one(arc: Arcs, reached: State, flow: _Linear) -> _Linear:
-        end = _linearise(partial(_arc_end, times, arc, reached), ravel_pytree(reached)[0], (system, inputs), tangents)
+    def to_end(arc: Arcs, flow: _Linear) -> _Linear:
+        state = ravel_pytree(arc.reached)[0]
+        end = _linearise(partial(_arc_end, times, arc), state, (system, inputs), tangents)
         # An arc that starts later has less time: its start moves back along the motion.
         rate = system.derivative(arc.state, arc.mode, inputs_at(inputs, times, arc.step, arc.start))
         late = -_apply(flow.factor, ravel_pytree(rate)[0])
@@ -97,16 +81,18 @@ def _arc_maps(system: System, times: jax.Array, inputs: Inputs, arcs: Arcs, tang
         factor = jnp.sum(end.factor[:, :, None] * carried[None], axis=1)
         return _Linear(factor, _apply(end.factor, flow.offset) + end.offset)
 
-    return jax.vmap(one)(arcs, reached, flows)
+    ends = jax.vmap(to_end)(arcs, arc_flows)
+    size = flows.offset.shape[-1] + 1
+    return step_maps, *(take(ends, (slice(None), part)) for part in (slice(None, size), slice(size, None)))
 
 
-def _arc_end(times: jax.Array, arc: Arcs, reached: State, flat: jax.Array, system: System, inputs: Inputs) -> jax.Array:
-    """State after an arc, and the instant of its end, as a function of the state `flat` at the end that was found.
+def _arc_end(times: jax.Array, arc: Arcs, flat: jax.Array, system: System, inputs: Inputs) -> jax.Array:
+    """State after an arc, the instant of its end, and the state before the switch, from the state that was found there.
 
     An arc that the grid ends has a fixed end. One that a switch ends moves with the margin: the value of the
     correction is nil, its derivative is that of the root.
     """
-    state = ravel_pytree(reached)[1](flat)
+    state = ravel_pytree(arc.reached)[1](flat)
 
     def margin(state: State, instant: jax.Array) -> jax.Array:
         here = inputs_at(inputs, times, arc.step, instant)
@@ -122,7 +108,15 @@ def _arc_end(times: jax.Array, arc: Arcs, reached: State, flat: jax.Array, syste
     switches, tree = jax.tree.flatten(arc.mode)
     crossed = jax.tree.unflatten(tree, [arc.ended_by == i for i in range(len(switches))])
     switched, _ = system.switch(moved, arc.mode, crossed, here)
-    return jnp.append(ravel_pytree(select(arc.ended_by >= 0, switched, moved))[0], arc.end + shift)
+    after = select(arc.ended_by >= 0, switched, moved)
+    return jnp.concatenate([ravel_pytree(after)[0], (arc.end + shift)[None], ravel_pytree(moved)[0]])
+
+
+def _after(later: _Linear, earlier: _Linear) -> _Linear:
+    """One map after another."""
+    columns = range(later.factor.shape[-1])
+    factor = sum(later.factor[..., :, k, None] * earlier.factor[..., None, k, :] for k in columns)
+    return _Linear(factor, _apply(later.factor, earlier.offset) + later.offset)
 
 
 def _chain(arcs: Arcs, maps: _Linear, start: jax.Array) -> tuple[_Linear, _Linear]:
@@ -130,19 +124,28 @@ def _chain(arcs: Arcs, maps: _Linear, start: jax.Array) -> tuple[_Linear, _Linea
 
     The first step starts from `start`, the tangent of the initial state and time, which enters its offset.
     """
-    size = start.shape[-1]
+    row = jnp.arange(ARCS)
+    begins = (row == 0) | (jnp.roll(arcs.ended_by, 1) < 0)
+    maps = maps._replace(offset=maps.offset.at[0].add(_apply(maps.factor[0], start)))
 
-    def chain(carry: tuple[_Linear, jax.Array], row: Any) -> Any:
-        whole, fresh = carry
-        factor, offset, is_first, ended_by = row
-        factor_before = jnp.where(fresh, jnp.eye(size), whole.factor)
-        offset_before = jnp.where(is_first, start, jnp.where(fresh, 0.0, whole.offset))
-        now = _Linear(jnp.sum(factor[:, :, None] * factor_before[None], axis=1), _apply(factor, offset_before) + offset)
-        return (now, ended_by < 0), (_Linear(factor_before, offset_before), now)
+    def whole(flag: jax.Array, yes: _Linear, no: _Linear) -> _Linear:
+        return _Linear(
+            jnp.where(flag[:, None, None], yes.factor, no.factor), jnp.where(flag[:, None], yes.offset, no.offset)
+        )
 
-    rows = (maps.factor, maps.offset, jnp.arange(ARCS) == 0, arcs.ended_by)
-    blank = _Linear(jnp.eye(size), jnp.zeros_like(start))
-    return jax.lax.scan(chain, (blank, jnp.array(True)), rows)[1]
+    def double(carry: tuple[_Linear, jax.Array], shift: jax.Array) -> Any:
+        # Each row reaches twice as far back as before, unless a step begins in between.
+        def join(ends: _Linear, complete: jax.Array) -> tuple[_Linear, jax.Array]:
+            earlier, its = jax.tree.map(lambda rows: jnp.roll(rows, shift, axis=0), (ends, complete))
+            return whole(complete, ends, _after(ends, earlier)), complete | its
+
+        return jax.lax.cond(jnp.all(carry[1]), lambda *same: same, join, *carry), None
+
+    reach = 2 ** jnp.arange(math.ceil(math.log2(SWITCHES_A_STEP + 1)))
+    (ends, _), _ = jax.lax.scan(double, (maps, begins), reach)
+    nothing = _Linear(jnp.broadcast_to(jnp.eye(start.shape[0]), ends.factor.shape), jnp.zeros_like(ends.offset))
+    starts = whole(begins, nothing, jax.tree.map(lambda rows: jnp.roll(rows, 1, axis=0), ends))
+    return starts._replace(offset=starts.offset.at[0].set(start)), ends
 
 
 def _grid_maps(solution: Solution, steps: _Linear, ends: _Linear, count: jax.Array) -> _Linear:
@@ -191,8 +194,8 @@ def solve(
         Increasing. A point is also a bound on the step: nothing finer than a few steps is resolved.
     count : () int
         Number of points that matter; the rest is padding and keeps the starting state.
-    inputs : dict of Signals
-        Measured inputs, on the same points.
+    inputs : dict of Course
+        Measured inputs, between the same points.
 
     Returns
     -------
@@ -210,18 +213,22 @@ def _solve_jvp(primals: Any, tangents: Any) -> tuple[Solution, Solution]:
     arcs = solution.arcs
 
     d_first = ravel_pytree(d_start)[0]
-    steps = _step_maps(system, times, inputs, solution, (d_system, d_inputs))
-    maps = _arc_maps(system, times, inputs, arcs, (d_system, d_inputs))
+    steps, maps, to_reached = _maps(system, times, inputs, solution, (d_system, d_inputs))
     before, after = _chain(arcs, maps, jnp.append(d_first, d_start_time))
     d_grid = _recur(d_first, _grid_maps(solution, steps, after, count))
 
     d_step = jnp.where((arcs.step == arcs.step[0])[:, None], 0.0, d_grid[arcs.step])
     d_step = jnp.concatenate([d_step, jnp.zeros((ARCS, 1))], axis=1)
     d_begin, d_end = (_apply(maps.factor, d_step) + maps.offset for maps in (before, after))
-    unravel = ravel_pytree(start)[1]
+    unravel = jax.vmap(ravel_pytree(start)[1])
     blank = jax.tree.map(_no_tangent, solution)
-    d_arcs = blank.arcs._replace(start=d_begin[:, -1], state=jax.vmap(unravel)(d_begin[:, :-1]), end=d_end[:, -1])
-    return solution, blank._replace(states=jax.vmap(unravel)(d_grid), arcs=d_arcs)
+    d_arcs = blank.arcs._replace(
+        start=d_begin[:, -1],
+        state=unravel(d_begin[:, :-1]),
+        end=d_end[:, -1],
+        reached=unravel(_apply(to_reached.factor, d_begin) + to_reached.offset),
+    )
+    return solution, blank._replace(states=unravel(d_grid), arcs=d_arcs)
 
 
 def _no_tangent(value: jax.Array) -> Any:

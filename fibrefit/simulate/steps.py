@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import jax
 
 from fibrefit.simulate.inputs import inputs_at
-from fibrefit.simulate.stiff import stiff_flow
+from fibrefit.simulate.rosenbrock import rosenbrock
 
 State = Any
 Mode = Any
@@ -55,12 +55,21 @@ def explicit(system: System, state: State, mode: Mode, inputs: Any, times: jax.A
     return runge_kutta(system, state, mode, span, end - start)
 
 
+def stiff(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
+    """As `flow`, whatever the rates of the system."""
+    step, start, end = arc
+    leaves, tree = jax.tree.flatten(state)
+
+    def rate(time: jax.Array, leaves: list[jax.Array]) -> list[jax.Array]:
+        here = inputs_at(inputs, times, step, time)
+        return jax.tree.leaves(system.derivative(jax.tree.unflatten(tree, leaves), mode, here))
+
+    return jax.tree.unflatten(tree, rosenbrock(rate, leaves, start, end - start))
+
+
 def flow(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
     """State after the arc ``(step, start, end)``: one smooth step inside one mode, within one step of the grid."""
+    whole = (system, state, mode, inputs, times, arc)
     if (is_stiff := system.stiff()) is None:
-        return explicit(system, state, mode, inputs, times, arc)
-    return jax.lax.cond(
-        is_stiff,
-        lambda: stiff_flow(system, state, mode, inputs, times, *arc),
-        lambda: explicit(system, state, mode, inputs, times, arc),
-    )
+        return explicit(*whole)
+    return jax.lax.cond(is_stiff, lambda: stiff(*whole), lambda: explicit(*whole))

@@ -14,10 +14,11 @@ import jax
 import jax.numpy as jnp
 from jax.custom_batching import sequential_vmap
 
-from fibrefit.simulate.inputs import Signals, inputs_at
+from fibrefit.simulate.inputs import Course, inputs_at, row
+from fibrefit.simulate.inputs import Signals as Signals
 from fibrefit.simulate.steps import Mode, State, System, flow
 
-Inputs = dict[str, Signals]
+Inputs = dict[str, Course]
 ARCS = 512
 SWITCHES_A_STEP = 24
 """More switches than this inside one step of the grid is chatter; the step is then finished as it is and flagged."""
@@ -32,6 +33,7 @@ class Arcs(NamedTuple):
     start, end : (ARCS,) in s
     state : pytree of (ARCS, ...), state at the start
     mode : pytree of (ARCS,) int, mode while the arc lasts
+    reached : pytree of (ARCS, ...), state at the end, before the switch
     ended_by : (ARCS,) int, the switch that ended the arc; -1 where the grid did
     """
 
@@ -40,6 +42,7 @@ class Arcs(NamedTuple):
     state: State
     mode: Mode
     end: jax.Array
+    reached: State
     ended_by: jax.Array
 
 
@@ -83,46 +86,6 @@ def take(store: Any, index: Any) -> Any:
     return jax.tree.map(lambda array: array[index], store)
 
 
-class _Bracket(NamedTuple):
-    """Where a switch lies: a margin that holds at `low`, and does not at `high`, with the state there."""
-
-    low: jax.Array
-    high: jax.Array
-    at_low: jax.Array
-    at_high: jax.Array
-    state: State
-    tries: jax.Array
-
-
-def _locate(trial: Any, bracket: _Bracket) -> _Bracket:
-    """Narrow a bracket to rounding: false position with the Illinois rule.
-
-    ``trial(time)`` gives the state and the smallest margin there. The end that counts lies on the far side of the
-    switch, so that the mode that follows finds itself valid.
-    """
-
-    def narrow(b: _Bracket) -> _Bracket:
-        ratio = b.at_low / (b.at_low - b.at_high)
-        # Far from convergence the secant may stall at one end; every third step halves instead.
-        ratio = jnp.where((b.tries % 3 == 2) | ~jnp.isfinite(ratio), 0.5, ratio)
-        middle = b.low + jnp.clip(ratio, 1e-3, 1.0 - 1e-3) * (b.high - b.low)
-        state, value = trial(middle)
-        inside = value >= 0.0
-        return _Bracket(
-            jnp.where(inside, middle, b.low),
-            jnp.where(inside, b.high, middle),
-            jnp.where(inside, value, 0.5 * b.at_low),
-            jnp.where(inside, 0.5 * b.at_high, value),
-            select(inside, b.state, state),
-            b.tries + 1,
-        )
-
-    def wide(b: _Bracket) -> jax.Array:
-        return (b.at_high < 0.0) & (b.high - b.low > 1e-15 + 4e-16 * jnp.abs(b.high)) & (b.tries < 60)
-
-    return jax.lax.while_loop(wide, narrow, bracket)
-
-
 class _Run(NamedTuple):
     """Everything the loops carry."""
 
@@ -142,7 +105,7 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
     """Whole steps of the grid in one mode, up to the first whose end violates it."""
 
     def body(run: _Run) -> _Run:
-        end = times[run.step + 1]
+        end = row(times, run.step + 1)
         trial = flow(system, run.state, run.mode, inputs, times, (run.step, run.time, end))
         at_end = inputs_at(inputs, times, run.step, end)
         going = _worst(system.margins(trial, run.mode, at_end)) >= 0.0
@@ -160,44 +123,93 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
     return jax.lax.while_loop(lambda run: (run.step < last) & run.going, body, run._replace(going=jnp.array(True)))
 
 
+class _Search(NamedTuple):
+    """Where the next switch lies: the mode holds at `low` and does not at `high`, with the state there.
+
+    While nothing is known of a switch, `on` is False and `high` is the end of the step.
+    """
+
+    on: jax.Array
+    low: jax.Array
+    high: jax.Array
+    at_low: jax.Array
+    at_high: jax.Array
+    state: State
+    margins: Mode
+    tries: jax.Array
+
+
+def _next_trial(search: _Search, end: jax.Array) -> jax.Array:
+    """Instant to try: the end of the step, then false position with the Illinois rule."""
+    ratio = search.at_low / (search.at_low - search.at_high)
+    # Far from convergence the secant may stall at one end; every third step halves instead.
+    ratio = jnp.where((search.tries % 3 == 2) | ~jnp.isfinite(ratio), 0.5, ratio)
+    middle = search.low + jnp.clip(ratio, 1e-3, 1.0 - 1e-3) * (search.high - search.low)
+    return jnp.where(search.on, middle, end)
+
+
+def _narrow(search: _Search, start: jax.Array, time: jax.Array, state: State, margins: Mode) -> _Search:
+    """Search after a trial at `time`; `start` is that of the arc."""
+    value = _worst(margins)
+    inside, on = value >= 0.0, search.on
+    return _Search(
+        on | ~inside,
+        jnp.where(on & inside, time, jnp.where(on, search.low, start)),
+        jnp.where(inside, search.high, time),
+        jnp.where(on & inside, value, jnp.where(on, 0.5 * search.at_low, -value)),
+        jnp.where(inside, 0.5 * search.at_high, value),
+        select(on & inside, search.state, state),
+        select(on & inside, search.margins, margins),
+        search.tries + on,
+    )
+
+
+def _narrow_enough(search: _Search) -> jax.Array:
+    close = search.high - search.low <= 1e-15 + 4e-16 * jnp.abs(search.high)
+    return ~search.on | close | (search.tries >= 60)
+
+
 def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) -> _Run:
-    """The rest of the present step, arc by arc, through every switch it holds."""
-    step, end = run.step, times[run.step + 1]
+    """The rest of the present step, arc by arc, through every switch it holds; one trial at a time.
 
-    def arc(carry: tuple[_Run, jax.Array]) -> tuple[_Run, jax.Array]:
-        run, count = carry
+    The end of an arc lies on the far side of its switch, so that the mode that follows finds itself valid.
+    """
+    step, end = run.step, row(times, run.step + 1)
 
-        def worst(state: State, time: jax.Array) -> jax.Array:
-            return _worst(system.margins(state, run.mode, inputs_at(inputs, times, step, time)))
+    def blank(run: _Run) -> _Search:
+        high = jnp.asarray(end)
+        margins = jax.tree.map(lambda _: jnp.zeros(()), run.mode)
+        return _Search(jnp.array(False), run.time, high, high, high, run.state, margins, jnp.int32(0))
 
-        def trial(time: jax.Array) -> tuple[State, jax.Array]:
-            state = flow(system, run.state, run.mode, inputs, times, (step, run.time, time))
-            return state, worst(state, time)
+    def body(carry: tuple[_Run, _Search, jax.Array]) -> tuple[_Run, _Search, jax.Array]:
+        run, search, switches = carry
+        time = _next_trial(search, end)
+        state = flow(system, run.state, run.mode, inputs, times, (step, run.time, time))
+        margins = system.margins(state, run.mode, inputs_at(inputs, times, step, time))
+        patient = switches < SWITCHES_A_STEP
+        found = _narrow(search, run.time, time, state, margins)
+        # Out of patience, the step is finished in one piece, as it is.
+        found = found._replace(on=found.on & patient, high=jnp.where(patient, found.high, end))
+        ready = _narrow_enough(found)
 
-        state, at_end = trial(end)
-        patient = count < SWITCHES_A_STEP
-        violated = (at_end < 0.0) & patient
-        at_end = jnp.where(violated, at_end, 0.0)
-        found = _locate(trial, _Bracket(run.time, end, worst(run.state, run.time), at_end, state, jnp.int32(0)))
-        instant, state = found.high, found.state
-        here = inputs_at(inputs, times, step, instant)
-        margins = system.margins(state, run.mode, here)
-        crossed = jax.tree.map(lambda margin: violated & (margin < 0.0), margins)
-        switched, mode = system.switch(state, run.mode, crossed, here)
-        ended_by = jnp.where(violated, jnp.argmin(jnp.stack(jax.tree.leaves(margins))), -1).astype(jnp.int32)
-        row = Arcs(step, run.time, run.state, run.mode, instant, ended_by)
+        here = inputs_at(inputs, times, step, found.high)
+        crossed = jax.tree.map(lambda margin: found.on & (margin < 0.0), found.margins)
+        switched, mode = system.switch(found.state, run.mode, crossed, here)
+        ended_by = jnp.where(found.on, jnp.argmin(jnp.stack(jax.tree.leaves(found.margins))), -1).astype(jnp.int32)
+        row = Arcs(step, run.time, run.state, run.mode, found.high, found.state, ended_by)
         run = run._replace(
-            time=instant,
-            state=select(violated, switched, state),
-            mode=select(violated, mode, run.mode),
-            arcs=put(run.arcs, run.n_arcs, row),
-            n_arcs=run.n_arcs + 1,
-            going=violated,
+            time=jnp.where(ready, found.high, run.time),
+            state=select(ready, select(found.on, switched, found.state), run.state),
+            mode=select(ready & found.on, mode, run.mode),
+            arcs=put(run.arcs, jnp.where(ready, run.n_arcs, ARCS), row),
+            n_arcs=run.n_arcs + ready,
+            going=~ready | found.on,
             trouble=run.trouble | ~patient,
         )
-        return run, count + 1
+        return run, select(ready, blank(run), found), switches + ready
 
-    run, _ = jax.lax.while_loop(lambda carry: carry[0].going, arc, (run._replace(going=jnp.array(True)), jnp.int32(0)))
+    start = (run._replace(going=jnp.array(True)), blank(run), jnp.int32(0))
+    run = jax.lax.while_loop(lambda carry: carry[0].going, body, start)[0]
     return run._replace(
         step=step + 1,
         time=end,
@@ -212,7 +224,7 @@ def _integrate(
     n_time = times.shape[0]
     step = jnp.clip(jnp.searchsorted(times, start_time, side="right") - 1, 0, n_time - 2).astype(jnp.int32)
     rows = lambda size: lambda value: jnp.broadcast_to(value, (size, *jnp.shape(value)))  # noqa: E731
-    arcs = Arcs(step, start_time, start, mode, start_time, jnp.int32(-1))
+    arcs = Arcs(step, start_time, start, mode, start_time, start, jnp.int32(-1))
     run = _Run(
         step=step,
         time=start_time,
