@@ -20,6 +20,30 @@ STOP = ("s", "stop")
 JOINT = " + "
 
 
+class Person:
+    """Whoever answers, and what was chosen so far.
+
+    Attributes
+    ----------
+    chosen : list of str
+    """
+
+    def __init__(self) -> None:
+        self.chosen: list[str] = []
+
+    def __call__(self, candidates: Sequence[Candidate]) -> str | None:
+        """Effect chosen among the candidates of a round; None to stop."""
+        name = asked(candidates)
+        if name is not None:
+            self.chosen.append(name)
+        return name
+
+    def told(self, kept: Sequence[str]) -> list[str]:
+        """What is to be said of effects that were chosen but are not among those `kept`."""
+        lost = [name for name in self.chosen if name not in kept]
+        return [f"{name} was chosen but not kept: without it the records are explained as well." for name in lost]
+
+
 def asked(candidates: Sequence[Candidate]) -> str | None:
     """Effect a person chooses among the candidates of a round.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.choosing import asked, told_steps
+from fibrefit.cli.choosing import Person, told_steps
 from fibrefit.cli.options import named_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
@@ -56,11 +56,15 @@ def command(
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)
     ResultDirectory(folder, force=force).check()
+    person = Person() if interactive else None
     with told_steps(terminal) if interactive else shown_progress(terminal) as progress:
-        found = discover_study(study, **tried, seed=seed, choose=asked if interactive else None, progress=progress)
+        found = discover_study(study, **tried, seed=seed, choose=person, progress=progress)
         progress("drawing and writing", None)
         found.save(folder, force=force)
-    code = _answered(terminal, found.summary())
+    summary = found.summary()
+    code = _answered(terminal, summary)
+    for text in person.told(summary.added) if person else ():
+        terminal.remark(f"\n{text}")
     terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml of the final model, figures.")
     return code
 

@@ -88,6 +88,8 @@ def test_json_is_one_document_also_when_a_person_chooses(
     done = demo("discover", "demo", "--out", "out", "--json", "--interactive")
     assert done.document["schema"] == "fibrefit/discovery/1"
     assert calls[0]["choose"] == FIRST[1].effect
+    # The stubbed search keeps another.
+    assert f"{FIRST[1].effect} was chosen but not kept" in done.err
     assert "Which one is added?" in done.err
 
 
