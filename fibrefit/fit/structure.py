@@ -18,6 +18,8 @@ from fibrefit.problem.phases import HELD, PHASES, Motion
 SPECTRUM_RATIO = 1.25
 """Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
 PHASE_RATIO = 1.15
+CHANCE = 3.3
+"""Standard deviations that are put down to chance: one in two thousand goes beyond."""
 STATE_SHARE = 0.10
 HATS = 12
 FEWEST = 200
@@ -63,7 +65,7 @@ def _spectrum(residuals: Residuals) -> Check:
     for c, channel in enumerate(residuals.channels):
         for low, ratio, count in _octaves(residuals, c):
             # A low octave holds few frequencies: chance alone lifts it by some standard errors.
-            excess = ratio / (1.0 + 3.3 / np.sqrt(count))
+            excess = ratio / (1.0 + CHANCE / np.sqrt(count))
             if excess > worst:
                 worst, where = excess, f"{channel} between {low:.3g} and {2 * low:.3g} Hz"
     passed = worst <= SPECTRUM_RATIO
@@ -104,6 +106,7 @@ def _phases(residuals: Residuals) -> Check:
             inside = (residuals.motion.phase == index) & residuals.counted[:, c]
             if inside.sum() >= FEWEST:
                 expected = 1.0 + _mean_square(residuals.propagated[:, :, c], inside)
+                expected *= 1.0 + CHANCE * _scatter(inside, _pink_share(residuals, c))
                 ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2) / expected))
                 if ratio > worst:
                     worst, where = ratio, f"{channel} while {phase}"
@@ -118,6 +121,24 @@ def _phases(residuals: Residuals) -> Check:
 
 def _mean_square(draws: np.ndarray, inside: np.ndarray) -> float:
     return float(np.mean(draws[:, inside] ** 2)) if len(draws) else 0.0
+
+
+def _pink_share(residuals: Residuals, channel: int) -> float:
+    """Share of the noise's power that is pink."""
+    noise = residuals.noise[residuals.channels[channel]]
+    duration = float(np.max(residuals.counts)) / residuals.rate
+    return noise.pink * np.log(0.5 * residuals.rate * duration) / noise.rms(duration, residuals.rate) ** 2
+
+
+def _scatter(inside: np.ndarray, pink: float) -> float:
+    """Standard deviation of the mean square of noise of variance one over the samples `inside` ``(n_record, n_time)``.
+
+    The pink share hardly changes while a phase lasts: each stretch of it counts as one sample of that.
+    """
+    edges = np.diff(inside.astype(int), axis=1, prepend=0, append=0)
+    lengths = np.concatenate([np.flatnonzero(row < 0) - np.flatnonzero(row > 0) for row in edges])
+    total = lengths.sum()
+    return float(np.sqrt(2.0 * ((1.0 - pink) ** 2 / total + pink**2 * np.sum(lengths**2) / total**2)))
 
 
 def _states(residuals: Residuals) -> Check:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.simulate.model import Experiment
-from fibrefit.simulate.switched import Signals
+from fibrefit.simulate.inputs import Signals
 
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
