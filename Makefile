@@ -13,6 +13,7 @@ test: .venv/installed-test
 	$(RUN) -m pytest -n 2
 
 bench: .venv/installed-bench
+	$(RUN) -m tests.benchmarks
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
 
 validate: .venv/installed-test
