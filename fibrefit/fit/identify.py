@@ -136,7 +136,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     draws = propagated(task, values, linear.slopes)
     residuals = _residuals(task, linear.residuals, moved, draws)
     expected = _expected_gap(residuals)
-    weak = weaknesses(problem.layout, values, covariance)
+    weak = weaknesses(problem.layout, values, covariance, scores.normal_matrix())
     checks = (
         judge.finite(linear.residuals, moved.trouble, problem.layout.records),
         judge.converged(_promised(scores), bool(np.isfinite(starts.cost.min()))),

@@ -20,7 +20,7 @@ from fibrefit.simulate.model import Model
 from fibrefit.study import ParameterSetting, Study
 
 UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
-STARTING: dict[str, Callable[[Sequence[Trace]], Starting]] = {
+STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]]], Starting]] = {
     "fibre_mass": starting_fibre_mass,
     "pulley_drive": starting_pulley_drive,
 }
@@ -56,7 +56,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     stated = [stated_of(record) for record in study.records]
     traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
     noise, given = _noise(study, traces, model.rig.channels)
-    starting = STARTING[model.rig.kind](traces)
+    starting = STARTING[model.rig.kind](traces, stated)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     return Task(

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.arrays import functions_for
@@ -119,10 +117,10 @@ class Layout:
         columns = self._gather[0][:, list(self.local_free)]
         return np.where(columns < self.size, columns, self.size + 1)
 
-    def local(self, values: jax.Array) -> jax.Array:
+    def local(self, values: Any) -> Any:
         """Values of every record, ``(n_record, n_local)`` in SI units, from the free values ``(n_free,)`` in SI."""
         index, fixed = self._gather
-        return jnp.concatenate([values, jnp.asarray(fixed)])[index]
+        return functions_for(values).concatenate([values, fixed])[index]
 
     @cached_property
     def _by_range(self) -> dict[Range, np.ndarray]:

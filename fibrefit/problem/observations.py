@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.simulate.model import Experiment
 from fibrefit.simulate.inputs import Signals
+from fibrefit.simulate.model import Experiment
 
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""

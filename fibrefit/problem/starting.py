@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,12 +56,14 @@ class _Drop:
     acceleration: float
 
 
-def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
+def starting_fibre_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
     """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping.
 
     Parameters
     ----------
     traces : sequence of Trace
+    stated : sequence of mapping
+        What the study says of each record, in SI units: a release and a zero that are known are not looked for.
 
     Returns
     -------
@@ -72,7 +74,7 @@ def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
     DataError
         If a record shows no rest before the fall, no fall, or no contact.
     """
-    drops = [_fall(trace) for trace in traces]
+    drops = [_fall(trace, said) for trace, said in zip(traces, stated or [{}] * len(traces), strict=True)]
     friction = [_friction(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
     stiffness, damping = _fibre(traces, drops)
     settled = [_first_contact_over(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
@@ -89,23 +91,26 @@ def starting_fibre_mass(traces: Sequence[Trace]) -> Starting:
     )
 
 
-def _fall(trace: Trace) -> _Drop:
+def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
     position, time = trace.channels["position"], trace.times
-    held = _held(trace)
-    level = float(np.nanmean(position[held]))
     lift = trace.conditions["lift"]
-    if np.isnan(lift):
-        lift = _onset(trace, level) - level
+    if "release" in stated and "position_zero" in stated and not np.isnan(lift):
+        level, after = stated["position_zero"] - lift, time >= stated["release"]
+    else:
+        held = _held(trace)
+        level, after = float(np.nanmean(position[held])), np.arange(len(time)) >= held.stop
+        lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
-    after = np.arange(len(time)) >= held.stop
     below = _first(after & (fallen > 0.8 * lift), trace, "does not fall by its lift")
     early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * lift)
     if early.sum() < 4:
-        raise DataError(trace.name, "fewer than 4 samples of the fall", "a fall of some milliseconds", "Check lift.")
+        do = "Check lift, and the unit of the position channel."
+        raise DataError(trace.name, "fewer than 4 samples of the fall", "a fall of some milliseconds", do)
     slope, foot = np.polyfit(time[early], np.sqrt(fallen[early]), 1)
     release = float(np.clip(-foot / slope, time[0], time[below]))
-    return _Drop(level + lift, lift, release, float(2.0 * slope**2))
+    zero, release = stated.get("position_zero", level + lift), stated.get("release", release)
+    return _Drop(zero, lift, release, float(2.0 * slope**2))
 
 
 def _held(trace: Trace) -> slice:
@@ -115,7 +120,7 @@ def _held(trace: Trace) -> slice:
             trace.name,
             "the weight moves from the first sample",
             "a rest before the release, from which zero and release are found",
-            'Give release = "... s" and position_zero = "... mm" for the record, or cut it earlier.',
+            'Give lift, release = "... s" and position_zero = "... mm" for the record, or let it begin earlier.',
         )
     return found[0]
 
@@ -167,7 +172,7 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
     if not stiffness > 0.0:
         raise DataError(
             traces[0].name,
-            f"force falls as the fibre is stretched ({stiffness:.3g} N/m)",
+            "the force does not grow as the fibre is stretched",
             "a force that grows with position",
             "Check the sign and unit of the force and position channels.",
         )

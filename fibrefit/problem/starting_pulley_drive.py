@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -22,12 +22,14 @@ FIRST = 0.25
 CAPS = 10.0
 
 
-def starting_pulley_drive(traces: Sequence[Trace]) -> Starting:
+def starting_pulley_drive(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
     """First guesses without simulation.
 
     Parameters
     ----------
     traces : sequence of Trace
+    stated : sequence of mapping
+        What the study says of each record; not needed here.
 
     Returns
     -------

@@ -69,6 +69,14 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
                 f"one, for a {rig.kind} rig",
                 f'Name its column: [channels] {name} = "...".',
             )
+        valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
+        if valid < FEWEST:
+            raise DataError(
+                f'{record.name}, channel "{name}"',
+                f"{valid} valid samples",
+                f"at least {FEWEST}",
+                "Check its column and unit; fibrefit inspect tells what was masked, and why.",
+            )
     times, place = _grid(record)
     spread = {name: _spread(record.channels[name], place, len(times)) for name in (*rig.channels, *rig.inputs)}
     return Trace(
@@ -122,5 +130,7 @@ def _spread(values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
     return full
 
 
+FEWEST = 16
+"""Valid samples below which a channel tells nothing."""
 LEARNT = ("lift",)
 """Conditions that the data can tell where a study is silent."""

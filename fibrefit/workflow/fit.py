@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fibrefit.core.errors import StudyError
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Estimate, Identification
 from fibrefit.records import Record
@@ -146,11 +147,14 @@ def fit_study(
     DataError
         If a record is not understood, or does not show what the rig's motion should.
     StudyError
-        If the study and the model do not fit together.
+        If the study and the model do not fit together, or nothing is free.
     """
     if progress:
         progress("reading records", None)
     records = read_records(study)
     task = task_of(study, records)
+    if task.problem.layout.size == 0:
+        do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
+        raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
     found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
     return Fit(study, records, found, seed)

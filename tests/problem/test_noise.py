@@ -1,0 +1,104 @@
+"""Noise from rests: hiss, wander and hum, as a logger with a resolution writes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.problem.noise import Noise, estimate_noise, periodogram, rests, whittle
+from fibrefit.problem.observations import Trace
+from tests.fit import made
+
+RATE = made.RATE
+WITHIN = 0.03
+"""On the average of 40 series; one estimate from some seconds of rest scatters by a few percent more."""
+
+
+def trace(random: np.random.Generator, share: float, hum: float, grain: float, samples: int = 2400) -> Trace:
+    """Two stretches of rest with a motion between; the noise has variance one."""
+    times = np.arange(samples) / RATE
+    motion = 50.0 * np.clip(times - 0.25, 0.0, 0.15) ** 2
+    motion = 400.0 * motion * (1.0 + 0.3 * np.sin(80.0 * times) * (times > 0.25) * (times < 0.6))
+    noise = made.coloured(samples, share, random) * np.sqrt(1.0 - 0.5 * hum**2)
+    noise = noise + hum * np.sin(2.0 * np.pi * (50.0 * times + random.random()))
+    values = grain * np.round((motion + noise) / grain) if grain else motion + noise
+    return Trace("made", times, {"force": values}, {}, {})
+
+
+def estimates(share: float, hum: float, grain: float) -> np.ndarray:
+    """Noise rms of 40 series of five records; it should be one."""
+    found = []
+    for seed in range(40):
+        random = np.random.default_rng([seed, 4])
+        traces = [trace(random, share, hum, grain) for _ in range(5)]
+        found.append(estimate_noise(traces, "force").rms(2400 / RATE, RATE))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("share", "hum", "grain"), [(0.0, 0.0, 0.05), (0.5, 0.15, 0.05), (0.5, 0.0, 0.0)])
+def test_noise_is_known_to_three_percent(share: float, hum: float, grain: float) -> None:
+    found = estimates(share, hum, grain)
+    assert abs(found.mean() - 1.0) < WITHIN
+    assert found.std() < 0.06
+
+
+def test_the_scatter_of_short_rests_alone_is_not() -> None:
+    """The negative control: what a rest of a tenth of a second shows leaves the wander out."""
+    short = [np.std(made.coloured(2400, 0.7, np.random.default_rng([seed, 4]))[:200]) for seed in range(200)]
+    assert np.mean(short) < 1.0 - 2.0 * WITHIN
+
+
+def test_a_level_twice_as_high_is_seen() -> None:
+    random = np.random.default_rng(0)
+    once = [trace(random, 0.5, 0.0, 0.0) for _ in range(5)]
+    twice = [one._replace(channels={"force": 2.0 * one.channels["force"]}) for one in once]
+    first, second = (estimate_noise(traces, "force").rms(1.2, RATE) for traces in (once, twice))
+    assert second == pytest.approx(2.0 * first, rel=1e-3)
+
+
+def test_white_and_pink_are_told_apart() -> None:
+    random = np.random.default_rng(3)
+    parts = [periodogram(made.coloured(4000, 0.6, random), RATE) for _ in range(20)]
+    white, pink = whittle(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    assert white * 0.5 * RATE == pytest.approx(0.64, rel=0.05)
+    # The pink variance of one is spread over the logarithm of twice the number of samples.
+    assert pink * (np.log(4000) + 0.577) == pytest.approx(0.36, rel=0.25)
+
+
+def test_rests_end_where_the_motion_begins() -> None:
+    found = rests(trace(np.random.default_rng(1), 0.5, 0.1, 0.05))
+    assert found[0].start == 0
+    # The block in which motion begins is left out.
+    assert 0.25 * RATE - 96 <= found[0].stop <= 0.25 * RATE
+    assert found[-1].stop == 2400
+    assert found[-1].start >= 0.6 * RATE - 96
+
+
+def test_damage_in_a_rest_ends_it_and_is_no_motion_elsewhere() -> None:
+    made_trace = trace(np.random.default_rng(1), 0.5, 0.0, 0.05)
+    made_trace.channels["force"][250:260] = np.nan
+    found = estimate_noise([made_trace] * 3, "force")
+    assert found.samples > 0
+    assert found.rms(1.2, RATE) == pytest.approx(1.0, rel=0.25)
+
+
+def test_without_any_rest_the_fast_part_is_taken_and_said_to_be_so() -> None:
+    times = np.arange(2000) / RATE
+    swing = 30.0 * np.sin(2.0 * np.pi * 3.0 * times) + np.random.default_rng(0).standard_normal(2000)
+    found = estimate_noise([Trace("made", times, {"force": swing}, {}, {})], "force")
+    assert found.samples == 0
+    assert found.rms(1.0, RATE) == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_channel_that_never_changes_has_the_noise_of_its_resolution() -> None:
+    times = np.arange(2000) / RATE
+    stairs = 0.1 * np.round(100.0 * np.clip(times - 0.5, 0.0, 0.1))
+    found = estimate_noise([Trace("made", times, {"force": stairs}, {}, {})], "force")
+    assert 0.0 < found.rms(1.0, RATE) <= 0.1
+
+
+def test_spectrum_and_total_agree() -> None:
+    noise = Noise(2e-3, 0.3, 0.05, 1000)
+    frequency = np.linspace(1.0, 1000.0, 400_000)
+    total = np.trapezoid(noise.density(frequency), frequency) + noise.line
+    assert noise.rms(1.0, 2000.0) ** 2 == pytest.approx(total, rel=3e-3)
