@@ -21,6 +21,8 @@ def order_and_covariance(residuals: np.ndarray, valid: np.ndarray) -> tuple[int,
         0 for white noise.
     covariance : (order + 1,)
     """
+    if not valid.any():
+        return 0, np.ones(1)
     covariance = pooled_autocovariance(np.where(valid, residuals, 0.0), valid, LARGEST_ORDER + 1)
     count = int(valid.sum())
     cost = count * np.log(innovation_variances(covariance)) + np.arange(LARGEST_ORDER + 1) * np.log(count)

@@ -94,7 +94,7 @@ class Likelihood(eqx.Module):
             gamma = jax.scipy.special.gammaln
             each = gamma(half + 0.5) - gamma(half) - 0.5 * jnp.log(2.0 * half * jnp.pi)
         else:
-            each = -0.5 * math.log(2.0 * math.pi)
+            each = jnp.array(-0.5 * math.log(2.0 * math.pi))
         return total * each - levels - self.whitening.log_scale + self.log_unit
 
     def log_density(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:

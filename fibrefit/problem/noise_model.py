@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,9 +21,10 @@ from fibrefit.problem.coloured import Bank, Coloured, bank_of, coloured_of, vari
 from fibrefit.problem.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise import MAINS, Noise
 from fibrefit.problem.problem import Linearised, Problem
-from fibrefit.problem.whitening import Autoregressive, White, Whitening
+from fibrefit.problem.whitening import Autoregressive, White, Whitening, innovations
 
 KINDS = ("white", "autoregressive", "coloured")
+TINY = 1e-30
 HEAVY_TAILS = 1.0
 """Excess kurtosis of the innovations above which a normal law is called into question."""
 
@@ -70,7 +71,7 @@ class _Evidence(NamedTuple):
     slopes: jax.Array
     valid: jax.Array
     columns: jax.Array
-    unit: np.ndarray
+    unit: Any
     bank: Bank
 
 
@@ -116,7 +117,7 @@ def choose_noise_model(
     if kind in ("auto", "coloured"):
         start = [(spectrum or {}).get(c) for c in channels]
         given = kind == "coloured" and all(n is not None for n in start)
-        noise = tuple(start) if given else _restricted_likelihood(evidence, start)
+        noise = tuple(n for n in start if n is not None) if given else _restricted_likelihood(evidence, start)
         found["coloured"] = _coloured(evidence, noise, known, _duration(problem))
     white = _score(White(evidence.valid), evidence, len(channels))
     numbers = {"white": len(channels), "autoregressive": len(channels) + sum(orders), "coloured": 3 * len(channels)}
@@ -180,6 +181,7 @@ _build = jax.jit(coloured_of)
 def _score(whitening: Whitening, evidence: _Evidence, numbers: int) -> float:
     """Log likelihood at the best level of each channel, less the penalty."""
     squares, counts, log_scale = map(np.asarray, _squares(whitening, evidence.residuals, evidence.valid))
+    squares, counts = squares[counts > 0], counts[counts > 0]
     if (squares == 0.0).any():
         return -math.inf
     profile = -0.5 * np.sum(counts * (np.log(squares / counts) + 1.0))
@@ -188,8 +190,7 @@ def _score(whitening: Whitening, evidence: _Evidence, numbers: int) -> float:
 
 @jax.jit
 def _squares(whitening: Whitening, residuals: jax.Array, valid: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-    innovations = whitening.whiten(residuals)
-    return jnp.sum(innovations**2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale
+    return jnp.sum(whitening.whiten(residuals) ** 2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale
 
 
 def _restricted_likelihood(evidence: _Evidence, start: list[Noise | None]) -> tuple[Noise, ...]:
@@ -207,7 +208,8 @@ def _restricted_likelihood(evidence: _Evidence, start: list[Noise | None]) -> tu
     found = minimize(lambda x: float(value(jnp.asarray(x))), logs.ravel(), method="L-BFGS-B", bounds=bounds, tol=1e-7)
     white, pink, line = np.exp(found.x.reshape(3, -1)) / size
     samples = np.asarray(evidence.valid).sum(axis=(0, 2))
-    return tuple(Noise(*map(float, row[:3]), int(row[3])) for row in zip(white, pink, line, samples, strict=True))
+    found_rows = zip(white, pink, line, samples, strict=True)
+    return tuple(Noise(float(w), float(p), float(v), int(n)) for w, p, v, n in found_rows)
 
 
 @jax.jit
@@ -217,7 +219,7 @@ def _restricted(logs: jax.Array, evidence: _Evidence, size: jax.Array) -> jax.Ar
     noise = [Noise(white[c], pink[c], line[c], 0) for c in range(len(white))]
     bank = evidence.bank
     whitening = coloured_of(bank, variances_of(bank, noise, evidence.unit), evidence.valid)
-    innovations = whitening.whiten(evidence.residuals)
+    fresh = whitening.whiten(evidence.residuals)
     slopes = jax.vmap(whitening.whiten, in_axes=-1, out_axes=-1)(evidence.slopes)
     local = jnp.einsum("rcti,rctj->rij", slopes, slopes)
     rows = evidence.columns
@@ -225,13 +227,13 @@ def _restricted(logs: jax.Array, evidence: _Evidence, size: jax.Array) -> jax.Ar
     gram = jnp.zeros((free, free)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
     # Directions nobody sees, and places no value has, weigh nothing and add a constant.
     volume = jnp.linalg.slogdet(gram + 1e-9 * jnp.eye(free))[1]
-    return 0.5 * jnp.sum(innovations**2) + whitening.log_scale + 0.5 * volume
+    return 0.5 * jnp.sum(fresh**2) + whitening.log_scale + 0.5 * volume
 
 
 def _guess(evidence: _Evidence, channel: int, band: float) -> Noise:
     """Three quarters hiss, one quarter wander."""
     residuals, valid = np.asarray(evidence.residuals[:, channel]), np.asarray(evidence.valid[:, channel])
-    variance = float(np.sum(residuals**2) / valid.sum() * evidence.unit[:, channel].mean() ** 2)
+    variance = float(np.sum(residuals**2) / max(valid.sum(), 1) * evidence.unit[:, channel].mean() ** 2)
     return Noise(0.75 * variance / band, 0.03 * variance, 1e-3 * variance, 0)
 
 
@@ -261,12 +263,9 @@ def _says(
 
 def _tails(whitening: Whitening, evidence: _Evidence, heavy: bool) -> str:
     """A remark where single samples stray further than a normal law allows."""
-    innovations = np.asarray(whitening.whiten(evidence.residuals))
-    valid = np.asarray(evidence.valid)
-    kurtosis = max(
-        float(np.mean(x**4) / np.mean(x**2) ** 2 - 3.0)
-        for x in (innovations[:, c][valid[:, c]] for c in range(valid.shape[1]))
-    )
+    fresh, valid = np.asarray(innovations(whitening, evidence.residuals)), np.asarray(evidence.valid)
+    each = [fresh[:, c][valid[:, c]] for c in range(valid.shape[1]) if valid[:, c].any()]
+    kurtosis = max(float(np.mean(x**4) / max(np.mean(x**2), TINY) ** 2 - 3.0) for x in each)
     if heavy:
         return f" Student's t for single samples, as asked for (excess kurtosis {kurtosis:.2g})."
     if kurtosis < HEAVY_TAILS:

@@ -128,9 +128,9 @@ class Autoregressive(eqx.Module):
         order = self.weights.shape[1]
         before = jnp.pad(kept, ((0, 0), (0, 0), (order, 0)))
         size = kept.shape[-1]
-        foretold = sum(
-            self.weights[:, j, None] * before[..., order - 1 - j : order - 1 - j + size] for j in range(order)
-        )
+        foretold = jnp.zeros_like(kept)
+        for j in range(order):
+            foretold += self.weights[:, j, None] * before[..., order - 1 - j : order - 1 - j + size]
         record, channel, time = self.rows
         last = before[record[:, None], channel[:, None], time[:, None] + order - 1 - jnp.arange(order)]
         foretold = foretold.at[record, channel, time].set(jnp.sum(self.row_weights * last, axis=1))
@@ -147,6 +147,15 @@ class Autoregressive(eqx.Module):
                 lags[k] = weights[:order] @ lags[k - order : k][::-1]
             found.append(lags[:n_lag])
         return np.broadcast_to(np.stack(found), (self.valid.shape[0], len(found), n_lag)).copy()
+
+
+@eqx.filter_jit
+def innovations(whitening: Whitening, residuals: jax.Array) -> jax.Array:
+    """`Whitening.whiten` as a compiled program; any axes behind ``(n_record, n_channel, n_time)`` are mapped over."""
+    whiten = whitening.whiten
+    for _ in range(residuals.ndim - 3):
+        whiten = jax.vmap(whiten, in_axes=-1, out_axes=-1)
+    return whiten(residuals)
 
 
 def _predictor(covariance: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:

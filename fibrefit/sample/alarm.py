@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Linearised
-from fibrefit.problem.whitening import Whitening
+from fibrefit.problem.whitening import Whitening, innovations
+from fibrefit.sample.inputs import Steps
 
 UNLIKELY = 1e-3
 """Probability below which the difference of the two estimates is not taken for chance."""
@@ -37,7 +39,9 @@ class Parting:
     chance: float
 
 
-def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Parting:
+def parting(
+    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, steps: Steps | None = None
+) -> Parting:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
     Law
@@ -53,6 +57,8 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
     whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
+    steps : Steps or None
+        By which the noise of measured inputs moves both.
 
     Returns
     -------
@@ -65,18 +71,20 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
     from scipy.stats import chi2
 
     slopes, level = np.asarray(linear.slopes), level[:, None, None]
-    sharp = np.stack([np.asarray(whitening.whiten(slopes[..., i])) for i in range(slopes.shape[-1])], axis=-1) / level
-    innovations = np.asarray(whitening.whiten(linear.residuals))[..., None] / level
+    sharp = np.asarray(innovations(whitening, jnp.asarray(slopes))) / level
+    fresh = np.asarray(innovations(whitening, jnp.asarray(linear.residuals)))[..., None] / level
     normal = _assembled(layout, slopes, slopes)
     scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
     bread = _inverse(normal / np.outer(scale, scale))
     middle = _assembled(layout, slopes, _correlated(slopes, whitening, level)) / np.outer(scale, scale)
     best = _inverse(_assembled(layout, sharp, sharp) / np.outer(scale, scale))
-    difference = -best @ (_gathered(layout, np.sum(sharp * innovations, axis=(1, 2))) / scale)
+    difference = -best @ (_gathered(layout, np.sum(sharp * fresh, axis=(1, 2))) / scale)
     of_plain = bread @ middle @ bread
     seen = np.diag(of_plain) > 0.0
     unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
     excess, difference = (of_plain - best) * np.outer(unit, unit), difference * unit
+    if steps is not None:
+        excess += np.cov(((steps.whitened - steps.plain) * scale * unit).T)
     known = np.diag(excess) > SLIGHT
     scores = np.where(known, difference / np.sqrt(np.where(known, np.diag(excess), 1.0)), np.nan)
     values, vectors = np.linalg.eigh(excess)
@@ -141,7 +149,7 @@ def loudness_check(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
     ----------
     channels : tuple of str
     ratio : (n_channel,)
-        Rms of the residuals over the noise at rest, or over that the study states.
+        Rms of the residuals over what the noise at rest, or stated by the study, and that of inputs account for.
     """
     worst = int(np.argmax(ratio))
     passed = bool(ratio[worst] <= LOUD)

@@ -62,7 +62,7 @@ def save(path: Path, chains: list[Chain]) -> None:
     temporary = path.with_name(f".{path.name}.tmp")
     try:
         with temporary.open("wb") as file:
-            np.savez(file, **content)
+            np.savez(file, **content)  # type: ignore[arg-type]
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
@@ -104,5 +104,7 @@ def load(path: Path, starts: list[Chain]) -> list[Chain]:
 def _chain(file: Any, i: int) -> Chain:
     position, has_gauss = (int(part) for part in file[f"{i}.random_place"])
     state = (str(file[f"{i}.random_name"]), file[f"{i}.random_keys"], position, has_gauss)
-    parts = (file[f"{i}.{name}"] for name in ("start", "start_log_density", "points", "log_density"))
-    return Chain(*parts, (*state, float(file[f"{i}.random_gauss"])))
+    start, its_density, points, log_density = (
+        file[f"{i}.{name}"] for name in ("start", "start_log_density", "points", "log_density")
+    )
+    return Chain(start, its_density, points, log_density, (*state, float(file[f"{i}.random_gauss"])))

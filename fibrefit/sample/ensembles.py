@@ -220,7 +220,7 @@ def _enough(found: Mixing, settings: Settings) -> bool:
 def _begin(target: Target, approximation: Approximation, settings: Settings, number: int) -> _Ensemble:
     seeds = np.random.SeedSequence(settings.seed).spawn(settings.ensembles)[number].generate_state(624)
     random = np.random.RandomState(np.random.MT19937())
-    random.set_state(("MT19937", seeds, 624))
+    random.set_state(("MT19937", seeds.astype(np.uint32), 624, 0, 0.0))
     start, log_density = approximation.cloud(target.log_density, settings.walkers_for(target.size), random)
     sampler = EnsembleSampler(len(start), target.size, target.log_density, moves=_moves(approximation), vectorize=True)
     sampler.random_state = random.get_state()

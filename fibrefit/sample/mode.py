@@ -117,7 +117,7 @@ def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPoster
     """Curvature of likelihood and prior; flat directions of a proper prior get the sharpness of its spread."""
     # One that is not proper limits nothing, however its density bends in these coordinates.
     of_prior = np.where(proper, np.maximum(np.nan_to_num(here.of_prior), floor), 0.0)
-    curvature = here.of_likelihood + np.diag(of_prior)
+    curvature = np.asarray(here.of_likelihood) + np.diag(of_prior)
     _refuse_flat(curvature, density)
     return curvature
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -65,12 +66,7 @@ def second_opinion(
     UsageError
         If the optional package it needs is missing.
     """
-    try:
-        import blackjax  # noqa: F401
-    except ImportError:
-        raise UsageError(
-            "NUTS", "the package blackjax is not installed", "it", "Install it: pip install 'fibrefit[nuts]'."
-        ) from None
+    _blackjax()
     approximation = posterior.modes[0].approximation
     frame = (jnp.asarray(approximation.centre), jnp.asarray(approximation.root), approximation.log_density)
     found = []
@@ -83,11 +79,19 @@ def second_opinion(
     return SecondOpinion(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
 
 
+def _blackjax() -> Any:
+    try:
+        return importlib.import_module("blackjax")
+    except ImportError:
+        raise UsageError(
+            "NUTS", "the package blackjax is not installed", "it", "Install it: pip install 'fibrefit[nuts]'."
+        ) from None
+
+
 @eqx.filter_jit
 def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Draws ``(n_draw, n)`` of one chain and its divergences, in a frame in which the mode is a unit ball."""
-    import blackjax
-
+    blackjax = _blackjax()
     centre, root, level = frame
 
     def log_density(position: jax.Array) -> jax.Array:
@@ -111,7 +115,7 @@ def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tup
 def _compared(posterior: Posterior, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     from arviz_stats.base import array_stats
 
-    own = posterior.points.reshape(-1, points.shape[-1])
+    own = posterior.course.kept.reshape(-1, points.shape[-1])
     other = points.reshape(-1, points.shape[-1])
     ess = np.array([float(array_stats.ess(points[..., i], chain_axis=0, draw_axis=1)) for i in range(points.shape[-1])])
     error = np.sqrt(own.var(axis=0) / posterior.course.mixing.ess_bulk + other.var(axis=0) / ess)

@@ -50,7 +50,27 @@ class Marginal:
     prior_share: float
 
 
-def marginals(target: Target, course: Course, probability: float) -> dict[str, Marginal]:
+def widened(course: Course, widening: np.ndarray) -> np.ndarray:
+    """Points after the warm-up, ``(n_ensemble, n_draw, n)``, moved by what the noise of measured inputs accounts for.
+
+    Parameters
+    ----------
+    course : Course
+    widening : (n_free, n_free)
+        Covariance of these moves in free coordinates; nil without measured inputs.
+    """
+    kept = course.kept
+    points = kept.reshape(len(kept), -1, kept.shape[-1]).copy()
+    if widening.any():
+        values, vectors = np.linalg.eigh(widening)
+        drawn = np.random.default_rng(len(widening)).standard_normal((*points.shape[:2], len(widening)))
+        points[..., : len(widening)] += drawn @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    return points
+
+
+def marginals(
+    target: Target, course: Course, probability: float, widening: np.ndarray | None = None
+) -> dict[str, Marginal]:
     """Marginals of all values, by name.
 
     Parameters
@@ -59,8 +79,11 @@ def marginals(target: Target, course: Course, probability: float) -> dict[str, M
     course : Course
     probability : float
         Of the intervals.
+    widening : (n_free, n_free), optional
+        See `widened`.
     """
-    draws = target.values(course.kept.reshape(-1, target.size))
+    points = widened(course, np.zeros((0, 0)) if widening is None else widening)
+    draws = target.values(points.reshape(-1, target.size))
     tail = 0.5 * (1.0 - probability)
     low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail], axis=0)
     found = {}
@@ -106,6 +129,8 @@ class Posterior:
     parting : Parting
     start : (n_free,) in SI units
         The fit it began with.
+    widening : (n_free, n_free)
+        Covariance in free coordinates that the noise of measured inputs adds to that of the ensembles' points.
     settings : Settings
     channel_units : mapping of channel to str
     seconds : float
@@ -120,6 +145,7 @@ class Posterior:
     checks: tuple[Check, ...]
     parting: Parting
     start: np.ndarray
+    widening: np.ndarray
     settings: Settings
     channel_units: Mapping[str, str]
     seconds: float
@@ -134,14 +160,26 @@ class Posterior:
     @property
     def points(self) -> np.ndarray:
         """Draws in coordinates without limits, ``(n_ensemble, n_draw, n)``; the walkers of each step side by side."""
-        kept = self.course.kept
-        return kept.reshape(len(kept), -1, self.target.size)
+        return widened(self.course, self.widening)
 
     @property
     def draws(self) -> np.ndarray:
         """Draws in SI units, ``(n_ensemble, n_draw, n)``."""
         points = self.points
         return self.target.values(points.reshape(-1, self.target.size)).reshape(points.shape)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader should know besides the checks."""
+        if not self.widening.any():
+            return ()
+        points = self.course.kept.reshape(-1, self.target.size)[:, : len(self.widening)]
+        ratio = np.sqrt(1.0 + np.diag(self.widening) / points.var(axis=0))
+        worst = int(np.argmax(ratio))
+        return (
+            "The noise of the measured inputs widens the posterior: "
+            f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
+        )
 
     @property
     def log_evidence(self) -> Evidence | None:
@@ -160,8 +198,8 @@ class Posterior:
         return status(self.checks)
 
     def thinned(self, count: int, seed: int = 0) -> np.ndarray:
-        """Points ``(count, n)`` drawn from all ensembles."""
-        points = self.points.reshape(-1, self.target.size)
+        """Points ``(count, n)`` of the ensembles, for what is compared with these records and their inputs as read."""
+        points = self.course.kept.reshape(-1, self.target.size)
         return points[np.random.default_rng(seed).choice(len(points), count, replace=len(points) < count)]
 
 

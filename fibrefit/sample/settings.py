@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fibrefit.core.errors import UsageError
 
 FEWEST_ENSEMBLES = 4
+LARGEST_BATCH = 32
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,11 @@ class Settings:
             return max(32, 3 * size + size % 2)
         self._refuse(self.walkers < fewest or self.walkers % 2 == 1, "walkers", f"an even number from {fewest} on")
         return self.walkers
+
+    def batch_for(self, size: int) -> int:
+        """Points evaluated at once: an even part of half an ensemble, which is what a move asks for."""
+        half = self.walkers_for(size) // 2
+        return max(part for part in range(1, LARGEST_BATCH + 1) if half % part == 0)
 
     def _refuse(self, wrong: bool, name: str, expected: str) -> None:
         if wrong:

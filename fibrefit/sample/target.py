@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.log_posterior import LogPosterior
@@ -42,7 +43,7 @@ class Target:
 
 
 def target_of(
-    density: LogPosterior, priors: tuple[Prior, ...], units: tuple[str, ...], noise_units: np.ndarray
+    density: LogPosterior, priors: tuple[Prior, ...], units: tuple[str, ...], noise_units: np.ndarray, batch: int
 ) -> Target:
     """Target of a problem's log posterior.
 
@@ -55,6 +56,8 @@ def target_of(
         Of all values.
     noise_units : (n_noise,)
         SI value that a noise coordinate of nil stands for.
+    batch : int
+        Points evaluated at once.
 
     Returns
     -------
@@ -66,8 +69,8 @@ def target_of(
     return Target(
         names=names,
         units=units,
-        log_density=Batched(density),
-        values=lambda points: np.asarray(_values(density, points)) * scale,
+        log_density=Batched(density, batch),
+        values=lambda points: np.asarray(_values(density, jnp.asarray(points))) * scale,
         priors=priors[:size] + tuple(scaled(p, s) for p, s in zip(priors[size:], noise_units, strict=True)),
     )
 
@@ -75,8 +78,8 @@ def target_of(
 def scaled(prior: Prior, unit: float) -> Prior:
     """The prior of a value that is `unit` times as large."""
     spread = prior.spread if prior.log else prior.spread * unit
-    limits = {"lower": prior.lower * unit, "upper": prior.upper * unit}
-    return replace(prior, centre=prior.centre * unit, spread=spread, **limits)
+    lower, upper = prior.lower * unit, prior.upper * unit
+    return replace(prior, centre=prior.centre * unit, spread=spread, lower=lower, upper=upper)
 
 
 class Batched:
@@ -88,11 +91,12 @@ class Batched:
     Parameters
     ----------
     density : LogPosterior
+    batch : int
     """
 
-    def __init__(self, density: LogPosterior) -> None:
-        self._density = density
-        self._many, self._batch = (_one_by_one, 8) if jax.default_backend() == "cpu" else (_all_at_once, 64)
+    def __init__(self, density: LogPosterior, batch: int) -> None:
+        self._density, self._batch = density, batch
+        self._many = _one_by_one if jax.default_backend() == "cpu" else _all_at_once
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Log densities ``(n_point,)`` of points ``(n_point, n)``."""
@@ -100,7 +104,7 @@ class Batched:
         rest = -len(points) % self._batch
         filled = np.concatenate([points, np.repeat(points[-1:], rest, axis=0)])
         parts = filled.reshape(-1, self._batch, points.shape[1])
-        found = [np.asarray(self._many(self._density, part)) for part in parts]
+        found = [np.asarray(self._many(self._density, jnp.asarray(part))) for part in parts]
         return np.concatenate(found)[: len(points)]
 
 

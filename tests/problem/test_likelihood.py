@@ -126,7 +126,7 @@ def residual_noise(small: tuple[Task, np.ndarray]) -> Linearised:
     return jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(values)))
 
 
-@pytest.mark.parametrize(("kind", "heavy"), [("coloured", False), ("autoregressive", True)])
+@pytest.mark.parametrize(("kind", "heavy"), [("coloured", True)])
 def test_gradient_is_that_of_differences(
     small: tuple[Task, np.ndarray], residual_noise: Linearised, kind: str, heavy: bool
 ) -> None:

@@ -12,7 +12,6 @@ import pytest
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.layout import Layout
 from fibrefit.problem.prior import Prior
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
@@ -143,7 +142,7 @@ def falling(small: tuple[Task, np.ndarray]) -> Task:
 
 def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
     stated = {"stiffness": Prior(True, 2e4, 0.5), "damping": Prior(False, 20.0, 3.0)}
-    found = sample_posterior(falling, falling.start, stated=stated, noise="white", settings=Settings(seed=1))
+    found = sample_posterior(falling, falling.start, stated=stated, noise="coloured", settings=Settings(seed=1))
     taught = {check.name: check for check in found.checks}["the data taught every parameter"]
     assert taught.says == "The data taught us nothing about stiffness, damping: what is reported is the prior."
     assert found.status != "ok"
@@ -155,17 +154,17 @@ def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
     assert abs(friction.mean - TRUTH["friction"]) < 4.0 * friction.sd
 
 
-def test_an_unseen_parameter_without_a_proper_prior_has_no_posterior(falling: Task) -> None:
-    layout = falling.problem.layout
-    slots = tuple(
-        replace(s, range=replace(s.range, upper=math.inf)) if s.name == "damping" else s for s in layout.slots
-    )
-    problem = Problem(falling.problem.model, Layout(slots, layout.records), falling.problem.observations)
-    stated = {"damping": Prior(False, 1.0, math.inf, 0.0)}
+def test_an_unseen_parameter_without_a_proper_prior_has_no_posterior(small: tuple[Task, np.ndarray]) -> None:
+    """Nobody measured the position: what its channel would have read at the taut point is anybody's guess."""
+    task, values = small
+    data = task.problem.observations
+    blind = data._replace(weight={**data.weight, "position": jnp.zeros_like(data.weight["position"])})
+    problem = Problem(task.problem.model, task.problem.layout, blind)
+    stated = {"position_zero": Prior(False, 1.0, math.inf)}
     with pytest.raises(StudyError) as refused:
-        sample_posterior(replace(falling, problem=problem), falling.start, stated=stated, noise="white")
+        sample_posterior(replace(task, problem=problem), values, stated=stated)
     assert str(refused.value) == (
-        "prior of damping: neither the data nor a prior limit damping: the posterior is not a distribution; expected a "
-        'proper prior, for one of them at least. Give it one, such as kind = "normal" or "half_normal", or bounds on '
-        "both sides."
+        "prior of position_zero[drop 0]: neither the data nor a prior limit position_zero[drop 0] with "
+        "position_zero[drop 1]: the posterior is not a distribution; expected a proper prior, for one of them at "
+        'least. Give it one, such as kind = "normal" or "half_normal", or bounds on both sides.'
     )

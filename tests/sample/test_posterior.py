@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import UsageError
 from fibrefit.effects.guide_viscous_friction import ViscousFriction
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
@@ -181,3 +184,11 @@ def test_readings_of_a_draw_are_the_problems_own(posterior: Posterior) -> None:
     values = posterior.density.values(jnp.asarray(point))[: problem.layout.size]
     one = predict(posterior, 1, 0)["force"].model[1]
     np.testing.assert_allclose(one, jax.jit(problem.readings)(values)["force"], rtol=1e-9)
+
+
+def test_nuts_without_its_package_says_what_to_install(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fibrefit.sample.nuts import second_opinion
+
+    monkeypatch.setitem(sys.modules, "blackjax", None)
+    with pytest.raises(UsageError, match=r"Install it: pip install 'fibrefit\[nuts\]'"):
+        second_opinion(posterior)

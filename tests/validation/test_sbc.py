@@ -51,25 +51,23 @@ class Study:
         return np.array([chisquare(np.histogram(column, 8, (0.0, 1.0))[0]).pvalue for column in self.shares.T])
 
 
+def one(noise: str, number: int) -> tuple[tuple[str, ...], np.ndarray, float]:
+    """Go the whole way once: names, share of the draws below the truth, chance the parting check sees."""
+    random = np.random.default_rng([7, number])
+    shared = {name: float(PRIORS[name].quantile(random.random())) for name in ("stiffness", "damping", "friction")}
+    own = [{name: float(PRIORS[name].quantile(random.random())) for name in ("position_zero", "release")} for _ in "ab"]
+    task = task_of(series(random, shared, own=own), truth=shared, own=own)
+    settings = Settings(seed=number, walkers=20, ess=200.0)
+    found = sample_posterior(task, fitted(task), stated=PRIORS, noise=noise, settings=settings)
+    truth = np.asarray(task.start)
+    draws = found.draws.reshape(-1, found.target.size)[:, : len(truth)]
+    return task.problem.layout.free_names, np.mean(draws < truth, axis=0), found.parting.chance
+
+
 def study(noise: str, count: int) -> Study:
     """Go the whole way `count` times."""
-    shares, alarms, names = [], [], ()
-    for number in range(count):
-        random = np.random.default_rng([7, number])
-        shared = {
-            n: float(p.quantile(random.random())) for n, p in PRIORS.items() if n not in ("position_zero", "release")
-        }
-        own = [{n: float(PRIORS[n].quantile(random.random())) for n in ("position_zero", "release")} for _ in range(2)]
-        task = task_of(series(random, shared, own=own), truth=shared, own=own)
-        found = sample_posterior(
-            task, fitted(task), stated=PRIORS, noise=noise, settings=Settings(seed=number, walkers=24, ess=200.0)
-        )
-        truth = np.asarray(task.start)
-        names = task.problem.layout.free_names
-        draws = found.draws.reshape(-1, found.target.size)[:, : len(truth)]
-        shares.append(np.mean(draws < truth, axis=0))
-        alarms.append(found.parting.chance)
-    return Study(names, np.array(shares), np.array(alarms))
+    names, shares, alarms = zip(*(one(noise, number) for number in range(count)), strict=True)
+    return Study(names[0], np.array(shares), np.array(alarms))
 
 
 def told(found: Study) -> str:
