@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from tests.benchmarks import fits, growth, simulations
+from tests.benchmarks.timing import Stopwatch
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
 PACKAGES = ("numpy", "scipy", "jax", "optimistix", "numba", "lmfit", "diffrax")
@@ -17,9 +18,9 @@ PACKAGES = ("numpy", "scipy", "jax", "optimistix", "numba", "lmfit", "diffrax")
 HEAD = """# Benchmarks
 
 Made by `make bench` on {date} with {cores} cores; Python {python}, {packages}.
-Every number is a median of runs taken in turn with those it is compared with; all contenders were first seen to give
-the same answer, unless the table says otherwise. A ratio above one means that ours is slower; "goal" is what this
-project asks of itself.
+Every number is a median of {clock}, of runs taken in turn with those it is compared with;
+all contenders were first seen to give the same answer, unless the table says otherwise. A ratio above one means that
+ours is slower; "goal" is what this project asks of itself.
 """
 
 
@@ -27,12 +28,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
     parser.add_argument("--quick", action="store_true", help="leave out the slowest rivals and the growth of times")
+    parser.add_argument("--busy", action="store_true", help="time by what processors spent: other work goes on")
     given = parser.parse_args()
+    clock = "processor time (the machine had other work too)" if given.busy else "wall-clock time"
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     python = ".".join(map(str, sys.version_info[:3]))
-    parts = [HEAD.format(date=date.today(), cores=os.cpu_count(), python=python, packages=packages)]
+    parts = [HEAD.format(date=date.today(), cores=os.cpu_count(), python=python, packages=packages, clock=clock)]
     print(parts[0], flush=True)
-    for table in _tables(given.quick):
+    for table in _tables(Stopwatch(given.busy), given.quick):
         parts.append(table.text())
         print(parts[-1], flush=True)
     if given.write:
@@ -40,11 +43,11 @@ def main() -> None:
         PAGE.write_text("\n".join(parts), encoding="utf-8")
 
 
-def _tables(quick: bool):
-    yield from simulations.tables()
-    yield fits.table(slow=not quick)
+def _tables(watch: Stopwatch, quick: bool):
+    yield from simulations.tables(watch)
+    yield fits.table(watch, slow=not quick)
     if not quick:
-        yield from growth.tables()
+        yield from growth.tables(watch)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from fibrefit.problem.task import Task
 from tests.benchmarks import ours, rival_diffrax, rivals
 from tests.benchmarks.problem import Fit, drop_task, fit_of, in_our_order
 from tests.benchmarks.table import Table
-from tests.benchmarks.timing import Contender, Times, interleaved, spoken
+from tests.benchmarks.timing import Contender, Stopwatch, Times, spoken
 
 SAME_COST = 9.0
 """Excess over our cost, in units of the noise: an answer closer than this lies within the smallest of error bars."""
@@ -24,7 +23,7 @@ def excess(task: Task, values: np.ndarray, ours_: np.ndarray) -> float:
     return there - here
 
 
-def table(slow: bool = True) -> Table:
+def table(watch: Stopwatch, slow: bool = True) -> Table:
     """All contenders, each with how far its answer is from ours; `slow` ones too."""
     task = drop_task()
     fit = fit_of(task)
@@ -45,9 +44,9 @@ def table(slow: bool = True) -> Table:
     away = {name: excess(task, in_our_order(task, values), answer) for name, values in answers.items()}
     if abs(away["SciPy"]) > SAME_COST:
         raise AssertionError(f"SciPy ends elsewhere: its cost is {away['SciPy']:.3g} above ours")
-    times = interleaved(contenders, warm=False)
+    times = watch.interleaved(contenders, warm=False)
     rows = _rows(times, away)
-    rows += _public(times["SciPy"])
+    rows += _public(watch, times["SciPy"])
     return Table(
         "A fit of five records", _note(fit), ("", "time", "ours is faster by", "goal", "cost above ours"), rows
     )
@@ -58,8 +57,8 @@ def _note(fit: Fit) -> str:
     return (
         f"The drop series that ships with the project: {len(fit.records)} records, {samples} samples of force and "
         f"of position, {fit.start.size} parameters (three shared, zero and release of each record), all from the start "
-        "the data suggest. The last column tells whether it is the same answer: the sum of squared residuals over their "
-        f"noise, above that of ours; below {SAME_COST:g} the answers differ by less than their errors."
+        "the data suggest. The last column tells whether it is the same answer: the sum of squared residuals over "
+        f"their noise, above that of ours; below {SAME_COST:g} the answers differ by less than their errors."
     )
 
 
@@ -79,19 +78,13 @@ def _rows(times: dict[str, Times], away: dict[str, float]) -> list[tuple[str, ..
     return rows
 
 
-def _public(scipy: Times) -> list[tuple[str, ...]]:
+def _public(watch: Stopwatch, scipy: Times) -> list[tuple[str, ...]]:
     """The whole of what a person asks for: 32 starts, error bars, checks, files; from Python and from a prompt."""
     whole = ours.whole_fit(32)
     whole()
-    taken = [("`fibrefit.fit`, 32 starts, errors and checks, warm", _once(whole))]
+    taken = [("`fibrefit.fit`, 32 starts, errors and checks, warm", watch.once(whole))]
     with tempfile.TemporaryDirectory() as folder:
         prompt = ours.command_line(Path(folder))
-        taken.append(("`fibrefit fit` from a prompt, nothing compiled yet", _once(prompt)))
-        taken.append(("`fibrefit fit` from a prompt again", _once(prompt)))
+        taken.append(("`fibrefit fit` from a prompt, nothing compiled yet", watch.once(prompt)))
+        taken.append(("`fibrefit fit` from a prompt again", watch.once(prompt)))
     return [(label, spoken(t), f"{scipy.median / t:.1f} than (a)", "", "") for label, t in taken]
-
-
-def _once(run) -> float:
-    begin = time.perf_counter()
-    run()
-    return time.perf_counter() - begin

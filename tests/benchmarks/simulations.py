@@ -9,7 +9,7 @@ import numpy as np
 from tests.benchmarks import ours
 from tests.benchmarks.limit import Drop, sensitive_batch, simulate, simulate_batch, simulate_sensitive
 from tests.benchmarks.table import Table, against
-from tests.benchmarks.timing import Contender, interleaved
+from tests.benchmarks.timing import Contender, Stopwatch
 
 SAMPLES = 8000
 LANES = 64
@@ -76,12 +76,12 @@ def _same(mine: Mapping, theirs: Mapping) -> None:
             raise AssertionError(f"{channel}: off by {away}, its size is {size}")
 
 
-def tables() -> list[Table]:
+def tables(watch: Stopwatch) -> list[Table]:
     """One for each case."""
-    return [_table(case, np.asarray(ours.start(base))) for case, base in CASES.items()]
+    return [_table(watch, case, np.asarray(ours.start(base))) for case, base in CASES.items()]
 
 
-def _table(case: str, point: np.ndarray) -> Table:
+def _table(watch: Stopwatch, case: str, point: np.ndarray) -> Table:
     check(point)
     lanes = np.tile(point, (LANES, 1)) * np.linspace(0.9, 1.1, LANES)[:, None]
     limit, mine = Limit(lanes, SAMPLES), ours.programs(SAMPLES)
@@ -96,7 +96,7 @@ def _table(case: str, point: np.ndarray) -> Table:
     }
     for name in ("run, vmap", "run, in eights", "jacobian, vmap", "jacobian, in eights"):
         contenders[name] = Contender(ours.done(mine[name], lanes), 7, LANES)
-    t = interleaved(contenders)
+    t = watch.interleaved(contenders)
     rows = [
         against("one run", t["run"], t["run limit"], "15"),
         against("a run of 64 (vmap)", t["run, vmap"], t["runs limit"], "4"),

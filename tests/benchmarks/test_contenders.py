@@ -12,7 +12,7 @@ pytest.importorskip("numba", reason="the hand-written loop is compiled with numb
 from tests.benchmarks import ours, rivals, simulations
 from tests.benchmarks.limit import Drop, simulate, simulate_sensitive
 from tests.benchmarks.problem import drop_task, fit_of, in_our_order
-from tests.benchmarks.timing import Contender, interleaved, spoken
+from tests.benchmarks.timing import Contender, Stopwatch, spoken
 
 REFERENCE = Path(__file__).resolve().parent.parent / "data" / "reference" / "fibre_mass__base.csv.gz"
 
@@ -101,13 +101,15 @@ def test_more_records_repeat_the_series() -> None:
     np.testing.assert_array_equal(task.traces[5].times, task.traces[0].times)
 
 
-def test_timing_counts_every_turn() -> None:
+@pytest.mark.parametrize("busy", [False, True])
+def test_timing_counts_every_turn(busy: bool) -> None:
     turns = {"a": 0, "b": 0}
 
     def work(name: str) -> None:
         turns[name] += 1
+        sum(range(20_000))
 
-    times = interleaved({"a": Contender(lambda: work("a"), 5, 2), "b": Contender(lambda: work("b"), 2)})
+    times = Stopwatch(busy).interleaved({"a": Contender(lambda: work("a"), 5, 2), "b": Contender(lambda: work("b"), 2)})
     assert turns == {"a": 6, "b": 3}
     assert 0.0 < times["a"].best <= times["a"].median
     assert [spoken(t) for t in (2.0, 0.0123, 4.56e-5)] == ["2 s", "12.3 ms", "45.6 µs"]
