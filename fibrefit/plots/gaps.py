@@ -23,6 +23,8 @@ LONGEST = 34
 ONLY_NOISE = 1.1
 """Gap, over that of noise alone, up to which only noise is left."""
 MOST_CANDIDATES = 16
+BEYOND = 1.25
+"""Ratio to the gap before at which the axis of the candidates ends; a longer bar carries its number."""
 WIDE = 8.0
 """Ratio of largest to smallest gap beyond which an axis is logarithmic."""
 
@@ -115,15 +117,17 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     axes.barh(range(len(shown)), gaps, height=0.68, color=colours)
     axes.axvline(noise, color=GREY, linewidth=0.6)
     axes.axvline(gap_before, color=VERMILLION, linewidth=0.9)
-    reach = 1.05 * max(gap_before, float(gaps.max()), 1.2)
+    reach = BEYOND * max(gap_before, noise)
     axes.set_xlim(0.0, reach)
     axes.set_ylim(len(shown) - 0.5, -0.5)
     axes.set_yticks(range(len(shown)), names)
     axes.tick_params(axis="y", length=0)
     over = axes.get_xaxis_transform()
-    axes.text(noise, 1.01, "noise", transform=over, fontsize=SMALL, color="0.35", ha="center", va="bottom")
-    axes.text(gap_before, 1.01, "without", transform=over, fontsize=SMALL, color=VERMILLION, ha="center", va="bottom")
+    axes.text(noise, 1.01, "noise ", transform=over, fontsize=SMALL, color="0.35", ha="right", va="bottom")
+    axes.text(gap_before, 1.01, " without", transform=over, fontsize=SMALL, color=VERMILLION, ha="left", va="bottom")
     axes.text(beside, 1.01, "evidence", transform=axes.transAxes, fontsize=SMALL, color="0.35", ha="right", va="bottom")
+    for row in np.flatnonzero(gaps > reach):
+        axes.text(reach, row, f"{gaps[row]:.3g} ", fontsize=SMALL, color="0.25", ha="right", va="center")
     for row, candidate in enumerate(shown):
         said = f"{candidate.evidence:,.0f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{THIN SPACE}")
         axes.text(

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
 LETTER = 1.25
 LEAST_ROWS = 4
+ROOM = 0.09
+"""Room of a number, as a share of the axis; of places closer than that only the larger one has its number."""
 
 
 def places_figure(found: Identification, places: Sequence[Place]) -> Figure:
@@ -45,7 +47,8 @@ def places_figure(found: Identification, places: Sequence[Place]) -> Figure:
 
 
 def _phases(axes: Axes, shares: dict[tuple[str, str], float], channels: Sequence[str]) -> None:
-    phases = list(dict.fromkeys(phase for _, phase in shares))
+    there = {phase for (_, phase), share in shares.items() if share > 0.0}
+    phases = [phase for phase in dict.fromkeys(phase for _, phase in shares) if phase in there or not there]
     base = np.zeros(len(phases))
     for channel, (colour, _) in zip(channels, KINDS, strict=False):
         widths = np.array([shares[channel, phase] for phase in phases])
@@ -67,6 +70,8 @@ def _times(axes: Axes, found: Identification, places: Sequence[Place], channels:
     for r, count in enumerate(counts):
         axes.plot(times[r, [0, count - 1]], [r, r], color="0.8", linewidth=0.8, zorder=0)
     colours = dict(zip(channels, KINDS, strict=False))
+    first, last = float(times[:, 0].min()), float(times[np.arange(len(counts)), counts - 1].max())
+    labelled: list[tuple[int, int, float]] = []
     for spot in places:
         r, c = records.index(spot.record), channels.index(spot.channel)
         height = 0.4 / len(channels)
@@ -74,10 +79,13 @@ def _times(axes: Axes, found: Identification, places: Sequence[Place], channels:
         axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel][0])
         y, side = (low - 0.03, "bottom") if c == 0 else (low + height + 0.05, "top")
         middle = 0.5 * (spot.from_s + spot.to_s)
+        if any((r, c) == other[:2] and abs(middle - other[2]) < ROOM * (last - first) for other in labelled):
+            continue
+        labelled.append((r, c, middle))
         axes.text(middle, y, f"{100 * spot.share:.0f} %", fontsize=SMALL, color="0.3", ha="center", va=side)
     axes.set_yticks(range(len(records)), records)
     axes.set_ylim(len(records) - 0.5, -0.5)
-    axes.set_xlim(float(times[:, 0].min()), float(times[np.arange(len(counts)), counts - 1].max()))
+    axes.set_xlim(first, last)
     axes.tick_params(axis="y", length=0)
     label(axes, x="time / s")
     if not places:
