@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -171,9 +171,3 @@ def make_series(
 def _scattered(base: Base, rng: np.random.Generator, share: float) -> Base:
     deviates = rng.standard_normal(len(base))
     return Base(*(value * math.exp(share * deviate) for value, deviate in zip(base, deviates, strict=True)))
-
-
-def without_noise(series: Series) -> Series:
-    """The same series with clean readings in place of the logged ones."""
-    records = tuple(replace(record, logged=record.clean) for record in series.records)
-    return replace(series, records=records, held_out=replace(series.held_out, logged=series.held_out.clean))
