@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
-from fibrefit.report.text import doubts, parameter_row, with_error
+from fibrefit.report.text import doubts, input_noise, parameter_row, with_error
 from fibrefit.study.summaries import Before, Candidate, DiscoverySummary, Gap, ParameterSummary, Place
 
 MOST_CANDIDATES = 6
@@ -119,6 +119,7 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
     lines = table(("times the noise", *channels, "left out"), rows, right=set(range(1, len(channels) + 2)))
     if len(worst) > len(rows) - 1:
         lines.insert(-2, f"and {len(worst) - len(rows) + 1} more records with smaller gaps")
+    lines += input_noise(summary)
     if held:
         lines.append(
             paragraph('"Left out": that record as foreseen from the others, only its own zero and start being fitted.')

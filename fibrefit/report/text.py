@@ -18,6 +18,9 @@ ERROR_DIGITS = 2
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
 
+#: Gap of a perfect model from which it is mentioned.
+WORTH_A_WORD = 1.02
+
 #: Records listed by name; the rest are counted.
 MOST_RECORDS = 12
 
@@ -124,6 +127,7 @@ def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
 def _sure(summary: FitResultSummary) -> list[str]:
     lines = _gap_table(summary)
     lines += _records(summary)
+    lines += input_noise(summary)
     if summary.error_method:
         method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
         factor = summary.error_inflation
@@ -168,6 +172,15 @@ def _starts(starts: StartsSummary) -> str:
     others = [basin for basin in starts.basins if basin.cost > 0][:2]
     told = [f"{basin.starts} at {1.0 + basin.cost:.3g} times its cost" for basin in others]
     return f"{text} Others: {'; '.join(told)}." if told else text
+
+
+def input_noise(summary: FitResultSummary) -> list[str]:
+    """What the noise of a measured input does to the gap, where it does anything worth a word."""
+    expected = summary.expected_gap
+    if expected is None or expected < WORTH_A_WORD:
+        return []
+    text = f"The noise of the measured input moves the simulation: a perfect model would leave a gap of {expected:.2f}."
+    return [paragraph(text)]
 
 
 def doubts(summary: FitResultSummary) -> list[str]:

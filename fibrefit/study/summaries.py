@@ -120,6 +120,9 @@ class FitResultSummary(Part):
     rig: str | None = Field(default=None, description="Kind of the rig.")
     parameters: dict[str, ParameterSummary]
     gap: Gap
+    expected_gap: float | None = Field(
+        default=None, description="Of a perfect model: above 1 where noise of a measured input moves the simulation."
+    )
     records: dict[str, RecordSummary]
     checks: tuple[CheckSummary, ...]
     starts: StartsSummary | None = None

@@ -35,6 +35,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         rig=study.kind,
         parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
         gap=gap_summary(found.gap),
+        expected_gap=finite(found.expected_gap),
         records={record.name: _record_summary(record, found) for record in records},
         checks=tuple(
             CheckSummary(

@@ -70,6 +70,12 @@ def test_it_says_what_matters() -> None:
         assert part in text, part
 
 
+def test_it_says_what_the_noise_of_an_input_does() -> None:
+    said = "a perfect model would leave a gap of 1.09"
+    assert said in " ".join(fit_report(FIT.model_copy(update={"expected_gap": 1.09})).split())
+    assert "perfect model" not in fit_report(FIT.model_copy(update={"expected_gap": 1.001}))
+
+
 def test_a_clean_result_raises_no_doubt() -> None:
     text = fit_report(FIT)
     assert "OK" in text.splitlines()[0]
