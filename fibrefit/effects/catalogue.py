@@ -23,6 +23,7 @@ from fibrefit.effects.fibre_toe_region import ToeRegion
 from fibrefit.effects.guide_asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide_asymmetric_viscous_friction import AsymmetricViscousFriction
 from fibrefit.effects.guide_load_dependent_friction import LoadDependentFriction
+from fibrefit.effects.guide_presliding import Presliding
 from fibrefit.effects.guide_quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide_stribeck_friction import StribeckFriction
 from fibrefit.effects.guide_viscous_friction import ViscousFriction
@@ -51,6 +52,7 @@ _CLASSES: tuple[type[Effect], ...] = (
     QuadraticDrag,
     AsymmetricFriction,
     AsymmetricViscousFriction,
+    Presliding,
     Hardening,
     ToeRegion,
     MaxwellBranch,

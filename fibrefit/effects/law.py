@@ -53,6 +53,8 @@ class Effect(eqx.Module):
         Kinds of rig the effect makes sense for.
     needs : tuple of str
         Effects that must be present too.
+    singular : bool
+        Whether the model changes its kind at the null, so that the slope there is taken from small strengths.
     stiff : bool
         Whether it brings rates that are fast against the sampling, so that steps must be stiffly stable.
     speeds : tuple of float
@@ -64,6 +66,7 @@ class Effect(eqx.Module):
     strength: ClassVar[tuple[str, ...]] = ()
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
+    singular: ClassVar[bool] = False
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()
 
@@ -133,9 +136,16 @@ class FibreLaw(Effect):
 
 
 class GuideLaw(Effect):
-    """A change of the forces on the weight besides the fibre's, in N; positive opposes motion in the + direction."""
+    """A change of the forces on the weight besides the fibre's, in N; positive opposes motion in the + direction.
+
+    Attributes
+    ----------
+    creeps : bool
+        Whether the weight moves before it breaks away, held by bristles.
+    """
 
     rigs: ClassVar[frozenset[str]] = GUIDE_RIGS
+    creeps: ClassVar[bool] = False
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
         """Addition to the level of the set-valued friction that acts in `direction` (+1 or -1) of motion."""
@@ -155,6 +165,14 @@ class GuideLaw(Effect):
 
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """Addition to the single-valued force."""
+        return jnp.zeros(())
+
+    def compliance(self) -> jax.Array:
+        """Displacement of the bristles per force, in m/N."""
+        return jnp.zeros(())
+
+    def bristle_damping_coefficient(self) -> jax.Array:
+        """Force of the bristles per speed of bending, in N s/m."""
         return jnp.zeros(())
 
 

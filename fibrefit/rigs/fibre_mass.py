@@ -10,24 +10,35 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, laws_of
+from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
+from fibrefit.rigs.bands import Bands
 from fibrefit.rigs.fibre import Fibre, Memories
-from fibrefit.rigs.guide import Guide
+from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
-
-Mode = tuple[jax.Array, jax.Array]
 
 
 class FibreMassState(NamedTuple):
-    """Position u [m] and velocity [m/s] of the weight, away from the frame; u = 0 where the fibre is just taut."""
+    """Position u [m] and velocity [m/s] of the weight, away from the frame; u = 0 where the fibre is just taut.
+
+    Memories of the fibre's laws; force [N] of the guide's bristles where the model has them.
+    """
 
     position: jax.Array
     velocity: jax.Array
     memories: Memories
+    bristle: jax.Array | None
+
+
+class FibreMassMode(NamedTuple):
+    """Modes of the fibre and of the guide; band of speed."""
+
+    fibre: jax.Array
+    guide: jax.Array
+    band: jax.Array | None
 
 
 class FibreMass(eqx.Module):
-    """Weight, guide and fibre as a switched system; modes: the fibre's and the guide's.
+    """Weight, guide and fibre as a switched system.
 
     Law
     ---
@@ -50,47 +61,60 @@ class FibreMass(eqx.Module):
     fibre: Fibre
     guide: Guide
 
-    def tension(self, state: FibreMassState, mode: Mode) -> jax.Array:
+    def stiff(self) -> jax.Array | None:
+        """Whether friction that sets in over a short distance is there now."""
+        return fast((*self.guide.laws, *self.fibre.laws))
+
+    def tension(self, state: FibreMassState, mode: FibreMassMode) -> jax.Array:
         """Tension of the fibre, in N: what the gauge at the frame feels."""
-        return self.fibre.tension(state.position, state.velocity, state.memories, mode[0])
+        return self.fibre.tension(state.position, state.velocity, state.memories, mode.fibre)
 
-    def derivative(self, state: FibreMassState, mode: Mode, inputs: Any) -> FibreMassState:
+    def derivative(self, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> FibreMassState:
         """Rate of the state."""
-        tension = self.tension(state, mode)
-        net = self.guide.net_force(self.pull_of_gravity - tension, mode[1], state.position, state.velocity, tension)
-        rates = self.fibre.memory_rates(state.position, state.velocity, state.memories, mode[0])
-        return FibreMassState(jnp.where(mode[1] == 0, 0.0, state.velocity), net / self.mass, rates)
-
-    def margins(self, state: FibreMassState, mode: Mode, inputs: Any) -> tuple[jax.Array, jax.Array]:
-        """Margins of the fibre and of the guide."""
-        tension = self.tension(state, mode)
-        free = self.pull_of_gravity - tension
-        return (
-            self.fibre.margin(state.position, state.velocity, state.memories, mode[0]),
-            self.guide.margin(free, mode[1], state.position, state.velocity, tension),
+        now, drive = self._sliding(state, mode)
+        return FibreMassState(
+            self.guide.speed(mode.guide, state.velocity),
+            self.guide.net_force(drive, mode.guide, now) / self.mass,
+            self.fibre.memory_rates(state.position, state.velocity, state.memories, mode.fibre),
+            self.guide.bristle_rate(mode.guide, now),
         )
 
+    def margins(self, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> FibreMassMode:
+        """Margins of each mode."""
+        now, drive = self._sliding(state, mode)
+        fibre = self.fibre.margin(state.position, state.velocity, state.memories, mode.fibre)
+        bands = Bands.of(self.guide.laws)
+        band = None if bands is None else bands.margin(mode.band, state.velocity)
+        return FibreMassMode(fibre, self.guide.margin(drive, mode.guide, now), band)
+
     def switch(
-        self, state: FibreMassState, mode: Mode, crossed: tuple[jax.Array, jax.Array], inputs: Any
-    ) -> tuple[FibreMassState, Mode]:
+        self, state: FibreMassState, mode: FibreMassMode, crossed: FibreMassMode, inputs: Any
+    ) -> tuple[FibreMassState, FibreMassMode]:
         """State and mode after the switches `crossed`."""
-        memories, taut = self.fibre.switch(state.position, state.velocity, state.memories, mode[0], crossed[0])
-        stopped = crossed[1] & (mode[1] != 0)
-        state = FibreMassState(state.position, jnp.where(stopped, 0.0, state.velocity), memories)
-        tension = self.tension(state, (taut, mode[1]))
-        direction = self.guide.settle(self.pull_of_gravity - tension, mode[1], crossed[1], state.position, tension)
-        return state, (taut, direction)
+        here = state.position, state.velocity, state.memories
+        memories, taut = self.fibre.switch(*here, mode.fibre, crossed.fibre)
+        velocity = self.guide.stop(mode.guide, crossed.guide, state.velocity)
+        state, mode = state._replace(velocity=velocity, memories=memories), mode._replace(fibre=taut)
+        if (bands := Bands.of(self.guide.laws)) is not None:
+            mode = mode._replace(band=bands.switch(mode.band, velocity, crossed.band))
+        now, drive = self._sliding(state, mode)
+        return state, mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, now))
 
-    def stiff(self) -> jax.Array | None:
-        """Never: the weight is heavy against the fibre."""
-        return None
-
-    def at_rest(self, position: jax.Array) -> tuple[FibreMassState, Mode]:
+    def at_rest(self, position: jax.Array) -> tuple[FibreMassState, FibreMassMode]:
         """State and mode of a weight let go at `position`."""
-        state = FibreMassState(position, jnp.zeros(()), self.fibre.memories(position))
+        nil = jnp.zeros(())
+        bristle = nil if self.guide.may_creep else None
+        state = FibreMassState(position, nil, self.fibre.memories(position), bristle)
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
-        nowhere = (jnp.array(False), jnp.array(True))
-        return self.switch(state, (taut, jnp.int32(0)), nowhere, None)
+        band = None if Bands.of(self.guide.laws) is None else jnp.int32(0)
+        mode = FibreMassMode(taut, jnp.int32(0), band)
+        stopped = FibreMassMode(jnp.array(False), jnp.array(True), None if band is None else jnp.array(False))
+        return self.switch(state, mode, stopped, None)
+
+    def _sliding(self, state: FibreMassState, mode: FibreMassMode) -> tuple[Sliding, jax.Array]:
+        """What the guide feels, and the force on the weight besides the guide's, in N."""
+        tension = self.tension(state, mode)
+        return Sliding(state.position, state.velocity, tension, state.bristle), self.pull_of_gravity - tension
 
 
 PARAMETERS = (
@@ -128,7 +152,7 @@ def start(system: FibreMass, values: Values, conditions: Values, inputs: Any) ->
     return Start(*system.at_rest(-conditions["lift"]), values["release"])
 
 
-def observe(system: FibreMass, state: FibreMassState, mode: Mode, inputs: Any) -> dict[str, jax.Array]:
+def observe(system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> dict[str, jax.Array]:
     """Force at the frame in N, position of the weight in m."""
     return {"force": system.tension(state, mode), "position": state.position}
 

@@ -13,7 +13,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
 from fibrefit.rigs.fibre import LOADED, Fibre, Memories
-from fibrefit.rigs.guide import Guide
+from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.mount import Mount
 from fibrefit.rigs.pulley import Path, Pulley
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
@@ -30,7 +30,7 @@ class Rim(NamedTuple):
 class PulleyDriveState(NamedTuple):
     """Position u [m] and velocity [m/s] of the weight, up the slope; memories of the fibre, as far as a rim.
 
-    The rim, and the force [N] in a mount that yields, are there only in a model that has them.
+    The rim, and the forces [N] in a mount that yields and of bristles, are there only in a model that has them.
     """
 
     position: jax.Array
@@ -38,6 +38,7 @@ class PulleyDriveState(NamedTuple):
     memories: Memories
     rim: Rim | None
     mount_force: jax.Array | None
+    bristle: jax.Array | None
 
 
 class PulleyDriveMode(NamedTuple):
@@ -133,32 +134,31 @@ class PulleyDrive(eqx.Module):
         """Rate of the state."""
         near, far = self.sides(state, mode, inputs)
         at_gauge, behind = self.tensions(near, far, state, mode)
-        drive, felt = self._drive(state, behind)
-        net = self.guide.net_force(drive, mode.guide, state.position, state.velocity, felt)
+        now, drive = self._sliding(state, behind)
         return PulleyDriveState(
-            jnp.where(mode.guide == 0, 0.0, state.velocity),
-            net / self.mass,
+            self.guide.speed(mode.guide, state.velocity),
+            self.guide.net_force(drive, mode.guide, now) / self.mass,
             self.fibre.memory_rates(*near, mode.fibre),
             None if state.rim is None else self._rim_rate(state.rim, far, at_gauge - behind, mode),
             None if state.mount_force is None else self._mount_rate(state, near, mode, inputs),
+            self.guide.bristle_rate(mode.guide, now),
         )
 
     def margins(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveMode:
         """Margins of each mode."""
         near, far = self.sides(state, mode, inputs)
         at_gauge, behind = self.tensions(near, far, state, mode)
-        drive, felt = self._drive(state, behind)
+        now, drive = self._sliding(state, behind)
         fibre = self.fibre.margin(*near, mode.fibre)
         if state.mount_force is not None:
             fibre = jnp.where(self._mount_is_loaded(mode), state.mount_force / self.fibre.stiffness, fibre)
-        guide = self.guide.margin(drive, mode.guide, state.position, state.velocity, felt)
+        guide = self.guide.margin(drive, mode.guide, now)
         fibre_behind = bearing = band = None
         if state.rim is not None:
             there, rim = self.pulley.turning(), state.rim
             fibre_behind = jnp.where(there, self.fibre.margin(*far, mode.behind), 1.0)
             if mode.bearing is not None:
-                net = at_gauge - behind
-                bearing = self.pulley.bearing().margin(net, mode.bearing, rim.travel, rim.speed, jnp.zeros(()))
+                bearing = self.pulley.bearing().margin(at_gauge - behind, mode.bearing, _of_rim(rim))
                 bearing = jnp.where(there, bearing, 1.0)
         if (bands := self._bands()) is not None:
             band = bands.margin(mode.band, state.velocity)
@@ -170,8 +170,8 @@ class PulleyDrive(eqx.Module):
         """State and mode after the switches `crossed`."""
         near, far = self.sides(state, mode, inputs)
         memories, taut = self.fibre.switch(*near, mode.fibre, crossed.fibre)
-        stopped = crossed.guide & (mode.guide != 0)
-        state = state._replace(memories=memories, velocity=jnp.where(stopped, 0.0, state.velocity))
+        velocity = self.guide.stop(mode.guide, crossed.guide, state.velocity)
+        state = state._replace(memories=memories, velocity=velocity)
         if state.mount_force is not None:
             state = state._replace(mount_force=jnp.where(crossed.fibre, 0.0, state.mount_force))
         after = mode._replace(fibre=taut)
@@ -179,7 +179,7 @@ class PulleyDrive(eqx.Module):
             memories, taut = self.fibre.switch(*far, mode.behind, crossed.behind)
             speed, after = state.rim.speed, after._replace(behind=taut)
             if mode.bearing is not None:
-                speed = jnp.where(crossed.bearing & (mode.bearing != 0), 0.0, speed)
+                speed = self.pulley.bearing().stop(mode.bearing, crossed.bearing, speed)
             state = state._replace(rim=Rim(state.rim.travel, speed, memories))
         if (bands := self._bands()) is not None:
             after = after._replace(band=bands.switch(mode.band, state.velocity, crossed.band))
@@ -196,7 +196,10 @@ class PulleyDrive(eqx.Module):
             memories,
             Rim(x - self._share() * length, nil, memories) if self.pulley.turns else None,
             tension + nil if self.mount.may_yield else None,
+            None,
         )
+        now, drive = self._sliding(state, tension)
+        state = state._replace(bristle=self.guide.bristle_at_rest(drive, now))
         taut = (tension > 0.0).astype(jnp.int32)
         mode = PulleyDriveMode(
             taut,
@@ -220,15 +223,16 @@ class PulleyDrive(eqx.Module):
     def _mount_is_loaded(self, mode: PulleyDriveMode) -> jax.Array:
         return (self.mount.compliance() > 0.0) & (mode.fibre == LOADED)
 
-    def _drive(self, state: PulleyDriveState, behind: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """Force on the weight besides the guide's, and the tension it feels."""
+    def _sliding(self, state: PulleyDriveState, behind: jax.Array) -> tuple[Sliding, jax.Array]:
+        """What the guide feels, and the force on the weight besides the guide's, in N."""
         felt = behind * self.pulley.grip(state.velocity)
-        return felt * self.path.follow(state.position)[1] - self.pull_of_gravity, felt
+        drive = felt * self.path.follow(state.position)[1] - self.pull_of_gravity
+        return Sliding(state.position, state.velocity, felt, state.bristle), drive
 
     def _rim_rate(self, rim: Rim, far: Side, net: jax.Array, mode: PulleyDriveMode) -> Rim:
         moves = there = self.pulley.turning()
         if mode.bearing is not None:
-            net = self.pulley.bearing().net_force(net, mode.bearing, rim.travel, rim.speed, jnp.zeros(()))
+            net = self.pulley.bearing().net_force(net, mode.bearing, _of_rim(rim))
             moves = there & (mode.bearing != 0)
         return Rim(
             jnp.where(moves, rim.speed, 0.0),
@@ -247,13 +251,16 @@ class PulleyDrive(eqx.Module):
     ) -> PulleyDriveMode:
         """Mode with what has stopped, or was at rest, at rest or set in motion."""
         at_gauge, behind = self.tensions(*self.sides(state, mode, inputs), state, mode)
-        drive, felt = self._drive(state, behind)
-        mode = mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, state.position, felt))
+        now, drive = self._sliding(state, behind)
+        mode = mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, now))
         if state.rim is None or mode.bearing is None:
             return mode
-        bearing, nil = self.pulley.bearing(), jnp.zeros(())
-        moves = bearing.settle(at_gauge - behind, mode.bearing, crossed.bearing, state.rim.travel, nil)
-        return mode._replace(bearing=moves)
+        bearing, net = self.pulley.bearing(), at_gauge - behind
+        return mode._replace(bearing=bearing.settle(net, mode.bearing, crossed.bearing, _of_rim(state.rim)))
+
+
+def _of_rim(rim: Rim) -> Sliding:
+    return Sliding(rim.travel, rim.speed, jnp.zeros(()))
 
 
 PARAMETERS = (

@@ -1,4 +1,4 @@
-"""Drops of a weight, and what a model says of them: shared by the tests of laws, rigs and integrator."""
+"""Drops of a weight and movements of a drive, and what a model says of them: shared by many tests."""
 
 from __future__ import annotations
 
@@ -13,17 +13,51 @@ import numpy as np
 from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.effects.law import Effect
 from fibrefit.rigs.catalogue import RIGS
+from fibrefit.rigs.excitation import Excitation
+from fibrefit.simulate.inputs import Signals
 from fibrefit.simulate.model import Experiment, Model
 
 STEP = 5e-4
 CONDITIONS = {"weight_mass": 3.096, "added_mass": 0.0, "inclination": math.pi / 2, "lift": 0.012}
 VALUES = {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0, "release": 0.0}
 
+DRIVE_CONDITIONS = {
+    "weight_mass": 8.131,
+    "added_mass": 0.0,
+    "inclination": math.radians(30.0),
+    "pulley_diameter": 0.08,
+    "wrap_angle": math.radians(150.0),
+    "near_share": 0.5,
+    "lateral_offset": 0.0,
+    "guide_distance": 0.9,
+}
+START_TENSION = DRIVE_CONDITIONS["weight_mass"] * 9.81 * 0.5
+TRAPEZOID = Excitation("trapezoid", amplitude=0.06, rate=0.25, lead=0.1, hold=0.4, cycles=1)
+QUICK = Excitation("trapezoid", amplitude=0.02, rate=0.25, lead=0.02, hold=0.1, cycles=1)
+"""One movement within 0.4 s, with slack, sticking and reversals."""
+OF_RIG = {
+    "fibre_mass": VALUES,
+    "pulley_drive": {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0}
+    | {"start_tension": START_TENSION},
+}
+
 
 def drop(samples: int = 1601, **conditions: float) -> Experiment:
     """A drop whose weight is let go with the first sample."""
     known = {name: jnp.asarray(float(value)) for name, value in (CONDITIONS | conditions).items()}
     return Experiment(jnp.arange(samples) * STEP, jnp.int32(samples), known, {})
+
+
+def drive(samples: int = 3201, excitation: Excitation = TRAPEZOID, **conditions: float) -> Experiment:
+    """A movement of the drive."""
+    known = {name: jnp.asarray(float(value)) for name, value in (DRIVE_CONDITIONS | conditions).items()}
+    times = np.arange(samples) * STEP
+    signal = Signals(*map(jnp.asarray, excitation.motion(times)))
+    return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
+
+
+def kind_of(experiment: Experiment) -> str:
+    return "pulley_drive" if "drive" in experiment.inputs else "fibre_mass"
 
 
 def given(values: dict[str, float]) -> dict[str, Any]:
@@ -58,24 +92,20 @@ def _compiled(kind: str, effects: tuple[type[Effect], ...], tension_law: str, ja
 
 
 def respond(
-    experiment: Experiment,
-    effects: tuple[type[Effect], ...] = (),
-    tension_law: str = "clamped",
-    kind: str = "fibre_mass",
-    **values: float,
+    experiment: Experiment, effects: tuple[type[Effect], ...] = (), tension_law: str = "clamped", **values: float
 ) -> dict[str, np.ndarray]:
-    """Channels of a model with the values of the reference, changed as asked (dots of names as `__`)."""
-    changed = {name.replace("__", "."): value for name, value in values.items()}
-    channels = _compiled(kind, effects, tension_law, False)(given(VALUES | changed), experiment)
+    """Channels of a model with the values of the reference, changed as asked."""
+    kind = kind_of(experiment)
+    channels = _compiled(kind, effects, tension_law, False)(given(OF_RIG[kind] | values), experiment)
     return {role: np.asarray(reading) for role, reading in channels.items()}
 
 
 def jacobian(
-    experiment: Experiment, effects: tuple[type[Effect], ...] = (), kind: str = "fibre_mass", **values: float
+    experiment: Experiment, effects: tuple[type[Effect], ...] = (), **values: float
 ) -> dict[str, dict[str, np.ndarray]]:
     """Derivatives of the channels; of a parameter given by its inverse, in that."""
-    changed = {name.replace("__", "."): value for name, value in values.items()}
-    found = _compiled(kind, effects, "clamped", True)(given(VALUES | changed), experiment)
+    kind = kind_of(experiment)
+    found = _compiled(kind, effects, "clamped", True)(given(OF_RIG[kind] | values), experiment)
     return {
         role: {n: np.asarray(d.inverse if isinstance(d, ByInverse) else d) for n, d in columns.items()}
         for role, columns in found.items()
