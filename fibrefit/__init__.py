@@ -181,7 +181,7 @@ def discover(
     Returns
     -------
     Discovery
-        With ``verdict``, ``added``, ``parameters``, ``final`` (the study of the final model), ``finding``, ``report()``,
+        With ``verdict``, ``added``, ``parameters``, ``final`` (study of the final model), ``finding``, ``report()``,
         ``summary()``, ``plot()`` and ``save(folder)``.
 
     Raises
