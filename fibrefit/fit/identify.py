@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -68,7 +68,7 @@ def identify(
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
     found = _search(task, width, starts, seed, tell)
-    tell("second solver", 0.85)
+    tell("second solver", 0.87)
     values, agreed = _settled(task, width, found)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, agreed)
@@ -139,7 +139,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     weak = weaknesses(problem.layout, values, covariance, scores.normal_matrix())
     checks = (
         judge.finite(linear.residuals, moved.trouble, problem.layout.records),
-        judge.converged(_promised(scores), bool(np.isfinite(starts.cost.min()))),
+        judge.converged(_promised(scores, estimates), bool(np.isfinite(starts.cost.min()))),
         agreed,
         judge.starts_agree(starts),
         judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
@@ -196,14 +196,18 @@ def _inflation(problem: Problem, errors: Mapping[str, np.ndarray], method: str) 
     return float(np.median(honest[seen] / white[seen])) if seen.any() else float("nan")
 
 
-def _promised(scores: uncertainty.Scores) -> float:
-    """Fall of the cost that the Gauss-Newton model promises for one more step, over the residual variance."""
-    normal = scores.normal_matrix()
-    gradient = scores.gradient()
+def _promised(scores: uncertainty.Scores, estimates: Sequence[Estimate]) -> float:
+    """Fall of the cost that the Gauss-Newton model promises for one more step, over the residual variance.
+
+    A value that a bound has stopped would gain by a step beyond it, which is no fault of the search.
+    """
+    moving = np.array([not estimate.at_bound for estimate in estimates[: scores.size]])
+    normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
+    if not moving.any():
+        return 0.0
     scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
     step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
-    used = np.sum(np.abs(scores.slopes).sum(axis=-1) > 0.0)
-    return float(step @ (gradient / scale) / max(np.sum(scores.residuals**2) / max(used, 1), 1e-300))
+    return float(step @ (gradient / scale) / max(scores.variance(), 1e-300))
 
 
 def _estimates(

@@ -45,7 +45,8 @@ def table(layout: Layout, began: np.ndarray, found: Descent) -> Starts:
     """Where all starts ended, sorted into basins."""
     shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
     cost = np.asarray(found.cost)
-    values = layout.values(np.asarray(found.free))
+    with np.errstate(invalid="ignore"):
+        values = layout.values(np.asarray(found.free))
     return Starts(
         names=tuple(layout.entries[i][0].name for i in shared),
         began=began[:, shared],

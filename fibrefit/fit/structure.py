@@ -22,6 +22,7 @@ CHANCE = 3.3
 """Standard deviations that are put down to chance: one in two thousand goes beyond."""
 STATE_SHARE = 0.10
 HATS = 12
+DRAWS = 20
 FEWEST = 200
 """Samples below which a phase is too short to be judged."""
 
@@ -147,7 +148,10 @@ def _states(residuals: Residuals) -> Check:
     for c, channel in enumerate(residuals.channels):
         inside = residuals.counted[:, c] & moving
         for name, state in residuals.motion.states.items():
-            share = _explained(state[inside], residuals.scaled[:, c][inside])
+            steps = _steps(state[inside])
+            share = _explained(steps, residuals.scaled[:, c][inside])
+            if share > STATE_SHARE:
+                share *= min(1.0, STATE_SHARE / _by_chance(residuals, c, inside, steps))
             if share > worst:
                 worst, where = share, f"{channel} residual depends on the {name}"
     passed = worst <= STATE_SHARE
@@ -159,12 +163,28 @@ def _states(residuals: Residuals) -> Check:
     return Check("residuals do not depend on the state", passed, says, worst, STATE_SHARE)
 
 
-def _explained(state: np.ndarray, residual: np.ndarray) -> float:
-    """Share of the residual's power that a step curve of `HATS` equally filled steps in the state explains."""
+def _steps(state: np.ndarray) -> np.ndarray:
+    """Which of at most `HATS` equally filled steps each value belongs to; none where there is nothing to tell apart."""
     if len(state) < FEWEST or np.ptp(state) == 0.0:
+        return np.empty(0, dtype=int)
+    return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, HATS + 1)[1:-1])), state)
+
+
+def _explained(steps: np.ndarray, residual: np.ndarray) -> float:
+    """Share of the residual's power that a curve of steps explains."""
+    if not steps.size:
         return 0.0
-    edges = np.unique(np.quantile(state, np.linspace(0.0, 1.0, HATS + 1)[1:-1]))
-    step = np.searchsorted(edges, state)
-    number = np.bincount(step, minlength=len(edges) + 1)
-    sums = np.bincount(step, weights=residual, minlength=len(edges) + 1)
-    return float(np.sum(sums**2 / np.maximum(number, 1)) / np.sum(residual**2))
+    sums = np.bincount(steps, weights=residual)
+    return float(np.sum(sums**2 / np.maximum(np.bincount(steps), 1)) / np.sum(residual**2))
+
+
+def _by_chance(residuals: Residuals, channel: int, inside: np.ndarray, steps: np.ndarray) -> float:
+    """Share that noise alone, with the spectrum of the rests, would have explained, and rarely more."""
+    random, shares = np.random.default_rng(0), []
+    noise = residuals.noise[residuals.channels[channel]]
+    for _ in range(DRAWS):
+        drawn = np.zeros(inside.shape)
+        for r, count in enumerate(residuals.counts):
+            drawn[r, :count] = noise.draw(int(count), residuals.rate, random)
+        shares.append(_explained(steps, drawn[inside]))
+    return float(np.mean(shares) + CHANCE * np.std(shares))

@@ -68,6 +68,10 @@ class Scores:
         """``J'J``, ``(n_free, n_free)``."""
         return self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
 
+    def variance(self) -> float:
+        """Mean square of the residuals, for the number of values that were fitted to them."""
+        return float(np.sum(self.residuals**2) / max(np.count_nonzero(self.residuals) - self.size, 1))
+
     def of_record(self, record: int) -> np.ndarray:
         """Scores ``(n_time, n_local)`` of one record, its channels summed."""
         count = self.counts[record]
@@ -76,9 +80,7 @@ class Scores:
 
 def white(scores: Scores) -> np.ndarray:
     """Score variance if residuals were independent with one variance."""
-    used = np.abs(scores.slopes).sum(axis=-1) > 0.0
-    variance = np.sum(scores.residuals**2) / max(used.sum() - scores.size, 1)
-    return variance * scores.normal_matrix()
+    return scores.variance() * scores.normal_matrix()
 
 
 def stationary(scores: Scores, rate: float) -> np.ndarray:

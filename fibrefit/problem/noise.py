@@ -51,6 +51,14 @@ class Noise:
         """One-sided power density at `frequency` [Hz] > 0, without the line, in unit^2/Hz."""
         return self.white + self.pink / frequency
 
+    def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
+        """Some noise with this spectrum, the line left out, ``(count,)``."""
+        frequency = np.fft.rfftfreq(count, 1.0 / rate)
+        density = np.zeros(len(frequency))
+        density[1:] = self.density(frequency[1:])
+        wave = random.normal(size=len(frequency)) + 1j * random.normal(size=len(frequency))
+        return np.fft.irfft(wave * np.sqrt(0.25 * density * count * rate), count)
+
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""

@@ -28,6 +28,8 @@ NOISE = {"force": 0.4, "position": 2e-5}
 GRAIN = {"force": 0.02, "position": 5e-6}
 MASS = 3.096
 LIFTS = (5e-3, 1e-2)
+STARTS = 8
+"""One chunk of the search: whatever is identified in two such drops shares its compiled programs."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,112 @@
+"""Descents, starts and basins, the second solver, profiles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.fit.multistart import SAME_BASIN, scattered, table
+from fibrefit.fit.profile import profile_interval
+from fibrefit.fit.result import Identification
+from fibrefit.fit.second_opinion import second_opinion
+from fibrefit.fit.solve import Descent, descend_all, gram_at, widths
+from fibrefit.problem.layout import Layout, Slot
+from fibrefit.problem.task import Task
+from fibrefit.problem.transform import Range
+from tests.fit import made
+
+
+def counts_of(task: Task) -> np.ndarray:
+    return np.stack([task.ladders[i % len(task.ladders)] for i in range(made.STARTS)])
+
+
+def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
+    layout = task.problem.layout
+    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    frees = layout.free(began)
+    frees[3] = np.nan
+    width = widths(task.problem, layout.free(task.start))
+    ended = descend_all(task.problem, frees, width, counts_of(task))
+    starts = table(layout, began, Descent(*(np.asarray(leaf) for leaf in ended)))
+    assert starts.basin[3] == -1
+    assert not np.isfinite(starts.cost[3])
+    assert starts.agreeing == made.STARTS - 1
+    assert starts.cost.min() == pytest.approx(found.starts.cost.min(), rel=1e-9)
+
+
+def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identification) -> None:
+    for values, cost in zip(found.starts.values, found.starts.cost, strict=True):
+        assert cost == pytest.approx(gram_at(task.problem, values)[-1, -1], rel=1e-6)
+
+
+def test_widths_change_the_cost_by_about_one(task: Task, found: Identification) -> None:
+    layout = task.problem.layout
+    free = layout.free(found.values)
+    width = widths(task.problem, free)
+    best = gram_at(task.problem, found.values)[-1, -1]
+    for i in range(layout.size):
+        moved = layout.values(free + width * (np.arange(layout.size) == i))
+        assert gram_at(task.problem, moved)[-1, -1] - best == pytest.approx(1.0, rel=0.2)
+
+
+def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> None:
+    shared = Slot("k", "N/m", Range(5.0, 12.0, 1.0))
+    layout = Layout((shared, Slot("b", "-", Range(0.0, 1e9, 1.0)), Slot("zero", "m", shared.range, False)), ("a", "b"))
+    centre = np.array([10.0, 2.0, 6.0, 7.0])
+    began = scattered(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
+    np.testing.assert_array_equal(began[0], centre)
+    assert began[:, 0].min() >= 5.0
+    assert began[:, 0].max() <= 12.0
+    np.testing.assert_array_less(2.0 / 3.0 - 1e-12, began[:, 1])
+    np.testing.assert_array_less(began[:, 1], 6.0 + 1e-12)
+    # What each record has for itself stays as the data tell it.
+    np.testing.assert_array_equal(began[:, 2:], np.tile(centre[2:], (33, 1)))
+    assert len(np.unique(began[1:, 1])) == 32
+    np.testing.assert_array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
+    assert not np.array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
+    assert len(scattered(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
+
+
+def test_ends_are_sorted_into_basins_by_their_cost() -> None:
+    layout = Layout((Slot("k", "N/m", Range(-np.inf, np.inf, 1.0)),), ("a",))
+    cost = np.array([5.0, 1.0, np.inf, 1.0 + 0.5 * SAME_BASIN, 5.0 * (1.0 + 0.5 * SAME_BASIN), 80.0])
+    ended = Descent(np.arange(6.0)[:, None], cost, np.arange(6), np.ones(6, dtype=bool))
+    starts = table(layout, np.zeros((6, 1)), ended)
+    np.testing.assert_array_equal(starts.basin, [1, 0, -1, 0, 1, 2])
+    assert starts.agreeing == 2
+    assert starts.names == ("k",)
+
+
+def test_the_second_solver_ends_at_the_same_place_from_elsewhere(task: Task, found: Identification) -> None:
+    errors = np.sqrt(np.diag(found.covariance))
+    other = second_opinion(task.problem, found.values + 20.0 * errors, errors)
+    assert np.abs((other.values - found.values) / errors).max() < 0.05
+    assert other.cost == pytest.approx(found.starts.cost.min(), rel=1e-7)
+
+
+def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -> None:
+    errors = np.sqrt(np.diag(found.covariance))
+    start = np.where(np.arange(len(errors)) == 2, -1.0, found.values)  # friction below nil
+    other = second_opinion(task.problem, start, errors)
+    assert other.values[2] >= 0.0
+    assert np.abs((other.values - found.values) / errors).max() < 0.05
+
+
+def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Task, found: Identification) -> None:
+    width = widths(task.problem, task.problem.layout.free(found.values))
+    estimate = found.parameters["stiffness"]
+    low, high = profile_interval(
+        task.problem, found.values, 0, estimate.std_errors["white"], estimate.std_error, width, task.ladders[0, -1:]
+    )
+    normal = estimate.interval_95
+    assert low == pytest.approx(normal[0], abs=0.1 * estimate.std_error)
+    assert high == pytest.approx(normal[1], abs=0.1 * estimate.std_error)
+
+
+def test_a_profile_that_never_rises_ends_at_the_limits(task: Task, found: Identification) -> None:
+    """With errors said to be a millionth of what they are, every end lies beyond the reach of the search."""
+    width = widths(task.problem, task.problem.layout.free(found.values))
+    small = 1e-6 * found.parameters["friction"].std_error
+    interval = profile_interval(task.problem, found.values, 2, small / 50.0, small, width, task.ladders[0, -1:])
+    limits = task.problem.layout.entries[2][0].range
+    assert interval == (limits.lower, limits.upper)
