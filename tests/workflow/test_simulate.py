@@ -1,0 +1,60 @@
+"""Simulation of a study, and the way back: what was simulated can be identified."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fibrefit.records import read_record
+from fibrefit.study import Study, load_study
+from fibrefit.workflow import fit_study, simulate_study
+from tests.fit import made
+
+VALUES = "".join(
+    f'[parameters.{name}]\ninitial = "{value}"\n'
+    for name, value in (("stiffness", "20 kN/m"), ("damping", "25 N s/m"), ("friction", "4 N"))
+)
+AS_PRINTED = 1e-8
+"""Nine digits are written."""
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """The series with the values it was made with."""
+    folder = tmp_path_factory.mktemp("told")
+    study = made.study(folder, more=VALUES)
+    made.write(folder, made.records(share=0.5, seed=3))
+    return study
+
+
+def test_the_simulation_is_what_was_measured_but_for_the_noise(told: Study) -> None:
+    simulation = simulate_study(told)
+    for channel, noise in made.NOISE.items():
+        for r, trace in enumerate(simulation.task.traces):
+            error = trace.channels[channel] - simulation.readings[channel][r, : made.SAMPLES]
+            assert np.sqrt(np.mean(error**2)) == pytest.approx(noise, rel=0.15)
+
+
+def test_files_hold_the_readings_at_the_records_own_samples(told: Study, tmp_path: Path) -> None:
+    simulation = simulate_study(told)
+    out = simulation.save(tmp_path / "out")
+    names = sorted(path.name for path in (out / "simulated").iterdir())
+    assert names == ["drop_10mm.csv", "drop_5mm.csv"]
+    assert len(list((out / "figures").glob("*.png"))) == 2
+    path = out / "simulated" / "drop_5mm.csv"
+    assert path.read_text().splitlines()[0] == "time [s],force [N],position [mm]"
+    record = read_record(path)
+    np.testing.assert_allclose(record.time, simulation.task.traces[0].times, atol=1e-12)
+    for channel in made.NOISE:
+        expected = simulation.readings[channel][0, : made.SAMPLES]
+        np.testing.assert_allclose(record.channels[channel], expected, atol=AS_PRINTED * np.ptp(expected))
+
+
+def test_what_was_simulated_is_identified(told: Study, tmp_path: Path) -> None:
+    out = simulate_study(told).save(tmp_path / "out")
+    made.study(out / "simulated")
+    fit = fit_study(load_study(out / "simulated"), starts=made.STARTS)
+    for name, estimate in fit.parameters.items():
+        assert estimate.value == pytest.approx(made.TRUTH[name], rel=1e-4)
