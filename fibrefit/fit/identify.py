@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.errors import DataError
 from fibrefit.fit import judge, uncertainty
 from fibrefit.fit.advice import advice
 from fibrefit.fit.identifiability import weaknesses
@@ -59,6 +60,11 @@ def identify(
     Returns
     -------
     Identification
+
+    Raises
+    ------
+    DataError
+        If the model cannot be simulated from any start.
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     if robust:
@@ -68,6 +74,10 @@ def identify(
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
     found = _search(task, width, starts, seed, tell)
+    if not np.isfinite(found.cost).any():
+        names = ", ".join(problem.layout.records[:3])
+        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
+        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
     tell("second solver", 0.87)
     values, agreed = _settled(task, width, found)
     tell("uncertainty", 0.9)

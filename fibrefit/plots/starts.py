@@ -80,7 +80,7 @@ def _ways(axes: Axes, starts: Starts, order: np.ndarray, name: str, si: str) -> 
 def _costs(axes: Axes, starts: Starts, order: np.ndarray) -> None:
     cost, best = starts.cost[order], float(np.min(starts.cost))
     rank = np.arange(1, len(order) + 1)
-    ratio = np.sqrt(cost / best) if best > 0.0 else np.full(len(cost), np.nan)
+    ratio = np.sqrt(cost / best) if 0.0 < best < np.inf else np.full(len(cost), np.nan)
     for basin in np.unique(starts.basin[starts.basin >= 0]):
         colour, marker = _kind(int(basin))
         mine = starts.basin[order] == basin

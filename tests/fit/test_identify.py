@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import DataError
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Identification, total
 from fibrefit.problem.task import Task
@@ -148,6 +149,12 @@ def test_a_bound_that_excludes_the_truth_is_reported(tmp_path: Path) -> None:
     assert stopped.status == "suspect"
     says = next(check.says for check in stopped.checks if check.name == "no parameter at a bound")
     assert says.startswith("damping stopped at the bound")
+
+
+def test_a_model_that_cannot_be_simulated_at_all_is_refused(task: Task) -> None:
+    broken = dataclasses.replace(task, start=np.where(np.arange(len(task.start)) == 4, np.nan, task.start))
+    with pytest.raises(DataError, match="no start of the search can be simulated"):
+        identify(broken, starts=made.STARTS)
 
 
 def test_noise_the_study_states_is_believed(tmp_path: Path) -> None:
