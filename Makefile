@@ -16,7 +16,7 @@ bench: .venv/installed-bench
 	$(RUN) -m tests.benchmarks
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
 
-validate: .venv/installed-test
+validate: .venv/installed-bench
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation
 	$(RUN) -m pytest -s -m slow --ignore=tests/validation
 
