@@ -36,7 +36,7 @@ class Compliance(DriveLaw):
     name: ClassVar[str] = "drive.compliance"
     yields: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
-    singular: ClassVar[bool] = True
+    singular: ClassVar[float] = 0.1
     mount_stiffness: jax.Array = quantity(
         "N/m", "stiffness of the mount of the drive", 2e5, lower=1e3, null=math.inf, reciprocal=True
     )

@@ -38,7 +38,7 @@ class Presliding(GuideLaw):
     name: ClassVar[str] = "guide.presliding"
     creeps: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
-    singular: ClassVar[bool] = True
+    singular: ClassVar[float] = 0.1
     # The bristles follow the faster, the faster the weight: from step to step by no more than a factor.
     speeds: ClassVar[tuple[float, ...]] = (5e-4, 2e-3, 8e-3, 32e-3, 128e-3)
     bristle_stiffness: jax.Array = quantity(

@@ -53,8 +53,8 @@ class Effect(eqx.Module):
         Kinds of rig the effect makes sense for.
     needs : tuple of str
         Effects that must be present too.
-    singular : bool
-        Whether the model changes its kind at the null, so that the slope there is taken from small strengths.
+    singular : float
+        Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
         Whether it brings rates that are fast against the sampling, so that steps must be stiffly stable.
     speeds : tuple of float
@@ -66,7 +66,7 @@ class Effect(eqx.Module):
     strength: ClassVar[tuple[str, ...]] = ()
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
-    singular: ClassVar[bool] = False
+    singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()
 

@@ -34,7 +34,8 @@ class BearingFriction(PulleyLaw):
     turns: ClassVar[bool] = True
     rubs: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
-    singular: ClassVar[bool] = True
+    # With the least friction comes the whole mass of a rim.
+    singular: ClassVar[float] = 1.0
     bearing_friction: jax.Array = quantity(
         "N", "friction of the pulley's bearing at the rim", 1.0, lower=0.0, upper=100.0
     )

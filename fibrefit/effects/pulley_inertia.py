@@ -33,7 +33,7 @@ class PulleyInertia(PulleyLaw):
     name: ClassVar[str] = "pulley.inertia"
     turns: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
-    singular: ClassVar[bool] = True
+    singular: ClassVar[float] = 0.1
     rim_mass: jax.Array = quantity("kg", "inertia of the pulley, as a mass at its rim", 0.05, lower=0.0, upper=5.0)
 
     def inertia(self) -> jax.Array:

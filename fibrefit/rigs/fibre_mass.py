@@ -30,11 +30,11 @@ class FibreMassState(NamedTuple):
 
 
 class FibreMassMode(NamedTuple):
-    """Modes of the fibre and of the guide; band of speed."""
+    """Modes of the fibre and of the guide; band of speed, None in a model without one."""
 
     fibre: jax.Array
     guide: jax.Array
-    band: jax.Array | None
+    band: Any
 
 
 class FibreMass(eqx.Module):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -33,7 +33,7 @@ class Sliding(NamedTuple):
     position: jax.Array
     velocity: jax.Array
     tension: jax.Array
-    bristle: jax.Array | None = None
+    bristle: Any = None
 
 
 class Guide(eqx.Module):

@@ -24,8 +24,9 @@ class Mount(eqx.Module):
         """Whether the model has a mount that yields."""
         return any(law.yields for law in self.laws)
 
-    def travel(self, position: jax.Array, rate: jax.Array, radius: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """Fibre taken in, in m, and its rate."""
+    def travel(self, drive: tuple[jax.Array, jax.Array], radius: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Fibre taken in, in m, and its rate, for the position and rate that were measured."""
+        position, rate = drive
         for law in self.laws:
             position, rate = law.travel(position, rate, radius)
         return position, rate

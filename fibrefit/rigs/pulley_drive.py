@@ -42,13 +42,16 @@ class PulleyDriveState(NamedTuple):
 
 
 class PulleyDriveMode(NamedTuple):
-    """Modes of the fibre, as far as a rim; of the guide; of the fibre behind a rim; of its bearing; band of speed."""
+    """Modes of the fibre, as far as a rim; of the guide; of the fibre behind a rim; of its bearing; band of speed.
+
+    Each is a (); those that a model lacks are None.
+    """
 
     fibre: jax.Array
     guide: jax.Array
-    behind: jax.Array | None
-    bearing: jax.Array | None
-    band: jax.Array | None
+    behind: Any
+    bearing: Any
+    band: Any
 
 
 class Side(NamedTuple):
@@ -96,7 +99,7 @@ class PulleyDrive(eqx.Module):
 
     def rigid_sides(self, state: PulleyDriveState, inputs: Any) -> tuple[Side, Side]:
         """Fibre before and behind the rim, twice the whole where no rim moves by itself; the mount does not yield."""
-        x, x_rate = self.mount.travel(*inputs["drive"], self.pulley.radius)
+        x, x_rate = self.mount.travel(inputs["drive"], self.pulley.radius)
         y, cosine = self.path.follow(state.position)
         y_rate = cosine * state.velocity
         if state.rim is None:
@@ -188,7 +191,7 @@ class PulleyDrive(eqx.Module):
     def at_rest(self, tension: jax.Array, inputs: Any) -> tuple[PulleyDriveState, PulleyDriveMode]:
         """State and mode of a weight that rests under `tension`."""
         length = self.fibre.at_rest(tension)
-        x = self.mount.travel(*inputs["drive"], self.pulley.radius)[0] - self.mount.compliance() * tension
+        x = self.mount.travel(inputs["drive"], self.pulley.radius)[0] - self.mount.compliance() * tension
         memories, nil, none = self.fibre.memories(length), jnp.zeros(()), jnp.int32(0)
         state = PulleyDriveState(
             self.path.position(x - length),

@@ -14,7 +14,8 @@ from fibrefit.effects.law import Effect
 STANDARD_GRAVITY = 9.81
 """In m/s^2: the value of central Europe, to which the rigs' published data refer."""
 
-Values = Mapping[str, jax.Array]
+Values = Mapping[str, Any]
+"""Scalars by name; one that may be infinite can be given `ByInverse`."""
 
 
 class Start(NamedTuple):

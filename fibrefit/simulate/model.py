@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulate.inputs import courses, inputs_at
@@ -101,6 +101,12 @@ class Model:
         -------
         Response
         """
+        response = self._respond(values, experiment)
+        if not any(effect.singular for effect in self.effects):
+            return response
+        return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
+
+    def _respond(self, values: Values, experiment: Experiment) -> Response:
         laws = self.laws(values)
         times, count = experiment.times, experiment.count
         inputs = courses(experiment.inputs, times)
@@ -132,6 +138,38 @@ class Model:
         if "position_zero" in values:
             channels["position"] = channels["position"] + values["position_zero"]
         return Response(channels, solution, jumps)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _with_slopes(model: Model, values: Values, experiment: Experiment, channels: dict[str, jax.Array]) -> Any:
+    """Channels as they are. Where a singular effect is at its null, their derivative is that of a small strength.
+
+    At the null such an effect is absent, down to the kind of the equations, and a derivative would say nothing of it.
+    """
+    return channels
+
+
+@_with_slopes.defjvp
+def _with_slopes_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Any, Any]:
+    values, experiment, channels = primals
+    d_values, _, d_channels = tangents
+    for law in (law for law in model.laws(values) if law.singular):
+        (declared,) = (parameter for parameter in law.parameters if parameter.name in law.strength)
+        name = f"{law.name}.{declared.name}"
+        if declared.reciprocal and not isinstance(values[name], ByInverse):
+            continue
+        size = law.singular / declared.typical if declared.reciprocal else law.singular * declared.typical
+
+        def slope(name: str = name, declared: Parameter = declared, size: float = size) -> Any:
+            strength = ByInverse(jnp.asarray(size)) if declared.reciprocal else jnp.asarray(declared.null + size)
+            there = model._respond({**values, name: strength}, experiment).channels
+            return jax.tree.map(lambda one, none: (one - none) / size, there, channels)
+
+        nothing = partial(jax.tree.map, jnp.zeros_like, channels)
+        slopes = jax.lax.cond(law.absent(), slope, nothing)
+        (along,) = jax.tree.leaves(d_values[name])
+        d_channels = jax.tree.map(lambda d, s, along=along: d + s * along, d_channels, slopes)
+    return channels, d_channels
 
 
 def _channel(observe: Any, role: str, *instant: Any) -> jax.Array:

@@ -114,8 +114,9 @@ def _arc_end(times: jax.Array, arc: Arcs, flat: jax.Array, system: System, input
 
 def _after(later: _Linear, earlier: _Linear) -> _Linear:
     """One map after another."""
-    columns = range(later.factor.shape[-1])
-    factor = sum(later.factor[..., :, k, None] * earlier.factor[..., None, k, :] for k in columns)
+    factor = jnp.zeros_like(later.factor)
+    for k in range(factor.shape[-1]):
+        factor += later.factor[..., :, k, None] * earlier.factor[..., None, k, :]
     return _Linear(factor, _apply(later.factor, earlier.offset) + later.offset)
 
 

@@ -49,18 +49,19 @@ class Piece(NamedTuple):
 def explicit_maps(system: Any, inputs: Any, times: jax.Array, pieces: Piece, tangents: tuple) -> tuple[Leaves, Leaves]:
     """As `stiff_maps`, for a system whose rates are slow against the step: the derivatives of the step itself."""
 
-    def move(leaves: Leaves, system: Any, inputs: Any, piece: Piece) -> Leaves:
+    def move(leaves: Leaves, laws: tuple, piece: Piece) -> Leaves:
+        system, inputs = laws
         state = jax.tree.unflatten(jax.tree.structure(piece.state), leaves)
         arc = (piece.step, piece.start, piece.end)
         return jax.tree.leaves(explicit(system, state, piece.mode, inputs, times, arc))
 
     def along(direction: jax.Array, piece: Piece) -> Leaves:
         start = jax.tree.leaves(piece.state)
-        return jax.jvp(lambda leaves: move(leaves, system, inputs, piece), (start,), (list(direction),))[1]
+        return jax.jvp(lambda leaves: move(leaves, (system, inputs), piece), (start,), (list(direction),))[1]
 
     def forced(piece: Piece) -> Leaves:
         start = jax.tree.leaves(piece.state)
-        return jax.jvp(lambda *laws: move(start, *laws, piece), (system, inputs), tangents)[1]
+        return jax.jvp(lambda *laws: move(start, laws, piece), (system, inputs), tangents)[1]
 
     size = len(jax.tree.leaves(pieces.state))
     return jax.vmap(jax.vmap(along, (None, 0)), (0, None))(jnp.eye(size), pieces), jax.vmap(forced)(pieces)
@@ -138,7 +139,8 @@ class _Path:
         """Rates that tangents of the system and of the inputs add, ``(n_node, n_piece)`` for each state."""
 
         def at(time: jax.Array, leaves: Leaves, step: jax.Array, mode: Any) -> Leaves:
-            return jax.jvp(lambda *laws: self.rate(*laws, time, leaves, step, mode), self.laws, tangents)[1]
+            rate = partial(self.rate, time=time, leaves=leaves, step=step, mode=mode)
+            return jax.jvp(rate, self.laws, tangents)[1]
 
         return jax.vmap(jax.vmap(at), (0, 0, None, None))(*self.instants, *self.where)
 
