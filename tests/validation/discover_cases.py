@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,14 +91,22 @@ def all_cases() -> list[Case]:
 def _of_rig(rig: str) -> list[Case]:
     singles, strangers = _names(rig), applicable(rig, outside=True)
     cases = [Case("null", rig, (), 0.0, PINK * (i % 2), SCATTER, 9000 + i) for i in range(NULLS)]
-    for number, (name, gap) in enumerate((name, gap) for name in singles for gap in GAPS):
-        cases.append(Case("single", rig, (name,), gap, PINK * (number % 2), 0.0, 1000 + number))
-    for number, names in enumerate(_pairs(singles)):
-        cases.append(Case("pair", rig, names, PAIR_GAP, PINK, 0.0, 3000 + number))
-    each = [(name, gap) for name in strangers for gap in OUTSIDE_GAPS for _ in range(OUTSIDERS)]
-    for number, (name, gap) in enumerate(each):
-        cases.append(Case("outside", rig, (name,), gap, PINK, 0.0, 5000 + number))
+    cases += [_single("single", rig, name, gap) for name in singles for gap in GAPS]
+    for names in _pairs(singles):
+        cases.append(Case("pair", rig, names, PAIR_GAP, PINK, 0.0, _seed(rig, *names)))
+    for turn in range(OUTSIDERS):
+        cases += [_single("outside", rig, name, gap, turn) for name in strangers for gap in OUTSIDE_GAPS]
     return cases
+
+
+def _single(kind: str, rig: str, name: str, gap: float, turn: int = 0) -> Case:
+    seed = _seed(kind, rig, name, str(gap), str(turn))
+    return Case(kind, rig, (name,), gap, PINK * (seed % 2), 0.0, seed)
+
+
+def _seed(*words: str) -> int:
+    """The same for the same case, whatever else the catalogue holds."""
+    return zlib.crc32(" ".join(words).encode()) % 1_000_000
 
 
 def _names(rig: str) -> tuple[str, ...]:

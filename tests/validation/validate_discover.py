@@ -59,7 +59,7 @@ def _searched(case: Case) -> dict[str, object]:
     with tempfile.TemporaryDirectory() as folder:
         base_gap, hidden = case.make(Path(folder))
         found = fibrefit.discover(fibrefit.load_study(folder))
-    finding, summary = found.finding, found.summary()
+        finding, summary = found.finding, found.summary()
     assert summary.before is not None
     return {
         "hidden": " + ".join(hidden),
