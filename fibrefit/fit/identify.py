@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -17,11 +14,11 @@ from fibrefit.core.errors import DataError
 from fibrefit.fit import judge, uncertainty
 from fibrefit.fit.advice import advice
 from fibrefit.fit.identifiability import weaknesses
-from fibrefit.fit.multistart import scattered, table
+from fibrefit.fit.multistart import scattered, search, table
 from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
 from fibrefit.fit.second_opinion import second_opinion
-from fibrefit.fit.solve import Descent, descend, descend_all, gram_at, linearised, widths
+from fibrefit.fit.solve import descend, gram_at, linearised, widths
 from fibrefit.fit.structure import Residuals, structure_checks
 from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem, gram_root
@@ -104,28 +101,10 @@ def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray) -> Id
 
 
 def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress) -> Starts:
-    problem, chunk = task.problem, min(CHUNK, number)
+    problem = task.problem
     began = scattered(problem.layout, task.start, task.spread, number, seed)
-    # The last chunk is filled up, since one of another length would be another program.
-    places = np.arange(-(-number // chunk) * chunk) % number
-    frees = problem.layout.free(began)[places]
-    # A model that lacks something may follow one set of horizons into a poor minimum and another into a better one.
-    counts = np.stack([task.ladders[i % len(task.ladders)] for i in places])
-
-    def part(i: int) -> Descent:
-        here = slice(i, i + chunk)
-        return jax.tree.map(np.asarray, descend_all(problem, frees[here], width, counts[here]))
-
-    found: list[Descent] = []
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for descent in pool.map(part, range(0, len(places), chunk)):
-            found.append(descent)
-            tell("searching from many starts", 0.05 + 0.8 * min(len(found) * chunk / number, 1.0))
-    return table(problem.layout, began, jax.tree.map(lambda *leaves: np.concatenate(leaves)[:number], *found))
-
-
-CHUNK = 8
-"""Starts that are searched from in one go, and between two words of progress."""
+    told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
+    return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told))
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) -> Identification:

@@ -12,12 +12,15 @@ import optimistix as optx
 
 from fibrefit.problem.problem import Linearised, Problem, gram_root
 
+MAX_STEPS = 60
+NEAR, EXACT = 1.0, 1e-3
+"""What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""
 
 
 class Descent(NamedTuple):
-    """Where a solver ended; leaves may carry a leading axis of starts.
+    """Where a solver ended, in NumPy or JAX; leaves may carry a leading axis of starts.
 
     Parameters
     ----------
@@ -27,10 +30,10 @@ class Descent(NamedTuple):
     success : () bool, the solver's own word
     """
 
-    free: jax.Array
-    cost: jax.Array
-    steps: jax.Array
-    success: jax.Array
+    free: Any
+    cost: Any
+    steps: Any
+    success: Any
 
 
 @jax.custom_jvp
@@ -97,7 +100,7 @@ def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
 
 
 @eqx.filter_jit
-def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = 60) -> Descent:
+def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = MAX_STEPS) -> Descent:
     """Levenberg-Marquardt from one start, over horizons that grow to the whole record.
 
     A wrong stiffness mistimes every later bounce, and the cost over a whole record has a minimum for each bounce that
@@ -120,37 +123,58 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: in
         A pure function of arrays: map it over starts, or over problems of equal shape.
     """
 
-    def stage(carry: tuple[jax.Array, jax.Array], horizon: tuple[jax.Array, Any]) -> Any:
-        (free, steps), (count, near) = carry, horizon
-        solution: Any = optx.least_squares(
-            lambda step, part: compressed_residuals(free + width * step, part),
-            optx.LevenbergMarquardt(rtol=1e-3 * near**2, atol=0.1 * near),
-            jnp.zeros_like(free),
-            args=problem.until(count),
-            max_steps=max_steps,
-            throw=False,
-        )
-        end = free + width * solution.value
-        cost = jnp.sum(solution.state.f_info.residual**2)
-        sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
-        steps = steps + solution.stats["num_steps"]
-        success = sound & (solution.result == optx.RESULTS.successful)
-        return (jnp.where(sound, end, free), steps), (jnp.where(sound, cost, jnp.inf), success)
+    def stage(carry: tuple[jax.Array, jax.Array], horizon: tuple[jax.Array, jax.Array]) -> Any:
+        found = _descend(problem, carry[0], width, *horizon, max_steps)
+        return (found.free, carry[1] + found.steps), (found.cost, found.success)
 
-    # What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact.
-    near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, 1.0, 1e-3)
+    near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, NEAR, EXACT)
     (free, steps), (cost, success) = jax.lax.scan(stage, (start, jnp.zeros((), dtype=int)), (counts, near))
     return Descent(free, cost[-1], steps, success[-1])
 
 
 @eqx.filter_jit
-def descend_all(problem: Problem, starts: Any, width: Any, counts: Any) -> Descent:
-    """`descend` from many starts ``(n_start, n_free)``, each with horizons of its own ``(n_start, n_stage, n_record)``.
+def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: Any, near: Any) -> Descent:
+    """Levenberg-Marquardt over one horizon from many starts.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : (n_start, n_free) free coordinates
+    width : (n_free,) unit of the steps, see `widths`
+    counts : (n_start, n_record) int
+        Number of samples of each start's horizon.
+    active : (n_start,) bool
+        Starts that are not stay where they are, at no cost of time.
+    near : ()
+        How exact, in units of `width`: `NEAR` or `EXACT`.
 
     Returns
     -------
     Descent
         Leaves ``(n_start, ...)``.
     """
+
+    def one(row: tuple[Any, Any, Any]) -> Descent:
+        start, count, active = row
+        still = Descent(start, jnp.asarray(jnp.inf), jnp.zeros((), dtype=int), jnp.asarray(False))
+        return jax.lax.cond(active, lambda: _descend(problem, start, width, count, near, MAX_STEPS), lambda: still)
+
     # One after the other: starts need very different numbers of steps, and in lock step all would wait for the slowest.
-    return jax.lax.map(lambda pair: descend(problem, pair[0], width, pair[1]), (starts, counts))
+    return jax.lax.map(one, (starts, counts, active))
+
+
+def _descend(problem: Problem, start: Any, width: Any, count: Any, near: Any, max_steps: int) -> Descent:
+    """One horizon; where that ends nowhere, the start is kept."""
+    solution: Any = optx.least_squares(
+        lambda step, part: compressed_residuals(start + width * step, part),
+        optx.LevenbergMarquardt(rtol=1e-3 * near**2, atol=0.1 * near),
+        jnp.zeros_like(start),
+        args=problem.until(count),
+        max_steps=max_steps,
+        throw=False,
+    )
+    end = start + width * solution.value
+    cost = jnp.sum(solution.state.f_info.residual**2)
+    sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
+    success = sound & (solution.result == optx.RESULTS.successful)
+    return Descent(jnp.where(sound, end, start), jnp.where(sound, cost, jnp.inf), solution.stats["num_steps"], success)

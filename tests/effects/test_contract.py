@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import math
 import re
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import equinox as eqx
@@ -16,20 +17,40 @@ import pytest
 
 from fibrefit.core.units import expression
 from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects
-from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, SensorLaw
+from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
-from fibrefit.simulate.model import Model
-from tests.simulate.drops import dotted, drop, given, jacobian, respond
+from fibrefit.simulate.model import Experiment, Model
+from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, respond
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]
 GUIDE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, GuideLaw)]
-ON_THE_DROP_RIG = [
-    pytest.param((*(CATALOGUE[other] for other in effect.needs), effect), id=name)
-    for name, effect in CATALOGUE.items()
-    if "fibre_mass" in effect.rigs
+
+
+def on(kind: str, effects: Iterable[type[Effect]]) -> list[Any]:
+    """One case for each effect on a rig, with what it needs."""
+    return [
+        pytest.param(kind, (*(CATALOGUE[other] for other in effect.needs), effect), id=f"{kind}-{effect.name}")
+        for effect in effects
+        if kind in effect.rigs
+    ]
+
+
+PULLEYS = [effect for effect in CATALOGUE.values() if "fibre_mass" not in effect.rigs]
+OTHERS = [effect for effect in CATALOGUE.values() if "fibre_mass" in effect.rigs]
+ON_RIGS = [*on("fibre_mass", OTHERS), *on("pulley_drive", PULLEYS)]
+ON_RIGS += [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in on("pulley_drive", OTHERS)]
+EVERYWHERE = [*on("fibre_mass", CATALOGUE.values()), *on("pulley_drive", CATALOGUE.values())]
+SINGULAR = [
+    pytest.param(*case.values, id=case.id, marks=() if case.values[0] == "fibre_mass" else pytest.mark.slow)
+    for case in EVERYWHERE
+    if case.values[1][-1].singular
 ]
+GROUPS = {
+    port: tuple(e for n, e in CATALOGUE.items() if n.startswith(port) and not e.stiff)
+    for port in ("guide", "fibre", "sensor")
+}
 
 #: Rounding of a function evaluated inside another program, relative to its size.
 SAME = 1e-12
@@ -37,6 +58,16 @@ SAME = 1e-12
 QUADRATURE = 1e-6
 #: Differences of a force solved to 1e-7 of its range, against derivatives.
 DIFFERENCES = 1e-3
+#: The same for many effects at once, each with a kink at reversals.
+COMPOSED = 3e-3
+#: The same where the derivative is not that of the step, but of the flow the step follows.
+STIFF = 5e-3
+#: Share of samples that no jump of the reading runs across when a parameter is changed a little.
+JUMPS = 0.98
+#: Slope, in SI units, below which nothing depends on a parameter.
+NOTHING = 1e-12
+#: Cosine between the slope at the null and the change that a typical strength makes.
+ALIKE = 0.9
 #: At its null this law is not told when a fibre without load is still stretched; a few late bounces differ by that.
 AT_NULL = {"fibre.hysteresis.hysteretic_stiffness": 5e-2}
 
@@ -69,7 +100,13 @@ def answers(law: Any, x: jax.Array, v: jax.Array) -> dict[str, Any]:
             "viscosity": law.viscosity(),
             "factor": law.viscosity_factor(v),
             "force": law.force(x, v),
+            "compliance": law.compliance(),
+            "bristles": law.bristle_damping_coefficient(),
         }
+    if isinstance(law, PulleyLaw):
+        return {"inertia": law.inertia(), "rubbing": law.rubbing(), "grip": law.grip(2.6 * one, v)}
+    if isinstance(law, DriveLaw):
+        return {"travel": law.travel(x, v, 0.04 * one), "compliance": law.compliance()}
     if isinstance(law, SensorLaw):
         readings = law.measure({"force": x * jnp.ones(3), "position": v * jnp.ones(3)}, jnp.arange(3.0))
         return {"readings": readings, "late": law.late_by(), "lags": law.lags()}
@@ -191,52 +228,96 @@ def test_a_cycle_of_stretching_takes_energy_out(effect: type[FibreLaw], frequenc
     assert last_cycle > -QUADRATURE * 20e3 * size**2
 
 
-@pytest.mark.parametrize("effects", ON_THE_DROP_RIG)
-def test_at_its_null_an_effect_leaves_no_trace_in_any_bit(effects: tuple[type[Effect], ...]) -> None:
-    without = respond(drop(), effects[:-1], **dotted(effects[:-1], "typical"))
-    found = respond(drop(), effects, **dotted(effects[:-1], "typical"), **dotted(effects[-1:], "null"))
+def records(kind: str) -> Experiment:
+    return drop(801) if kind == "fibre_mass" else drive(801, QUICK)
+
+
+@pytest.mark.parametrize(("kind", "effects"), ON_RIGS)
+def test_at_its_null_an_effect_leaves_no_trace_in_any_bit(kind: str, effects: tuple[type[Effect], ...]) -> None:
+    others = dotted(effects[:-1], "typical")
+    without = respond(records(kind), effects[:-1], **others)
+    found = respond(records(kind), effects, **others, **dotted(effects[-1:], "null"))
     for role, reading in without.items():
         assert np.array_equal(found[role], reading), f"{np.sum(found[role] != reading)} readings of {role} differ"
 
 
-@pytest.mark.parametrize("effects", ON_THE_DROP_RIG)
-def test_a_typical_effect_does_leave_a_trace(effects: tuple[type[Effect], ...]) -> None:
-    without = respond(drop(), effects[:-1], **dotted(effects[:-1], "typical"))
-    found = respond(drop(), effects, **dotted(effects, "typical"))
+@pytest.mark.parametrize(("kind", "effects"), ON_RIGS)
+def test_a_typical_effect_does_leave_a_trace(kind: str, effects: tuple[type[Effect], ...]) -> None:
+    without = respond(records(kind), effects[:-1], **dotted(effects[:-1], "typical"))
+    found = respond(records(kind), effects, **dotted(effects, "typical"))
     assert any(not np.array_equal(found[role], reading) for role, reading in without.items())
 
 
-def test_all_effects_at_once_leave_no_trace_at_their_nulls() -> None:
-    effects = tuple(effect for effect in CATALOGUE.values() if "fibre_mass" in effect.rigs)
-    found, without = respond(drop(), effects, **dotted(effects, "null")), respond(drop())
+@pytest.mark.parametrize("kind", ["fibre_mass", pytest.param("pulley_drive", marks=pytest.mark.slow)])
+def test_all_effects_at_once_leave_no_trace_at_their_nulls(kind: str) -> None:
+    effects = tuple(effect for effect in CATALOGUE.values() if kind in effect.rigs)
+    found, without = respond(records(kind), effects, **dotted(effects, "null")), respond(records(kind))
     for role, reading in without.items():
         assert np.array_equal(found[role], reading)
 
 
-GROUPS = {port: tuple(e for n, e in CATALOGUE.items() if n.startswith(port)) for port in ("guide", "fibre", "sensor")}
+def slopes_and_differences(
+    kind: str, effects: tuple[type[Effect], ...], choose: str
+) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Parameter, channel, derivative and difference, at null or typical values; only where both are smooth."""
+    values, record = dotted(effects, choose), records(kind)
+    exact = jacobian(record, effects, **values)
+    for effect in effects:
+        for p in effect.parameters:
+            name, at_null = f"{effect.name}.{p.name}", choose == "null" and p.name in effect.strength
+            if at_null and (effect.singular or p.reciprocal):
+                continue
+            size = 1e-6 * abs(p.typical)
+            # A strength at its null may have a slope on one side only.
+            low = 0.0 if values[name] == p.lower else -size
+            up, down = (respond(record, effects, **(values | {name: values[name] + d})) for d in (size, low))
+            for role, columns in exact.items():
+                yield name, role, columns[name], (up[role] - down[role]) / (size - low)
+
+
+def relative_error(slope: np.ndarray, difference: np.ndarray) -> float:
+    """Root mean square of the error over that of the slope; a difference across a jump of the reading is no slope."""
+    error = np.abs(slope - difference)
+    smooth = error <= np.quantile(error, JUMPS)
+    # A slope that is nil may be a difference of equal terms.
+    scale = max(np.sqrt(np.mean(slope**2)), NOTHING)
+    return float(np.sqrt(np.mean(error[smooth] ** 2)) / scale)
 
 
 @pytest.mark.parametrize("choose", ["null", "typical"])
-@pytest.mark.parametrize("port", GROUPS)
+@pytest.mark.parametrize("port", ["guide", "fibre", pytest.param("sensor", marks=pytest.mark.slow)])
 def test_derivatives_of_composed_effects_are_those_of_the_readings(port: str, choose: str) -> None:
-    effects = GROUPS[port]
-    values = dotted(effects, choose)
-    exact = jacobian(drop(801), effects, **values)
-    for effect in effects:
-        for p in effect.parameters:
-            name = f"{effect.name}.{p.name}"
-            if math.isinf(values[name]) or p.reciprocal:
-                continue
-            size = 1e-6 * abs(p.typical)
-            allowed = AT_NULL.get(name, DIFFERENCES) if choose == "null" else DIFFERENCES
-            # A strength at its null may have a slope on one side only.
-            low = 0.0 if values[name] == p.lower else -size
-            up, down = (respond(drop(801), effects, **(values | {name: values[name] + d})) for d in (size, low))
-            for role, columns in exact.items():
-                assert np.isfinite(columns[name]).all()
-                error = (up[role] - down[role]) / (size - low) - columns[name]
-                scale = np.sqrt(np.mean(columns[name] ** 2))
-                assert np.sqrt(np.mean(error**2)) <= allowed * scale + 1e-9 * np.ptp(up[role]) / size, name
+    for name, role, slope, difference in slopes_and_differences("fibre_mass", GROUPS[port], choose):
+        allowed = AT_NULL.get(name, COMPOSED) if choose == "null" else COMPOSED
+        assert np.isfinite(slope).all()
+        assert relative_error(slope, difference) < allowed, f"d {role} / d {name}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("choose", ["null", "typical"])
+@pytest.mark.parametrize(("kind", "effects"), EVERYWHERE)
+def test_derivatives_are_those_of_the_readings(kind: str, effects: tuple[type[Effect], ...], choose: str) -> None:
+    # At the null of a parameter that a law needs, the law itself has no slope.
+    others = effects[:-1] if choose == "null" else ()
+    for name, role, slope, difference in slopes_and_differences(kind, effects, choose):
+        allowed = AT_NULL.get(name, STIFF if any(e.stiff for e in effects) else DIFFERENCES)
+        assert np.isfinite(slope).all()
+        if not any(name.startswith(other.name) for other in others):
+            assert relative_error(slope, difference) < allowed, f"d {role} / d {name}"
+
+
+@pytest.mark.parametrize(("kind", "effects"), SINGULAR)
+def test_the_slope_of_a_singular_effect_at_its_null_points_where_it_goes(
+    kind: str, effects: tuple[type[Effect], ...]
+) -> None:
+    (effect,), record = effects, records(kind)
+    (p,) = (p for p in effect.parameters if p.name in effect.strength)
+    name, none = f"{effect.name}.{p.name}", dotted(effects, "null")
+    slope = jacobian(record, effects, **none)["position"][name]
+    there = respond(record, effects, **dotted(effects, "typical"))["position"]
+    change = there - respond(record, effects, **none)["position"]
+    assert np.isfinite(slope).all()
+    assert slope @ change / np.linalg.norm(slope) / np.linalg.norm(change) > ALIKE
 
 
 def test_the_contract_sees_a_law_that_leaves_a_trace() -> None:

@@ -5,19 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.fit.multistart import SAME_BASIN, scattered, table
+from fibrefit.fit.multistart import SAME_BASIN, _leaders, scattered, search, table
 from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import Identification
 from fibrefit.fit.second_opinion import second_opinion
-from fibrefit.fit.solve import Descent, descend_all, gram_at, widths
+from fibrefit.fit.solve import Descent, gram_at, widths
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
 from tests.fit import made
-
-
-def counts_of(task: Task) -> np.ndarray:
-    return np.stack([task.ladders[i % len(task.ladders)] for i in range(made.STARTS)])
 
 
 def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
@@ -26,8 +22,10 @@ def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(tas
     frees = layout.free(began)
     frees[3] = np.nan
     width = widths(task.problem, layout.free(task.start))
-    ended = descend_all(task.problem, frees, width, counts_of(task))
-    starts = table(layout, began, Descent(*(np.asarray(leaf) for leaf in ended)))
+    told: list[float] = []
+    starts = table(layout, began, search(task.problem, frees, width, task.ladders, told.append))
+    assert told == sorted(told)
+    assert told[-1] == 1.0
     assert starts.basin[3] == -1
     assert not np.isfinite(starts.cost[3])
     assert starts.agreeing == made.STARTS - 1
@@ -65,6 +63,15 @@ def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> 
     np.testing.assert_array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
     assert not np.array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
     assert len(scattered(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
+
+
+def test_starts_that_met_go_on_as_one_unless_they_took_different_ladders() -> None:
+    free = np.array([[0.0, 0.0], [0.3, -0.4], [0.0, 0.1], [5.0, 0.0], [0.1, 0.0], [np.nan, 0.0]])
+    cost = np.array([10.0, 10.001, 10.0, 10.0, 12.0, np.inf])
+    ended = Descent(free, cost, np.arange(6), np.ones(6, dtype=bool))
+    leader = _leaders(ended, np.array([1.0, 1.0]), np.array([0, 0, 1, 0, 0, 0]))
+    # The second met the first. The others: another ladder, too far, another cost, lost.
+    np.testing.assert_array_equal(leader, [0, 0, 2, 3, 4, 5])
 
 
 def test_ends_are_sorted_into_basins_by_their_cost() -> None:
