@@ -126,7 +126,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     axes.text(noise, 1.01, "noise ", transform=over, fontsize=SMALL, color="0.35", ha="right", va="bottom")
     axes.text(gap_before, 1.01, " without", transform=over, fontsize=SMALL, color=VERMILLION, ha="left", va="bottom")
     axes.text(beside, 1.01, "evidence", transform=axes.transAxes, fontsize=SMALL, color="0.35", ha="right", va="bottom")
-    for row in np.flatnonzero(gaps > reach):
+    for row in np.flatnonzero(gaps > reach).tolist():
         axes.text(reach, row, f"{gaps[row]:.3g} ", fontsize=SMALL, color="0.25", ha="right", va="center")
     for row, candidate in enumerate(shown):
         said = f"{candidate.evidence:,.0f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{THIN SPACE}")

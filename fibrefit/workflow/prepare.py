@@ -64,4 +64,4 @@ def _read(study: Study, record: object) -> Record:
     file, label = record.file, record.label  # type: ignore[attr-defined]
     if file is None:
         raise StudyError(str(study.source), f'record "{label}" has no file', "a measured record", "Name its file.")
-    return read_record(study.path_of(file), **study.reading(record), name=label)  # type: ignore[arg-type]
+    return read_record(study.path_of(file), **study.reading(record), name=label)
