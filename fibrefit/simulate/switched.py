@@ -22,6 +22,11 @@ Inputs = dict[str, Course]
 ARCS = 512
 SWITCHES_A_STEP = 24
 """More switches than this inside one step of the grid is chatter; the step is then finished as it is and flagged."""
+USUAL_TRIES, MOST_TRIES = 8, 100
+BEYOND = 1e-3
+"""Share of the distance to a located switch by which the next trial goes beyond it."""
+LEAST_SHARE = 0.1
+"""Least margin at the start of a search, as a share of the violation at its end."""
 
 
 class Arcs(NamedTuple):
@@ -81,13 +86,22 @@ def put(store: Any, index: jax.Array, item: Any) -> Any:
     return jax.tree.map(lambda array, value: array.at[index].set(value, mode="drop"), store, item)
 
 
+def _write(store: Any, index: jax.Array, item: Any) -> Any:
+    """As `put`, for an index that is known to be inside."""
+
+    def write(array: jax.Array, value: Any) -> jax.Array:
+        return jax.lax.dynamic_update_index_in_dim(array, value, index, 0, allow_negative_indices=False)
+
+    return jax.tree.map(write, store, item)
+
+
 def take(store: Any, index: Any) -> Any:
     """Rows of a pytree of arrays."""
     return jax.tree.map(lambda array: array[index], store)
 
 
 class _Run(NamedTuple):
-    """Everything the loops carry."""
+    """Everything the outer loops carry; `still` when nothing will move any more."""
 
     step: jax.Array
     time: jax.Array
@@ -98,123 +112,175 @@ class _Run(NamedTuple):
     arcs: Arcs
     n_arcs: jax.Array
     going: jax.Array
+    still: jax.Array
     trouble: jax.Array
 
 
-def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Array, run: _Run) -> _Run:
-    """Whole steps of the grid in one mode, up to the first whose end violates it."""
+class _Plain(NamedTuple):
+    """What whole steps carry: the state at `step`, the one before it, and whether the mode held up to there."""
 
-    def body(run: _Run) -> _Run:
-        end = row(times, run.step + 1)
-        trial = flow(system, run.state, run.mode, inputs, times, (run.step, run.time, end))
-        at_end = inputs_at(inputs, times, run.step, end)
-        going = _worst(system.margins(trial, run.mode, at_end)) >= 0.0
-        state = select(going, trial, run.state)
-        step = run.step + going
-        return run._replace(
-            step=step,
-            time=jnp.where(going, end, run.time),
-            state=state,
-            states=put(run.states, step, state),
-            modes=put(run.modes, step, run.mode),
-            going=going,
+    step: jax.Array
+    state: State
+    before: State
+    going: jax.Array
+    still: jax.Array
+    states: State
+    modes: Mode
+
+
+def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Array, run: _Run) -> _Run:
+    """Whole steps of the grid in one mode, up to the first whose end violates it, or to rest."""
+
+    def body(plain: _Plain) -> _Plain:
+        step, state = plain.step, plain.state
+        start, end = row(times, step), row(times, step + 1)
+        trial = flow(system, state, run.mode, inputs, times, (step, start, end))
+        going = _worst(system.margins(trial, run.mode, inputs_at(inputs, times, step, end))) >= 0.0
+        # Taken on trial: a step that has to be taken back is rare, and the next need not wait for its margins.
+        return _Plain(
+            step + 1,
+            trial,
+            state,
+            going,
+            jnp.array(False) if inputs else _unchanged(state, trial),
+            _write(plain.states, step + 1, trial),
+            _write(plain.modes, step + 1, run.mode),
         )
 
-    return jax.lax.while_loop(lambda run: (run.step < last) & run.going, body, run._replace(going=jnp.array(True)))
+    def on(plain: _Plain) -> jax.Array:
+        return (plain.step < last) & plain.going & ~plain.still
+
+    yes, no = jnp.array(True), jnp.array(False)
+    end = jax.lax.while_loop(on, body, _Plain(run.step, run.state, run.state, yes, no, run.states, run.modes))
+    return run._replace(
+        step=jnp.where(end.going, end.step, end.step - 1),
+        time=row(times, jnp.where(end.going, end.step, end.step - 1)),
+        state=select(end.going, end.state, end.before),
+        states=end.states,
+        modes=end.modes,
+        still=end.going & end.still,
+    )
+
+
+def _unchanged(state: State, other: State) -> jax.Array:
+    same = jax.tree.leaves(jax.tree.map(lambda a, b: a == b, state, other))
+    return functools.reduce(jnp.logical_and, same)
 
 
 class _Search(NamedTuple):
-    """Where the next switch lies: the mode holds at `low` and does not at `high`, with the state there.
+    """Where the next switch lies: the mode holds at `low` and does not at `high`, with state and margins there.
 
-    While nothing is known of a switch, `on` is False and `high` is the end of the step.
+    `third` is the end that was given up last. The first of the `tries` is the end of the step.
     """
 
-    on: jax.Array
     low: jax.Array
     high: jax.Array
+    third: jax.Array
     at_low: jax.Array
     at_high: jax.Array
+    at_third: jax.Array
     state: State
     margins: Mode
     tries: jax.Array
 
 
-def _next_trial(search: _Search, end: jax.Array) -> jax.Array:
-    """Instant to try: the end of the step, then false position with the Illinois rule."""
-    ratio = search.at_low / (search.at_low - search.at_high)
-    # Far from convergence the secant may stall at one end; every third step halves instead.
-    ratio = jnp.where((search.tries % 3 == 2) | ~jnp.isfinite(ratio), 0.5, ratio)
-    middle = search.low + jnp.clip(ratio, 1e-3, 1.0 - 1e-3) * (search.high - search.low)
-    return jnp.where(search.on, middle, end)
+def _next_trial(search: _Search) -> jax.Array:
+    """Instant to try: inverse quadratic interpolation, a little beyond the root it sees, so that both ends close in."""
+    low, high, at_low, at_high = search.low, search.high, search.at_low, search.at_high
+    least = 0.25 * _resolution(high)
+    slope = (high - low) / (at_high - at_low)
+    bend = ((search.third - high) / (search.at_third - at_high) - slope) / (search.at_third - at_low)
+    secant = low - at_low * slope
+    root = secant + at_low * at_high * bend
+    root = jnp.where((root > low) & (root < high), root, secant)
+    far, near = root - low, high - root
+    root = jnp.where(far < near, root + jnp.maximum(BEYOND * far, least), root - jnp.maximum(BEYOND * near, least))
+    root = jnp.clip(root, low + least, high - least)
+    # A margin that bends too sharply for that is found by halves.
+    halve = ((search.tries > USUAL_TRIES) & (search.tries % 2 == 0)) | ~jnp.isfinite(root)
+    return jnp.where(halve, 0.5 * (low + high), root)
 
 
-def _narrow(search: _Search, start: jax.Array, time: jax.Array, state: State, margins: Mode) -> _Search:
-    """Search after a trial at `time`; `start` is that of the arc."""
+def _resolution(instant: jax.Array) -> jax.Array:
+    return 1e-15 + 4e-16 * jnp.abs(instant)
+
+
+def _narrow(search: _Search, time: jax.Array, state: State, margins: Mode) -> _Search:
+    """Search after a trial at `time`."""
     value = _worst(margins)
-    inside, on = value >= 0.0, search.on
+    first, inside = search.tries == 0, value >= 0.0
+    outside = first | ~inside
+    # Just after a switch the margin is nil and says nothing of where it will be again.
+    at_low = jnp.where(first, jnp.maximum(search.at_low, -LEAST_SHARE * value), search.at_low)
     return _Search(
-        on | ~inside,
-        jnp.where(on & inside, time, jnp.where(on, search.low, start)),
-        jnp.where(inside, search.high, time),
-        jnp.where(on & inside, value, jnp.where(on, 0.5 * search.at_low, -value)),
-        jnp.where(inside, 0.5 * search.at_high, value),
-        select(on & inside, search.state, state),
-        select(on & inside, search.margins, margins),
-        search.tries + on,
+        jnp.where(outside, search.low, time),
+        jnp.where(outside, time, search.high),
+        jnp.where(outside, search.high, search.low),
+        jnp.where(outside, at_low, value),
+        jnp.where(outside, value, search.at_high),
+        # Where there is no third yet, the secant is left.
+        jnp.where(first, jnp.nan, jnp.where(inside, search.at_low, search.at_high)),
+        select(outside, state, search.state),
+        select(outside, margins, search.margins),
+        search.tries + 1,
     )
 
 
-def _narrow_enough(search: _Search) -> jax.Array:
-    close = search.high - search.low <= 1e-15 + 4e-16 * jnp.abs(search.high)
-    return ~search.on | close | (search.tries >= 60)
+def _locate(system: System, inputs: Inputs, times: jax.Array, run: _Run, end: jax.Array, patient: jax.Array) -> _Search:
+    """The first switch between now and the `end` of the step, or that end; without patience that end in any case."""
+
+    def wide(search: _Search) -> jax.Array:
+        apart = search.high - search.low > _resolution(search.high)
+        violated = patient & (search.at_high < 0.0)
+        return (search.tries == 0) | (violated & apart & (search.tries <= MOST_TRIES))
+
+    def narrow(search: _Search) -> _Search:
+        time = jnp.where(search.tries == 0, end, _next_trial(search))
+        state = flow(system, run.state, run.mode, inputs, times, (run.step, run.time, time))
+        return _narrow(search, time, state, system.margins(state, run.mode, inputs_at(inputs, times, run.step, time)))
+
+    margins = system.margins(run.state, run.mode, inputs_at(inputs, times, run.step, run.time))
+    now, nil = run.time, jnp.zeros(())
+    return jax.lax.while_loop(
+        wide, narrow, _Search(now, end, now, _worst(margins), nil, nil, run.state, margins, jnp.int32(0))
+    )
 
 
 def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) -> _Run:
-    """The rest of the present step, arc by arc, through every switch it holds; one trial at a time.
+    """The rest of the present step, arc by arc, through every switch it holds.
 
     The end of an arc lies on the far side of its switch, so that the mode that follows finds itself valid.
     """
     step, end = run.step, row(times, run.step + 1)
 
-    def blank(run: _Run) -> _Search:
-        high = jnp.asarray(end)
-        margins = jax.tree.map(lambda _: jnp.zeros(()), run.mode)
-        return _Search(jnp.array(False), run.time, high, high, high, run.state, margins, jnp.int32(0))
-
-    def body(carry: tuple[_Run, _Search, jax.Array]) -> tuple[_Run, _Search, jax.Array]:
-        run, search, switches = carry
-        time = _next_trial(search, end)
-        state = flow(system, run.state, run.mode, inputs, times, (step, run.time, time))
-        margins = system.margins(state, run.mode, inputs_at(inputs, times, step, time))
+    def arc(carry: tuple[_Run, jax.Array]) -> tuple[_Run, jax.Array]:
+        run, switches = carry
         patient = switches < SWITCHES_A_STEP
-        found = _narrow(search, run.time, time, state, margins)
-        # Out of patience, the step is finished in one piece, as it is.
-        found = found._replace(on=found.on & patient, high=jnp.where(patient, found.high, end))
-        ready = _narrow_enough(found)
-
+        found = _locate(system, inputs, times, run, end, patient)
+        on = patient & (_worst(found.margins) < 0.0)
         here = inputs_at(inputs, times, step, found.high)
-        crossed = jax.tree.map(lambda margin: found.on & (margin < 0.0), found.margins)
+        crossed = jax.tree.map(lambda margin: on & (margin < 0.0), found.margins)
         switched, mode = system.switch(found.state, run.mode, crossed, here)
-        ended_by = jnp.where(found.on, jnp.argmin(jnp.stack(jax.tree.leaves(found.margins))), -1).astype(jnp.int32)
-        row = Arcs(step, run.time, run.state, run.mode, found.high, found.state, ended_by)
+        ended_by = jnp.where(on, jnp.argmin(jnp.stack(jax.tree.leaves(found.margins))), -1).astype(jnp.int32)
+        done = Arcs(step, run.time, run.state, run.mode, found.high, found.state, ended_by)
         run = run._replace(
-            time=jnp.where(ready, found.high, run.time),
-            state=select(ready, select(found.on, switched, found.state), run.state),
-            mode=select(ready & found.on, mode, run.mode),
-            arcs=put(run.arcs, jnp.where(ready, run.n_arcs, ARCS), row),
-            n_arcs=run.n_arcs + ready,
-            going=~ready | found.on,
+            time=found.high,
+            state=select(on, switched, found.state),
+            mode=select(on, mode, run.mode),
+            arcs=put(run.arcs, run.n_arcs, done),
+            n_arcs=run.n_arcs + 1,
+            going=on,
             trouble=run.trouble | ~patient,
         )
-        return run, select(ready, blank(run), found), switches + ready
+        return run, switches + 1
 
-    start = (run._replace(going=jnp.array(True)), blank(run), jnp.int32(0))
-    run = jax.lax.while_loop(lambda carry: carry[0].going, body, start)[0]
+    start = (run._replace(going=jnp.array(True)), jnp.int32(0))
+    run = jax.lax.while_loop(lambda carry: carry[0].going, arc, start)[0]
     return run._replace(
         step=step + 1,
         time=end,
-        states=put(run.states, step + 1, run.state),
-        modes=put(run.modes, step + 1, run.mode),
+        states=_write(run.states, step + 1, run.state),
+        modes=_write(run.modes, step + 1, run.mode),
     )
 
 
@@ -235,6 +301,7 @@ def _integrate(
         arcs=jax.tree.map(rows(ARCS), arcs),
         n_arcs=jnp.int32(0),
         going=jnp.array(True),
+        still=jnp.array(False),
         trouble=jnp.array(False),
     )
     last = (count - 1).astype(jnp.int32)
@@ -243,10 +310,13 @@ def _integrate(
         run = _finish_step(system, inputs, times, run)
         return _plain_steps(system, inputs, times, last, run)
 
-    run = jax.lax.while_loop(lambda run: run.step < last, stretch, run)
+    run = jax.lax.while_loop(lambda run: (run.step < last) & ~run.still, stretch, run)
+    index = jnp.arange(n_time)
+    resting = run.still & (index > run.step) & (index <= last)
+    states, modes = select(resting, (run.state, run.mode), (run.states, run.modes))
     valid = jnp.arange(ARCS) < run.n_arcs
     switches = jnp.sum(valid & (run.arcs.ended_by >= 0))
-    return Solution(run.states, run.modes, switches, run.trouble | (run.n_arcs > ARCS), run.arcs, run.n_arcs)
+    return Solution(states, modes, switches, run.trouble | (run.n_arcs > ARCS), run.arcs, run.n_arcs)
 
 
 # Lanes of a batch switch at different instants; run in lock step each would wait for all others at every switch.
