@@ -9,6 +9,8 @@ Examples
 >>> result.parameters["stiffness"].interval_95
 >>> result.plot()["snaps"].savefig("snaps.pdf")
 >>> result.save("results/drop_series")
+>>> posterior = fibrefit.sample(study, start=result)
+>>> posterior.plot_corner()
 
 All numbers are in SI units. To import the package costs next to nothing; what it needs comes with the first call.
 """
@@ -27,9 +29,9 @@ if TYPE_CHECKING:
 
     from fibrefit.records import Record
     from fibrefit.study import Study
-    from fibrefit.workflow import Discovery, Fit, Simulation
+    from fibrefit.workflow import Discovery, Fit, Sampled, Simulation
 
-__all__ = ["discover", "fit", "load_study", "read_record", "simulate"]
+__all__ = ["discover", "fit", "load_study", "read_record", "sample", "simulate"]
 
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
@@ -145,6 +147,62 @@ def fit(
     from fibrefit.workflow import fit_study
 
     return fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+
+
+def sample(
+    study: Study,
+    *,
+    start: Fit | None = None,
+    seed: int = 0,
+    noise: str = "auto",
+    heavy: bool = False,
+    nuts: bool = False,
+    compare: Sequence[str | Path] = (),
+    checkpoint: str | Path | None = None,
+    progress: Callable[[str, float | None], None] | None = None,
+    **settings: Any,
+) -> Sampled:
+    """Sample the joint posterior of a study's parameters until independent ensembles of walkers agree.
+
+    Parameters
+    ----------
+    study : Study
+    start : Fit, optional
+        Fit of the same study, around which the walkers begin; made where there is none.
+    seed : int
+        Of all random numbers; the same seed gives the same draws.
+    noise : {"auto", "white", "autoregressive", "coloured"}
+        Colour of the noise; ``"auto"`` lets the residuals of the fit choose.
+    heavy : bool
+        Student's t instead of a normal law, for records in which single samples stray.
+    nuts : bool
+        Ask the No-U-Turn sampler for a second opinion; needs the extra ``nuts``.
+    compare : sequence of str or pathlib.Path
+        Folders of other posteriors of the same records.
+    checkpoint : str or pathlib.Path, optional
+        Folder in which the chains are kept while they grow; a run that finds its own there goes on with them.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+    **settings
+        ``ess``, ``r_hat``, ``max_steps``, ``max_seconds``, ``ensembles``, ``walkers``, ``interval``, as on the
+        command line; see `fibrefit.sample.settings.Settings`.
+
+    Returns
+    -------
+    Sampled
+        With ``parameters``, ``draws``, ``status``, ``report()``, ``summary()``, ``plot()``, ``plot_corner()``,
+        ``plot_traces()``, ``plot_bands()``, ``plot_prior()`` and ``save(folder)``.
+
+    Examples
+    --------
+    >>> posterior = fibrefit.sample(study, start=fibrefit.fit(study))
+    >>> posterior.parameters["stiffness"].interval, posterior.draws["stiffness"].mean()
+    """
+    from fibrefit.workflow.sample import Options, sample_study, settings_of
+
+    options = Options(noise, heavy, nuts, tuple(map(str, compare)))
+    asked = settings_of({"seed": seed, **settings})
+    return sample_study(study, start=start, settings=asked, options=options, folder=checkpoint, progress=progress)
 
 
 def discover(

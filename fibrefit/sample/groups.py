@@ -13,6 +13,8 @@ from fibrefit.sample.predict import LEVELS, Bands
 
 MOST_DRAWS = 2000
 """Draws kept of each ensemble."""
+MOST_REPLICATES = 20
+"""New measurements kept of each record; the bands are made from all."""
 GRID = ("record", "sample")
 
 
@@ -42,9 +44,9 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
     seed : int
         Of the draws from the prior.
     """
-    step = -(-posterior.points.shape[1] // MOST_DRAWS)
-    draws = posterior.draws[:, ::step]
-    density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, ::step]
+    chosen = _chosen(*posterior.course.kept_log_density.shape[1:])
+    draws = posterior.draws[:, chosen]
+    density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, chosen]
     data, layout = posterior.density.problem.observations, posterior.density.problem.layout
     records = {"record": Entry(np.array(layout.records, dtype=object), ("record",))}
     shared = {**records, "time": Entry(np.asarray(data.experiment.times), GRID, "s", "Time of each sample.")}
@@ -58,6 +60,12 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
         "posterior_predictive": {**shared, **_foretold(posterior, bands)},
         "constant_data": {**records, **_conditions(posterior, data)},
     }
+
+
+def _chosen(steps: int, walkers: int) -> np.ndarray:
+    """Places of the draws that are kept: every walker of every so many steps."""
+    every = -(-steps * walkers // MOST_DRAWS)
+    return np.arange(steps * walkers).reshape(steps, walkers)[::every].ravel()
 
 
 def _named(posterior: Posterior, draws: np.ndarray) -> Group:
@@ -92,7 +100,9 @@ def _foretold(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
     found: Group = {"quantile": Entry(np.array(LEVELS), ("quantile",))}
     for channel, band in bands.items():
         unit = posterior.channel_units[channel]
-        found[channel] = Entry(band.replicates[None], ("chain", "draw", *GRID), unit, "New measurements.")
+        found[channel] = Entry(
+            band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *GRID), unit, "New measurements."
+        )
         found[f"{channel}_model"] = Entry(band.model, ("quantile", *GRID), unit, "Quantiles of the model's readings.")
         found[f"{channel}_measured"] = Entry(band.measured, ("quantile", *GRID), unit, "Quantiles of new measurements.")
     return found

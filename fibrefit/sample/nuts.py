@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.check import Check
 from fibrefit.core.errors import UsageError
 from fibrefit.problem.log_posterior import LogPosterior
 from fibrefit.sample.posterior import Posterior
@@ -46,6 +47,25 @@ class SecondOpinion:
 
         return bool(np.max(np.abs(self.scores)) < norm.isf(0.5 * 0.01 / len(self.scores)))
 
+    def check(self, names: Sequence[str]) -> Check:
+        """Whether both samplers found the same posterior.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the coordinates.
+        """
+        worst = int(np.argmax(np.abs(self.scores)))
+        most = float(np.abs(self.scores[worst]))
+        passed = self.agrees
+        says = (
+            f"The ensembles and NUTS {'agree' if passed else 'do not agree'}: their means differ by {most:.2g} "
+            f"Monte-Carlo errors at most ({names[worst]})."
+        )
+        if self.divergent:
+            says += f" {self.divergent} of NUTS's moves lost their energy."
+        return Check("NUTS finds the same posterior", passed, says, most)
+
 
 def second_opinion(
     posterior: Posterior, draws: int = 200, seed: int = 0, progress: Callable[[str, float | None], None] | None = None
@@ -66,7 +86,7 @@ def second_opinion(
     UsageError
         If the optional package it needs is missing.
     """
-    _blackjax()
+    require_nuts()
     approximation = posterior.modes[0].approximation
     frame = (jnp.asarray(approximation.centre), jnp.asarray(approximation.root), approximation.log_density)
     found = []
@@ -79,7 +99,14 @@ def second_opinion(
     return SecondOpinion(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
 
 
-def _blackjax() -> Any:
+def require_nuts() -> Any:
+    """The optional package.
+
+    Raises
+    ------
+    UsageError
+        If it is not installed.
+    """
     try:
         return importlib.import_module("blackjax")
     except ImportError:
@@ -91,7 +118,7 @@ def _blackjax() -> Any:
 @eqx.filter_jit
 def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Draws ``(n_draw, n)`` of one chain and its divergences, in a frame in which the mode is a unit ball."""
-    blackjax = _blackjax()
+    blackjax = require_nuts()
     centre, root, level = frame
 
     def log_density(position: jax.Array) -> jax.Array:

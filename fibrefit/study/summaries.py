@@ -230,6 +230,55 @@ class PosteriorParameter(Part):
     r_hat: float | None = None
     ess_bulk: float | None = None
     ess_tail: float | None = None
+    prior: str = Field(default="", description="The prior in words.")
+    prior_share: float | None = Field(
+        default=None, description="Share of the prior's width that is left: 1 where the data taught nothing."
+    )
+    fitted: float | None = Field(default=None, description="Value of the fit the walkers began around.")
+
+
+class ModeSummary(Part):
+    """One mode of a posterior."""
+
+    weight: float = Field(description="Share of the posterior's mass, 0 to 1.")
+    sampled: bool = Field(description="Whether it was heavy enough to be sampled.")
+    parameters: dict[str, float] = Field(description="Its highest point, in SI.")
+
+
+class Measure(Part):
+    """A number with its standard error."""
+
+    value: float
+    error: float
+
+
+class ForesightSummary(Part):
+    """How well the model foretells blocks of the records that were left out."""
+
+    total: Measure = Field(description="Sum of the expected log densities of the blocks.")
+    blocks: int
+    unsure: int = Field(description="Blocks whose figure cannot be relied on.")
+    effective_parameters: float
+
+
+class ComparedModel(Part):
+    """Another posterior of the same data; differences are positive where this one foretells or explains it better."""
+
+    result: str
+    study: str
+    effects: tuple[str, ...]
+    foresight: Measure = Field(description="Difference of the sums of expected log densities.")
+    log_evidence: Measure | None = Field(default=None, description="Difference of the log marginal likelihoods.")
+
+
+class SecondOpinionSummary(Part):
+    """The same posterior by the No-U-Turn sampler."""
+
+    agrees: bool
+    draws: int
+    divergent: int
+    scores: dict[str, float] = Field(description="Difference of the means over its Monte-Carlo error.")
+    spread: dict[str, float] = Field(description="Ratio of the standard deviations.")
 
 
 class PosteriorSummary(Part):
@@ -238,13 +287,35 @@ class PosteriorSummary(Part):
     schema_name: Literal["fibrefit/posterior/1"] = Field(default="fibrefit/posterior/1", alias="schema")
     status: Status
     study: str
+    rig: str | None = Field(default=None, description="Kind of the rig.")
+    effects: tuple[str, ...] = Field(default=(), description="Effects of the model.")
     parameters: dict[str, PosteriorParameter]
+    records: dict[str, dict[str, PosteriorParameter]] = Field(
+        default_factory=dict, description="Values of each record alone, such as position_zero and release."
+    )
     interval_kind: Literal["equal_tailed", "highest_density"]
     interval_probability: Annotated[float, Field(gt=0, lt=1)]
     likelihood: str
+    likelihood_says: str = Field(default="", description="Why this likelihood, in words.")
     ensembles: int
     walkers: int
     draws: int
+    steps: int | None = Field(default=None, description="Of each ensemble, warm-up included.")
+    warm_up: int | None = Field(default=None, description="Steps left out.")
+    ended: Literal["converged", "budget"] | None = Field(default=None, description="What ended the run.")
+    acceptance: float | None = Field(default=None, description="Share of moves accepted.")
+    modes: tuple[ModeSummary, ...] = ()
+    covered: dict[str, float] = Field(
+        default_factory=dict, description="Share of the samples inside the 90 % predictive band, by channel."
+    )
+    log_evidence: Measure | None = Field(
+        default=None, description="Logarithm of the marginal likelihood; null where a prior is not proper."
+    )
+    foresight: ForesightSummary | None = None
+    compared: tuple[ComparedModel, ...] = ()
+    second_opinion: SecondOpinionSummary | None = None
+    fit_status: Status | None = Field(default=None, description="Of the fit the walkers began around.")
+    remarks: tuple[str, ...] = Field(default=(), description="What a reader should know besides the checks.")
     checks: tuple[CheckSummary, ...]
     advice: tuple[str, ...] = ()
     provenance: Provenance | None = None

@@ -1,0 +1,68 @@
+"""``fibrefit sample``: the joint posterior."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+#: Exit code of a run that ended but whose result did not pass its own checks.
+NOT_TRUSTED = 5
+
+KINDS = ("auto", "white", "autoregressive", "coloured")
+
+
+@click.command("sample")
+@study_options
+@click.option("--ess", type=float, default=400.0, show_default=True, help="Effective draws to gather a parameter.")
+@click.option("--r-hat", type=float, default=1.01, show_default=True, help="R-hat below which ensembles agree.")
+@click.option("--max-steps", type=click.IntRange(1), default=4000, show_default=True, help="Budget in steps.")
+@click.option("--max-seconds", type=float, help="Budget in seconds of sampling.")
+@click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
+@click.option("--walkers", type=int, help="Walkers of each ensemble [three a parameter, 32 at least].")
+@click.option("--noise", type=click.Choice(KINDS), default="auto", show_default=True, help="Colour of the noise.")
+@click.option("--heavy", is_flag=True, help="Student's t for single samples that stray.")
+@click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the intervals.")
+@click.option("--nuts", is_flag=True, help="Ask the No-U-Turn sampler for a second opinion.")
+@click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
+@click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    files: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    force: bool,
+    resume: bool,
+    noise: str,
+    heavy: bool,
+    nuts: bool,
+    compare: tuple[str, ...],
+    **budget: Any,
+) -> int:
+    """Sample the joint posterior of the parameters of STUDY, and say whether it can be believed.
+
+    The chains are kept every few seconds; --resume goes on from there, or with a larger budget, and ends with the same
+    numbers as a run that was never interrupted.
+    """
+    study = study_from(files, rig, overrides)
+    from fibrefit.sample.settings import Settings
+    from fibrefit.workflow.sample import Options, identity, sample_study
+    from fibrefit.workflow.sample_folder import growing_folder
+
+    settings, options = Settings(**budget), Options(noise, heavy, nuts, compare)
+    folder = named_directory(study, out, "sample", identity(options, settings))
+    with growing_folder(folder, force=force, resume=resume) as directory, shown_progress(terminal) as progress:
+        found = sample_study(study, settings=settings, options=options, folder=directory.path, progress=progress)
+        progress("drawing and writing", None)
+        found.write(directory)
+    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, chains.npz, figures.")
+    return NOT_TRUSTED if found.status == "failed" else 0

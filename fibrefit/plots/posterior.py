@@ -1,0 +1,124 @@
+"""Figures of a posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.plots.bands import Banded, bands_figure
+from fibrefit.plots.corner import Drawn, corner_figure
+from fibrefit.plots.figures import Figures
+from fibrefit.plots.overlay import overlay_figure
+from fibrefit.plots.traces import Way, traces_figure
+
+if TYPE_CHECKING:
+    from fibrefit.sample.posterior import Posterior
+    from fibrefit.sample.predict import Bands
+
+MOST_RECORDS = 24
+"""Records that get a figure of their own."""
+MOST_VALUES = 10
+"""Values in a corner plot, unless they are named: more cannot be read."""
+
+
+def posterior_figures(posterior: Posterior, bands: Mapping[str, Bands]) -> Figures:
+    """All figures of a posterior.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    bands : mapping of channel to Bands
+        From `fibrefit.sample.predict.predict`.
+
+    Returns
+    -------
+    Figures
+        A dict. ``corner``: every two values together. ``traces``: the way and the ranks of each ensemble. ``prior``:
+        before the data and after. ``record <name>``: what is foretold against what was measured.
+    """
+    records = posterior.density.problem.layout.records
+    figures = corner_figures(posterior)
+    figures |= trace_figures(posterior)
+    figures |= prior_figures(posterior)
+    figures |= band_figures(posterior, bands, records[:MOST_RECORDS])
+    return figures
+
+
+def corner_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
+    """``corner``: joint distribution of every two values."""
+    chosen = _chosen(posterior, names)[: None if names else MOST_VALUES]
+    flat = posterior.draws.reshape(-1, posterior.target.size)
+    fitted = dict(zip(posterior.density.problem.layout.free_names, posterior.start.tolist(), strict=True))
+    drawn = [
+        Drawn(posterior.target.names[i], posterior.target.units[i], flat[:, i], fitted.get(posterior.target.names[i]))
+        for i in chosen
+    ]
+    return Figures({"corner": corner_figure(drawn, posterior.settings.interval)})
+
+
+def trace_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
+    """``traces``: the way of each ensemble and its ranks."""
+    course, target = posterior.course, posterior.target
+    every = target.values(course.points.reshape(-1, target.size)).reshape(course.points.shape)
+    ways = [
+        Way(target.names[i], target.units[i], every[..., i], course.warm_up, float(course.mixing.r_hat[i]))
+        for i in _chosen(posterior, names)
+    ]
+    return Figures({"traces": traces_figure(ways)})
+
+
+def prior_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
+    """``prior``: what was believed before the data, and what after."""
+    target, flat = posterior.target, posterior.draws.reshape(-1, posterior.target.size)
+    chosen = [i for i in _chosen(posterior, names) if target.priors]
+    drawn = [Drawn(target.names[i], target.units[i], flat[:, i]) for i in chosen]
+    shares = [posterior.marginals[target.names[i]].prior_share for i in chosen]
+    return Figures({"prior": overlay_figure(drawn, [target.priors[i] for i in chosen], shares)})
+
+
+def band_figures(posterior: Posterior, bands: Mapping[str, Bands], records: Sequence[str] = ()) -> Figures:
+    """``record <name>``: bands of the model and of new measurements, on what was measured."""
+    data, known = posterior.density.problem.observations, posterior.density.problem.layout.records
+    times, counts = np.asarray(data.experiment.times), np.asarray(data.experiment.count)
+    figures = Figures()
+    for name in records or known:
+        if name not in known:
+            raise UsageError(
+                f'record "{name}"', "not in this study", f"one of {', '.join(known)}", did_you_mean(name, known)
+            )
+        record = known.index(name)
+        inside = slice(0, int(counts[record]))
+        banded = []
+        for channel, band in bands.items():
+            counted = np.asarray(data.weight[channel])[record, inside] > 0.0
+            measured = np.where(counted, np.asarray(data.measured[channel])[record, inside], np.nan)
+            banded.append(
+                Banded(
+                    channel,
+                    posterior.channel_units[channel],
+                    times[record, inside],
+                    measured,
+                    band.model[:, record, inside],
+                    band.measured[:, record, inside],
+                )
+            )
+        figures[f"record {name}"] = bands_figure(name, banded)
+    return figures
+
+
+def _chosen(posterior: Posterior, names: Sequence[str]) -> list[int]:
+    """Places of values by name; of all that records share where none is named."""
+    known = posterior.target.names
+    if not names:
+        alone = tuple(f"[{record}]" for record in posterior.density.problem.layout.records)
+        shared = [i for i, name in enumerate(known) if not name.endswith(alone)]
+        return shared or list(range(len(known)))
+    for name in names:
+        if name not in known:
+            raise UsageError(
+                f'parameter "{name}"', "not sampled", f"one of {', '.join(known)}", did_you_mean(name, known)
+            )
+    return [known.index(name) for name in names]

@@ -1,0 +1,39 @@
+"""The report of any result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from fibrefit.core.errors import UsageError
+from fibrefit.report.discovery import discovery_report
+from fibrefit.report.posterior import posterior_report
+from fibrefit.report.text import fit_report
+from fibrefit.study.summaries import DiscoverySummary, FitSummary, Part, PosteriorSummary
+
+REPORTS: dict[type[Part], Callable[[Any], str]] = {
+    FitSummary: fit_report,
+    DiscoverySummary: discovery_report,
+    PosteriorSummary: posterior_report,
+}
+
+
+def report_of(summary: Part, where: str) -> str:
+    """Report in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : Part
+        Content of a ``summary.json``.
+    where : str
+        Its folder, for messages.
+
+    Raises
+    ------
+    UsageError
+        If there is no report of such a result.
+    """
+    report = REPORTS.get(type(summary))
+    if report is None:
+        raise UsageError(where, "not the result of a fit", "a result that has a report", "Use --json.")
+    return report(summary)

@@ -1,0 +1,97 @@
+"""Posteriors of the same data beside each other: which model foretells better what was left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError
+from fibrefit.sample.compare import Foresight
+from fibrefit.sample.evidence import Evidence
+from fibrefit.store import read_result, read_summary, sha256_of
+from fibrefit.study import Study
+from fibrefit.study.summaries import ComparedModel, Measure, PosteriorSummary
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An earlier posterior of the same records.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    summary : PosteriorSummary
+    blocks : (n_block,)
+        Expected log density of each block left out.
+    """
+
+    folder: Path
+    summary: PosteriorSummary
+    blocks: np.ndarray
+
+
+def rival_of(folder: Path, study: Study) -> Rival:
+    """An earlier posterior, if it is one of the same records.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Folder of its result.
+    study : Study
+        The one it is compared with.
+
+    Raises
+    ------
+    UsageError
+        If it is no posterior, or one of other records.
+    """
+    summary = read_summary(folder)
+    if not isinstance(summary, PosteriorSummary) or summary.provenance is None:
+        raise UsageError(str(folder), "not a posterior", "the result of fibrefit sample", "Name another folder.")
+    known = set(summary.provenance.inputs.values())
+    other = [record.label for record in study.records if sha256_of(study.path_of(record.file)) not in known]
+    if other:
+        raise UsageError(
+            str(folder), f"a posterior of other records: {other[0]} is not among them", "the same records",
+            "Sample both models on the same study.",
+        )  # fmt: skip
+    groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
+    return Rival(folder, summary, np.asarray(groups["foresight"]["expected_log_density"].values))
+
+
+def compared(own: Foresight, evidence: Evidence | None, rival: Rival) -> ComparedModel:
+    """One model against another: block by block, so that what both find hard cancels.
+
+    Parameters
+    ----------
+    own : Foresight
+    evidence : Evidence or None
+    rival : Rival
+
+    Raises
+    ------
+    UsageError
+        If the other one counts other samples of the records.
+    """
+    if len(own.blocks) != len(rival.blocks):
+        raise UsageError(
+            str(rival.folder), f"{len(rival.blocks)} blocks of time", f"{len(own.blocks)}, as here",
+            "Both must use the same samples of the records.",
+        )  # fmt: skip
+    difference = own.blocks - rival.blocks
+    foresight = Measure(
+        value=float(difference.sum()), error=float(np.sqrt(len(difference) * np.var(difference, ddof=1)))
+    )
+    theirs, both = rival.summary.log_evidence, None
+    if evidence is not None and theirs is not None:
+        error = float(np.hypot(evidence.error, theirs.error))
+        both = Measure(value=evidence.log_value - theirs.value, error=error)
+    return ComparedModel(
+        result=rival.folder.as_posix(),
+        study=rival.summary.study,
+        effects=rival.summary.effects,
+        foresight=foresight,
+        log_evidence=both,
+    )

@@ -1,0 +1,225 @@
+"""From a study to a posterior and its files, on two short drops that are made."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import h5py
+import jsonschema
+import numpy as np
+import pytest
+
+import fibrefit
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.report.posterior import posterior_report
+from fibrefit.sample.settings import Settings
+from fibrefit.store.summary import read_summary
+from fibrefit.study import Study, load_study
+from fibrefit.study.summaries import PosteriorSummary
+from fibrefit.workflow import Fit, Sampled, sample_study
+from fibrefit.workflow.compare import compared, rival_of
+from fibrefit.workflow.sample import Options
+from fibrefit.workflow.sample_folder import growing_folder
+from fibrefit.workflow.sample_start import CHAINS, START
+from tests.fit import made
+
+SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
+SHARED = ["stiffness", "damping", "friction", "noise.force", "noise.position"]
+SURE = 4.0
+"""Standard deviations from the truth that one of three values may be."""
+RATIO = (0.5, 1.4)
+"""Posterior sd over the fit's standard error: whitened estimates are the better ones, so it may be below one."""
+
+
+@pytest.fixture(scope="session")
+def sampled(study: Study, fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Sampled:
+    return fibrefit.sample(study, start=fit, seed=1, checkpoint=tmp_path_factory.mktemp("chains"))
+
+
+@pytest.fixture(scope="session")
+def kept(sampled: Sampled, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the files of the posterior."""
+    return sampled.save(tmp_path_factory.mktemp("posteriors") / "out")
+
+
+def test_it_holds_the_truth_and_is_as_wide_as_the_fit_says(sampled: Sampled, fit: Fit) -> None:
+    assert sampled.status == "ok", [check.says for check in sampled.checks if not check.passed]
+    assert list(sampled.parameters) == SHARED
+    for name, truth in made.TRUTH.items():
+        found, fitted = sampled.parameters[name], fit.parameters[name]
+        assert abs(found.mean - truth) < SURE * found.sd
+        assert RATIO[0] < found.sd / fitted.std_error < RATIO[1]
+
+
+def test_draws_are_offered_by_name(sampled: Sampled) -> None:
+    stiffness = sampled.draws["stiffness"]
+    assert stiffness.shape[0] == 4
+    assert float(stiffness.mean()) == pytest.approx(sampled.parameters["stiffness"].mean)
+    assert "release[drop_5mm.csv]" in sampled.draws or len(sampled.draws) == len(SHARED) + 4
+
+
+def test_the_summary_keeps_to_its_schema_and_tells_all(kept: Path) -> None:
+    content = json.loads((kept / "summary.json").read_text(encoding="utf-8"))
+    jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    assert content["schema"] == "fibrefit/posterior/1"
+    assert content["ended"] == "converged"
+    assert content["fit_status"] == "ok"
+    assert content["interval_kind"] == "equal_tailed"
+    assert content["likelihood"] == "coloured"
+    stiffness = content["parameters"]["stiffness"]
+    assert stiffness["unit"] == "N/m"
+    assert stiffness["prior"].endswith("(default)")
+    assert stiffness["prior_share"] < 0.1
+    assert stiffness["interval"][0] < stiffness["median"] < stiffness["interval"][1]
+    assert all(set(own) == {"position_zero", "release"} for own in content["records"].values())
+    assert all(abs(share - 0.9) < 0.04 for share in content["covered"].values())
+    assert content["foresight"]["effective_parameters"] == pytest.approx(9.0, abs=4.0)
+    assert len(content["modes"]) == 1
+    assert content["modes"][0]["weight"] == 1.0
+    assert len(content["provenance"]["inputs"]) == 3
+
+
+def test_the_report_reads_back_and_fits_the_terminal(kept: Path, sampled: Sampled) -> None:
+    summary = read_summary(kept)
+    assert isinstance(summary, PosteriorSummary)
+    text = posterior_report(summary)
+    assert max(map(len, text.splitlines())) <= 80
+    assert text.isascii()
+    for part in ("OK", "95 % interval", "4 ensembles of", "They ran until they agreed", "Log marginal likelihood"):
+        assert part in " ".join(text.split()), part
+    assert sampled.report() == text
+
+
+def test_the_result_has_the_groups_of_arviz(kept: Path, sampled: Sampled) -> None:
+    with h5py.File(kept / "result.h5") as file:
+        known = {"posterior", "sample_stats", "prior", "observed_data", "posterior_predictive", "constant_data"}
+        assert known <= set(file)
+        assert set(file["posterior/stiffness"][0]) <= set(sampled.draws["stiffness"][0])
+        assert file["posterior/stiffness"].shape[1] > 800
+        assert file["posterior/stiffness"].attrs["units"] == "N/m"
+        assert len(file["foresight/expected_log_density"]) == len(sampled.foresight.blocks)
+
+
+def test_figures_are_drawn_and_chosen_by_name(kept: Path, sampled: Sampled) -> None:
+    names = {path.name for path in (kept / "figures").iterdir()}
+    assert {"corner.png", "traces.png", "prior.png"} < names
+    assert sum(name.startswith("record_") for name in names) == 2
+    two = sampled.plot_corner("stiffness", "friction")["corner"]
+    assert len(two.axes) == 3
+    assert "stiffness / (kN/m)" in {axes.get_xlabel() for axes in two.axes}
+    with pytest.raises(UsageError, match='Did you mean "friction"'):
+        sampled.plot_corner("fricton")
+    with pytest.raises(UsageError, match="not in this study"):
+        sampled.plot_bands("nothing.csv")
+
+
+def test_a_checkpoint_goes_on_and_ends_the_same(study: Study, fit: Fit, sampled: Sampled, tmp_path: Path) -> None:
+    cut = Settings(seed=1, max_steps=20)
+    first = sample_study(study, start=fit, settings=cut, folder=tmp_path)
+    assert first.status != "ok"
+    assert "--resume" in first.summary().advice[-1]
+    assert first.summary().ended == "budget"
+    again = fibrefit.sample(study, seed=1, checkpoint=tmp_path)
+    assert again.posterior.course.resumed_at == 20
+    np.testing.assert_array_equal(again.posterior.points, sampled.posterior.points)
+    np.testing.assert_array_equal(again.draws["stiffness"], sampled.draws["stiffness"])
+
+
+@pytest.mark.slow
+def test_the_better_model_foretells_better(study: Study, kept: Path) -> None:
+    """The same data; the fibre is held too stiff by a tenth."""
+    held = load_study(study.source, [f'parameters.stiffness.fixed="{1.1 * made.TRUTH["stiffness"]} N/m"'])
+    options = Options(compare=(str(kept),))
+    wrong = sample_study(held, settings=Settings(seed=1, max_steps=30), options=options)
+    against = wrong.summary().compared[0]
+    assert against.foresight.value < -5.0 * against.foresight.error
+    assert against.log_evidence is not None
+    assert against.log_evidence.value < -50.0
+    assert "the other" in wrong.report()
+
+
+def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept: Path) -> None:
+    rival = rival_of(kept, study)
+    own = dataclasses.replace(sampled.foresight, blocks=rival.blocks + 0.5)
+    found = compared(own, sampled.posterior.log_evidence, rival)
+    assert found.foresight.value == pytest.approx(0.5 * len(rival.blocks))
+    # What both find hard cancels, however much the blocks differ among themselves.
+    assert found.foresight.error < 1e-6
+    assert found.log_evidence is not None
+    assert found.log_evidence.value == 0.0
+    fewer = dataclasses.replace(own, blocks=own.blocks[1:])
+    with pytest.raises(UsageError, match="Both must use the same samples"):
+        compared(fewer, None, rival)
+
+
+def test_a_comparison_is_reported(sampled: Sampled, kept: Path, study: Study) -> None:
+    rivals = dataclasses.replace(sampled, rivals=(rival_of(kept, study),))
+    assert "alike" in rivals.report()
+    assert max(map(len, rivals.report().splitlines())) <= 80
+
+
+def test_a_posterior_of_other_records_is_no_rival(kept: Path) -> None:
+    other = load_study(Path(__file__).resolve().parents[2] / "configs" / "drop_series")
+    with pytest.raises(UsageError, match="a posterior of other records"):
+        rival_of(kept, other)
+
+
+def test_other_results_are_no_rivals(study: Study, saved: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="not a posterior"):
+        sample_study(study, options=Options(compare=(str(saved),)))
+
+
+def test_the_fit_of_another_model_is_no_start(study: Study, fit: Fit) -> None:
+    other = load_study(study.source, ['parameters.friction.fixed="4 N"'])
+    with pytest.raises(UsageError, match=r"a fit of other parameters \(friction\)"):
+        fibrefit.sample(other, start=fit)
+
+
+def test_what_was_kept_must_be_readable(study: Study, tmp_path: Path) -> None:
+    (tmp_path / START).write_text("{")
+    with pytest.raises(UsageError, match="Start anew, with --force"):
+        fibrefit.sample(study, checkpoint=tmp_path)
+
+
+def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) -> None:
+    wrong = ["parameters.stiffness.prior={kind='uniform', lower='1 N/m', upper='2 N/m'}"]
+    with pytest.raises(StudyError, match="prior of stiffness"):
+        sample_study(load_study(study.source, [*wrong, 'parameters.stiffness.bounds=["10 N/m", "90 kN/m"]']))
+
+
+def test_a_run_cut_short_is_not_lost_by_accident(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt), growing_folder(out) as directory:
+        (directory.path / CHAINS).write_bytes(b"chains")
+        raise KeyboardInterrupt
+    with pytest.raises(UsageError, match="holds a run that was cut short"), growing_folder(out):
+        pass
+    with growing_folder(out, resume=True) as directory:
+        assert (directory.path / CHAINS).read_bytes() == b"chains"
+    assert (out / CHAINS).exists()
+
+
+def test_a_finished_run_goes_on_in_a_copy(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with growing_folder(out) as directory:
+        (directory.path / START).write_text("start")
+        (directory.path / CHAINS).write_bytes(b"chains")
+    with pytest.raises(UsageError, match="exists already"), growing_folder(out):
+        pass
+    with pytest.raises(KeyboardInterrupt), growing_folder(out, resume=True) as directory:
+        assert (directory.path / START).read_text() == "start"
+        (directory.path / CHAINS).write_bytes(b"more")
+        raise KeyboardInterrupt
+    assert (out / CHAINS).read_bytes() == b"chains"
+    with growing_folder(out, resume=True) as directory:
+        assert (directory.path / CHAINS).read_bytes() == b"more"
+
+
+def test_a_run_refused_before_its_chains_leaves_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(StudyError), growing_folder(out) as directory:
+        (directory.path / START).write_text("start")
+        raise StudyError("study", "wrong", "right", "")
+    assert not list(tmp_path.iterdir())
