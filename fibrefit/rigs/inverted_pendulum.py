@@ -177,7 +177,9 @@ CONDITIONS = (
     Parameter("rod_length", "m", "length of the pendulum", math.nan, lower=0.0),
     Parameter("rod_mass", "kg", "mass of the pendulum", math.nan, lower=0.0),
     Parameter("moment_of_inertia", "kg m^2", "moment of inertia about the pivot", math.nan, lower=0.0),
-    Parameter("attachment_height", "m", "distance from the pivot to where the fibres are attached", math.nan, lower=0.0),
+    Parameter(
+        "attachment_height", "m", "distance from the pivot to where the fibres are attached", math.nan, lower=0.0
+    ),
     Parameter("anchor_distance", "m", "distance from the pivot to each driven end", math.nan, lower=0.0),
     Parameter("preload", "N", "tension of both fibres where the rod stands upright", 0.0, lower=0.0),
 )

@@ -16,6 +16,7 @@ from fibrefit.study import rigs
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.reading import Files, reading_arguments
+from fibrefit.study.sweep import SweepSettings
 from fibrefit.study.table import Table
 from fibrefit.study.toml import to_toml
 
@@ -208,6 +209,7 @@ class InvertedPendulumStudy(Study):
     rig: rigs.InvertedPendulumRig
     channels: rigs.PendulumChannels = rigs.PendulumChannels()
     noise: rigs.PendulumNoise = rigs.PendulumNoise()
+    sweep: SweepSettings = Field(default=SweepSettings(), description="What `fibrefit sweep` goes through.")
     records: tuple[rigs.InvertedPendulumRecord, ...] = ()
 
 

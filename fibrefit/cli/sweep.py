@@ -1,0 +1,39 @@
+"""``fibrefit sweep``: an inverted pendulum over the frequencies of its drive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.options import result_directory, result_options, study_from
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+#: Exit code of a run that ended but whose result did not pass its own checks.
+NOT_TRUSTED = 5
+
+
+@click.command("sweep")
+@click.argument("study", metavar="STUDY")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable.")
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal, study: str, overrides: tuple[str, ...], out: Path | None, force: bool, seed: int
+) -> int:
+    """Extremes of angle and forces of the pendulum of STUDY against the frequency of its drive.
+
+    Each frequency is begun from rest, and from the motion at the next lower and the next higher one.
+    """
+    loaded = study_from((study,), None, overrides)
+    folder = result_directory(loaded, out, force, "sweep")
+    from fibrefit.workflow.sweep import sweep_study
+
+    with shown_progress(terminal) as progress:
+        swept = sweep_study(loaded, progress=progress)
+        progress("drawing and writing", None)
+        swept.save(folder, force=force)
+    terminal.answer(swept.report(), swept.summary().model_dump(mode="json", by_alias=True))
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, curves, study.toml, figures.")
+    return NOT_TRUSTED if swept.status == "failed" else 0

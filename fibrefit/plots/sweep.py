@@ -1,0 +1,130 @@
+"""Figures of a sweep: how far a pendulum swings and what its fibres bear, against the frequency of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.figures import Figures
+from fibrefit.plots.style import BLACK, BLUE, GREY, KINDS, ORANGE, PALE, VERMILLION, label, legend, new_figure, title
+from fibrefit.plots.style import stack as stacked
+from fibrefit.series.marks import jumps, ranges
+
+if TYPE_CHECKING:
+    from fibrefit.series.sweep import Branch, Curve
+
+WAYS: dict[str, tuple[str, dict[str, Any]]] = {
+    "rest": ("from rest", {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 2.5}),
+    "up": ("going up", {"color": BLUE, "linewidth": 0.9}),
+    "down": ("going down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
+}
+LEFT, RIGHT, TOP, GAP, BOTTOM = 16.0, 5.0, 17.0, 5.0, 11.0
+HEIGHTS = (46.0, 34.0, 34.0, 24.0)
+
+
+def sweep_figures(curves: Sequence[Curve]) -> Figures:
+    """One figure of each curve, and one of all if there are more.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+
+    Returns
+    -------
+    Figures
+        By ``sweep <name>``; ``sweep`` is that of all.
+    """
+    figures = Figures({f"sweep {curve.conditions.name}": curve_figure(curve) for curve in curves})
+    if len(curves) > 1:
+        figures["sweep"] = comparison_figure(curves)
+    return figures
+
+
+def curve_figure(curve: Curve) -> Figure:
+    """Extremes of angle and forces, and the largest Floquet multiplier, against frequency."""
+    figure = new_figure(TOP + sum(HEIGHTS) + GAP * (len(HEIGHTS) - 1) + BOTTOM)
+    told = curve.conditions
+    preload = told.rig["preload"]
+    title(
+        figure, told.name, f"drive {1e3 * told.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}"
+    )
+    axes = stacked(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
+    for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
+        _extremes(axes[channel], curve, channel)
+        label(axes[channel], y=name)
+    for way, branch in curve.branches.items():
+        axes[3].plot(curve.frequencies, branch.multiplier, **WAYS[way][1])
+    axes[3].axhline(1.0, color=GREY, linewidth=0.6)
+    axes[3].set_ylim(top=1.05)
+    label(axes[3], x="frequency of the drive / Hz", y="multiplier")
+    _mark(axes, curve)
+    legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def comparison_figure(curves: Sequence[Curve]) -> Figure:
+    """Farthest angle from rest and settled swing of all curves."""
+    heights = (52.0, 52.0)
+    figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
+    title(figure, "Swing against the frequency of the drive", "lines: from rest and going up; dashed: going down")
+    axes = stacked(figure, heights, LEFT, RIGHT, TOP, GAP)
+    for i, curve in enumerate(curves):
+        colour = KINDS[i % len(KINDS)][0]
+        rest, name = curve.branches["rest"], curve.conditions.name
+        standing = np.where(rest.overturned, np.nan, rest.farthest)
+        axes[0].plot(curve.frequencies, standing, color=colour, linewidth=0.8, label=name)
+        axes[1].plot(curve.frequencies, curve.branches["up"].swing, color=colour, linewidth=0.8)
+        axes[1].plot(curve.frequencies, curve.branches["down"].swing, color=colour, linewidth=0.8, linestyle="--")
+        for first, last in ranges(curve.frequencies, rest.overturned):
+            axes[0].plot([first, last], [np.nanmax(standing)] * 2, color=colour, marker="x", markersize=4.0)
+    label(axes[0], y="farthest angle from rest / rad")
+    label(axes[1], x="frequency of the drive / Hz", y="settled swing / rad")
+    legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _extremes(axes: Axes, curve: Curve, channel: int) -> None:
+    """Settled extremes of every branch, and those from the first instant on of the runs from rest."""
+    rest = curve.branches["rest"]
+    standing = ~rest.overturned
+    for values in (rest.first_lowest, rest.first_highest):
+        ever = np.where(standing, values[:, channel], np.nan)
+        said = "from rest, first swings too" if values is rest.first_highest else None
+        axes.plot(curve.frequencies, ever, color=ORANGE, linewidth=0.6, label=said)
+    for way, branch in curve.branches.items():
+        said, style = WAYS[way]
+        for values, known in ((branch.lowest, None), (branch.highest, said)):
+            axes.plot(curve.frequencies, values[:, channel], label=known, **style)
+
+
+def _mark(axes: Sequence[Axes], curve: Curve) -> None:
+    """Jumps as arrows between both ends, ranges in which the pendulum overturns as bands."""
+    for way, branch in curve.branches.items():
+        colour = WAYS[way][1]["color"]
+        for first, last in ranges(curve.frequencies, branch.overturned):
+            half = 0.5 * float(np.min(np.diff(curve.frequencies)))
+            for one in axes:
+                one.axvspan(first - half, last + half, facecolor=PALE, edgecolor="none", zorder=0)
+            axes[0].annotate(
+                "overturns",
+                (0.5 * (first + last), 1.0),
+                xycoords=("data", "axes fraction"),
+                fontsize=5.5,
+                color=colour,
+                rotation=90,
+                ha="center",
+                va="top",
+            )
+        _arrows(axes[0], curve, branch, way, colour)
+
+
+def _arrows(axes: Axes, curve: Curve, branch: Branch, way: str, colour: str) -> None:
+    for jump in jumps(curve.frequencies, branch.swing):
+        ends = [(jump.lower, jump.before), (jump.upper, jump.after)]
+        if way == "down":
+            ends.reverse()
+        axes.annotate("", ends[1], ends[0], arrowprops={"arrowstyle": "->", "color": colour, "linewidth": 0.8})

@@ -1,0 +1,79 @@
+"""The terminal report of a sweep."""
+
+from __future__ import annotations
+
+from fibrefit.core.units import format_quantity
+from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.study.sweep_summary import BranchSummary, CurveSummary, SweepSummary
+
+BRANCHES = {"rest": "from rest", "up": "going up", "down": "going down"}
+NO_MORE = 4
+"""Ranges or jumps told of one branch; the rest are counted."""
+
+
+def sweep_report(summary: SweepSummary) -> str:
+    """Report of a sweep in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : SweepSummary
+        Content of ``summary.json``.
+
+    Returns
+    -------
+    str
+        Lines without a final line break.
+    """
+    seconds = summary.provenance.seconds if summary.provenance else None
+    took = "" if seconds is None else f" in {seconds:.0f} s"
+    first = (
+        f"{summary.runs} runs at {summary.frequencies} frequencies from {summary.lowest_hz:g} to "
+        f"{summary.highest_hz:g} Hz{took}."
+    )
+    doubts = [check.says for check in summary.checks if not check.passed]
+    parts = [f"{summary.study}\n{'=' * WIDTH}", paragraph(first)]
+    parts += [_curve(name, curve) for name, curve in summary.curves.items()]
+    parts.append(section("What to doubt", items(doubts)))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _curve(name: str, curve: CurveSummary) -> str:
+    amplitude = format_quantity(curve.amplitude_m, "m", 3)
+    preload = f"preload {format_quantity(curve.preload_n, 'N', 3)}" if curve.preload_n else "no preload"
+    lines = [f"drive {amplitude}, {preload}; small oscillations {curve.natural_frequency_hz:.3g} Hz", ""]
+    head = ("", "largest swing", "at", "farthest", "at", "force", "multiplier")
+    lines += table(head, [_row(kind, branch) for kind, branch in curve.branches.items()], set(range(1, len(head))))
+    for kind, branch in curve.branches.items():
+        lines += _marks(BRANCHES[kind], branch)
+    return section(name, lines)
+
+
+def _row(kind: str, branch: BranchSummary) -> tuple[str, ...]:
+    cells = [BRANCHES[kind]]
+    for peak in (branch.peak, branch.farthest):
+        cells += ["", ""] if peak is None else [f"{peak.angle_rad:.3g} rad", f"{peak.frequency_hz:.4g} Hz"]
+    cells.append("" if branch.largest_force_n is None else f"{branch.largest_force_n:.4g} N")
+    cells.append("" if branch.largest_multiplier is None else f"{branch.largest_multiplier:.3f}")
+    return tuple(cells)
+
+
+def _marks(kind: str, branch: BranchSummary) -> list[str]:
+    said = [
+        f"{kind}: jumps between {j.from_hz:g} and {j.to_hz:g} Hz, swing {j.from_rad:.2g} to {j.to_rad:.2g} rad, "
+        f"farthest {j.farthest_from_rad:.2g} to {j.farthest_to_rad:.2g} rad"
+        for j in branch.jumps[:NO_MORE]
+    ]
+    for word, spans in (
+        ("overturns", branch.overturned_hz),
+        ("does not repeat itself", branch.not_periodic_hz),
+        ("is unstable", branch.unstable_hz),
+    ):
+        if spans:
+            shown = ", ".join(_span(*span) for span in spans[:NO_MORE])
+            more = f" and in {len(spans) - NO_MORE} more ranges" if len(spans) > NO_MORE else ""
+            said.append(f"{kind}: {word} {shown}{more}")
+    return items(said)
+
+
+def _span(first: float, last: float) -> str:
+    return f"at {first:g} Hz" if first == last else f"from {first:g} to {last:g} Hz"

@@ -1,0 +1,57 @@
+"""What stands out in a curve over frequency: jumps, and ranges in which the pendulum overturns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+HIGH = 0.05
+"""Change from one frequency to the next, as a share of the largest swing, below which nothing is called a jump."""
+STEEP = 3.0
+"""A jump is this many times steeper than the curve on either side of it."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump between two neighbouring frequencies.
+
+    Parameters
+    ----------
+    lower, upper : float in Hz
+    before, after : float in rad
+        At the lower and at the upper frequency.
+    """
+
+    lower: float
+    upper: float
+    before: float
+    after: float
+
+
+def jumps(frequencies: np.ndarray, swing: np.ndarray) -> tuple[Jump, ...]:
+    """Jumps of a curve.
+
+    Parameters
+    ----------
+    frequencies : (n_frequency,) in Hz
+    swing : (n_frequency,) in rad
+        NaN where the pendulum overturned; next to that there is no jump.
+    """
+    change = np.abs(np.diff(swing))
+    beside = np.stack([np.r_[np.nan, change[:-1]], np.r_[change[1:], np.nan]])
+    known = np.isfinite(beside)
+    steepest = np.max(np.where(known, beside, 0.0), axis=0)
+    size = np.nanmax(swing, initial=0.0)
+    # A flank with no neighbour to compare it with is no evidence.
+    found = (change > HIGH * size) & (change > STEEP * steepest) & known.any(axis=0)
+    return tuple(
+        Jump(*(float(number) for number in (frequencies[i], frequencies[i + 1], swing[i], swing[i + 1])))
+        for i in np.flatnonzero(found)
+    )
+
+
+def ranges(frequencies: np.ndarray, flags: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """First and last frequency [Hz] of each unbroken range in which `flags` hold, both ``(n_frequency,)``."""
+    edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(int)))
+    return tuple((float(frequencies[a]), float(frequencies[b - 1])) for a, b in edges.reshape(-1, 2))

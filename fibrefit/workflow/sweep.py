@@ -1,0 +1,248 @@
+"""``sweep``: a pendulum over the frequencies of its drive, and the files of the result."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.report.sweep import sweep_report
+from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
+from fibrefit.simulate.model import Model
+from fibrefit.store import ResultDirectory
+from fibrefit.store.files import write_whole
+from fibrefit.store.hdf5 import Variable, write_result
+from fibrefit.store.summary import provenance, write_summary
+from fibrefit.study import Study
+from fibrefit.study.sweep_summary import SweepSummary
+from fibrefit.workflow.prepare import model_of
+from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+KIND = "inverted_pendulum"
+CHANNELS = (("angle", "rad"), ("force_1", "N"), ("force_2", "N"))
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep that was carried out.
+
+    Parameters
+    ----------
+    study : Study
+    values : mapping of str to float in SI units
+        Of the model's parameters.
+    curves : tuple of Curve
+    seconds : float
+        Wall time.
+    """
+
+    study: Study
+    values: Mapping[str, float]
+    curves: tuple[Curve, ...]
+    seconds: float
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return status_of(sweep_checks(self.curves))
+
+    def summary(self) -> SweepSummary:
+        """Content of ``summary.json``."""
+        frequencies, checks = self.curves[0].frequencies, sweep_checks(self.curves)
+        runs = sum(len(frequencies) * len(curve.branches) for curve in self.curves)
+        return SweepSummary(
+            status=status_of(checks),
+            study=self.study.name,
+            rig=self.study.kind,
+            effects=self.study.model.effects,
+            parameters=dict(self.values),
+            lowest_hz=float(frequencies[0]),
+            highest_hz=float(frequencies[-1]),
+            frequencies=len(frequencies),
+            runs=runs,
+            curves={curve.conditions.name: curve_summary(curve) for curve in self.curves},
+            checks=checks,
+            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+        )
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return sweep_report(self.summary())
+
+    def plot(self) -> Figures:
+        """One figure a curve, and one of all."""
+        from fibrefit.plots.sweep import sweep_figures
+
+        return sweep_figures(self.curves)
+
+    def save(self, out: Path | str, *, force: bool = False) -> Path:
+        """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv``, the study and the figures, whole or not at all.
+
+        Parameters
+        ----------
+        out : pathlib.Path or str
+            Folder of the result.
+        force : bool
+            Replace an earlier result there.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder exists and may not be replaced.
+        """
+        from fibrefit.plots import save_figures
+
+        summary = self.summary()
+        with ResultDirectory(Path(out), force=force) as directory:
+            write_summary(directory.path, summary)
+            assert summary.provenance is not None
+            groups = _groups(self.curves)
+            write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
+            folder = directory.path / "curves"
+            folder.mkdir(parents=True, exist_ok=True)
+            for curve, stem in zip(self.curves, _stems(self.curves), strict=True):
+                write_whole(folder / f"{stem}.csv", _table(curve))
+            resolved = self.study.resolved_toml(relative_to=directory.out)
+            (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
+            save_figures(self.plot(), directory.path / "figures")
+        return directory.out
+
+
+def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] | None = None) -> Sweep:
+    """Run the pendulum of a study over the frequencies of its ``[sweep]``.
+
+    Parameters
+    ----------
+    study : Study
+        Of an inverted pendulum whose base parameters have initial values.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    UsageError
+        If the study is of another rig.
+    StudyError
+        If a parameter has no initial value, or a curve no amplitude.
+    """
+    if study.kind != KIND:
+        raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")
+    began, model = time.perf_counter(), model_of(study)
+    values, curves = _values(study, model), _conditions(study, model)
+    told = (lambda share: progress("sweeping", share)) if progress else None
+    if progress:
+        progress("sweeping", 0.0)
+    found = sweep(model, values, curves, _plan(study), told)
+    return Sweep(study, values, found, time.perf_counter() - began)
+
+
+def _plan(study: Study) -> Plan:
+    said: Any = study.sweep  # type: ignore[attr-defined]
+    number = round((said.highest - said.lowest) / said.step + 1e-9)
+    frequencies = said.lowest + said.step * np.arange(number + 1)
+    return Plan(np.round(frequencies[frequencies <= said.highest * (1.0 + 1e-9)], 9), said.settle, said.sampling_rate)
+
+
+def _values(study: Study, model: Model) -> dict[str, float]:
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    values = {}
+    for name, setting in study.settings(declared).items():
+        if setting.initial is None:
+            unit = "" if declared[name].unit == "-" else f" {declared[name].unit}"
+            raise StudyError(
+                f"{study.source}, parameters.{name}",
+                "no initial",
+                "a value: a sweep has no data to find it from",
+                f'For example [parameters.{name}] initial = "{declared[name].typical:g}{unit}".',
+            )
+        values[name] = setting.initial
+    return values
+
+
+def _conditions(study: Study, model: Model) -> list[Conditions]:
+    rig = study.rig
+    curves = study.sweep.curves or (None,)  # type: ignore[attr-defined]
+    found = []
+    for curve in curves:
+        name = study.name if curve is None else curve.name
+        said = {key: getattr(curve, key, None) for key in type(rig).model_fields}
+        known = {key: getattr(rig, key) if value is None else value for key, value in said.items()}
+        for key in ("amplitude", *type(rig).needed()):
+            if known[key] is None:
+                where = f"{study.source}, rig" if curve is None else f'{study.source}, curve "{name}"'
+                raise StudyError(where, f"no {key}", "it under [rig] or in each curve of [sweep]", "")
+        conditions = {c.name: c.typical if known[c.name] is None else known[c.name] for c in model.rig.conditions}
+        found.append(Conditions(name, known["amplitude"], conditions))
+    return found
+
+
+def _stems(curves: tuple[Curve, ...]) -> list[str]:
+    """A file name for each curve, no two alike."""
+    stems: list[str] = []
+    for curve in curves:
+        stem = first = re.sub(r"[^A-Za-z0-9_-]+", "_", curve.conditions.name).strip("_") or "curve"
+        number = 2
+        while stem.casefold() in {taken.casefold() for taken in stems}:
+            stem, number = f"{first}_{number}", number + 1
+        stems.append(stem)
+    return stems
+
+
+def _columns(branch: Branch) -> dict[str, tuple[np.ndarray, str]]:
+    """Arrays over frequency by the name of their column, with their units."""
+    columns = {}
+    for when, lowest, highest in (
+        ("", branch.lowest, branch.highest),
+        (" from the start", branch.first_lowest, branch.first_highest),
+    ):
+        for i, (channel, unit) in enumerate(CHANNELS):
+            columns[f"{channel} min{when}"] = lowest[:, i], unit
+            columns[f"{channel} max{when}"] = highest[:, i], unit
+    return columns | {
+        "periods": (branch.periods, "-"),
+        "multiplier": (branch.multiplier, "-"),
+        "overturned": (branch.overturned.astype(int), "-"),
+        "settled after": (branch.time, "s"),
+    }
+
+
+def _table(curve: Curve) -> str:
+    """CSV with a row for each frequency of each branch; empty where there is no value."""
+    head = [f"{name} [{unit}]" for name, (_, unit) in _columns(curve.branches["rest"]).items()]
+    lines = [",".join(["begun from", "frequency [Hz]", *head])]
+    for name, branch in curve.branches.items():
+        columns = [values for values, _ in _columns(branch).values()]
+        for frequency, *row in zip(curve.frequencies, *columns, strict=True):
+            cells = ["" if np.isnan(value) else f"{value:.9g}" for value in row]
+            lines.append(",".join([name, f"{frequency:.9g}", *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def _groups(curves: tuple[Curve, ...]) -> dict[str, dict[str, Variable]]:
+    """A group for each branch of each curve."""
+    groups = {}
+    for curve, stem in zip(curves, _stems(curves), strict=True):
+        for name, branch in curve.branches.items():
+            variables = {"frequency": Variable(curve.frequencies, ("frequency",), "Hz", "Of the drive.")}
+            for column, (values, unit) in _columns(branch).items():
+                variables[column.replace(" ", "_")] = Variable(values, ("frequency",), unit, column)
+            groups[f"{stem}_{name}"] = variables
+    return groups
