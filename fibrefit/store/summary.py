@@ -9,7 +9,8 @@ from pathlib import Path
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
 from fibrefit.store.files import sha256_of, write_whole
-from fibrefit.study.summaries import Part, Provenance, summary_of
+from fibrefit.study.summaries import Part, Provenance
+from fibrefit.study.summary_files import summary_of
 
 NAME = "summary.json"
 
