@@ -30,6 +30,9 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the intervals.")
 @click.option("--nuts", is_flag=True, help="Ask the No-U-Turn sampler for a second opinion.")
 @click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
+@click.option(
+    "--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints."
+)
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
 @result_options
 @with_terminal

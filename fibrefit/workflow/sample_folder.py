@@ -43,6 +43,7 @@ def growing_folder(out: Path, *, force: bool = False, resume: bool = False) -> I
         )  # fmt: skip
     with directory:
         if resume:
+            _tidy(directory.path)
             _take_over(directory.out, directory.path)
         try:
             yield directory
@@ -50,6 +51,12 @@ def growing_folder(out: Path, *, force: bool = False, resume: bool = False) -> I
             if not (directory.path / CHAINS).exists():
                 (directory.path / START).unlink(missing_ok=True)  # without chains it is of no use
             raise
+
+
+def _tidy(growing: Path) -> None:
+    """Remove what a run that was killed had half written: nothing reads it."""
+    for half in (*growing.rglob(".*.tmp"), *growing.glob(".*.copy")):
+        half.unlink(missing_ok=True)
 
 
 def _take_over(finished: Path, growing: Path) -> None:
