@@ -30,9 +30,7 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the intervals.")
 @click.option("--nuts", is_flag=True, help="Ask the No-U-Turn sampler for a second opinion.")
 @click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
-@click.option(
-    "--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints."
-)
+@click.option("--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
 @result_options
 @with_terminal
@@ -57,12 +55,13 @@ def command(
     """
     study = study_from(files, rig, overrides)
     from fibrefit.sample.settings import Settings
+    from fibrefit.workflow.growing import growing_folder
     from fibrefit.workflow.sample import Options, identity, sample_study
-    from fibrefit.workflow.sample_folder import growing_folder
+    from fibrefit.workflow.sample_start import KEPT
 
     settings, options = Settings(**budget), Options(noise, heavy, nuts, compare)
     folder = named_directory(study, out, "sample", identity(options, settings))
-    with growing_folder(folder, force=force, resume=resume) as directory, shown_progress(terminal) as progress:
+    with growing_folder(folder, KEPT, force=force, resume=resume) as directory, shown_progress(terminal) as progress:
         found = sample_study(study, settings=settings, options=options, folder=directory.path, progress=progress)
         progress("drawing and writing", None)
         found.write(directory)

@@ -20,6 +20,8 @@ from fibrefit.workflow.fit import STARTS, Fit
 
 CHAINS = "chains.npz"
 START = "start.json"
+KEPT = (START, CHAINS)
+"""What a run goes on from."""
 MOST_BASINS = 8
 """Other minima of the search that are looked into, the deepest first."""
 

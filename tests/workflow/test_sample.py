@@ -21,8 +21,7 @@ from fibrefit.study.summaries import PosteriorSummary
 from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
 from fibrefit.workflow.sample import Options
-from fibrefit.workflow.sample_folder import growing_folder
-from fibrefit.workflow.sample_start import CHAINS, START
+from fibrefit.workflow.sample_start import START
 from tests.fit import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
@@ -187,39 +186,3 @@ def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) ->
     wrong = ["parameters.stiffness.prior={kind='uniform', lower='1 N/m', upper='2 N/m'}"]
     with pytest.raises(StudyError, match="prior of stiffness"):
         sample_study(load_study(study.source, [*wrong, 'parameters.stiffness.bounds=["10 N/m", "90 kN/m"]']))
-
-
-def test_a_run_cut_short_is_not_lost_by_accident(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    with pytest.raises(KeyboardInterrupt), growing_folder(out) as directory:
-        (directory.path / CHAINS).write_bytes(b"chains")
-        raise KeyboardInterrupt
-    with pytest.raises(UsageError, match="holds a run that was cut short"), growing_folder(out):
-        pass
-    with growing_folder(out, resume=True) as directory:
-        assert (directory.path / CHAINS).read_bytes() == b"chains"
-    assert (out / CHAINS).exists()
-
-
-def test_a_finished_run_goes_on_in_a_copy(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    with growing_folder(out) as directory:
-        (directory.path / START).write_text("start")
-        (directory.path / CHAINS).write_bytes(b"chains")
-    with pytest.raises(UsageError, match="exists already"), growing_folder(out):
-        pass
-    with pytest.raises(KeyboardInterrupt), growing_folder(out, resume=True) as directory:
-        assert (directory.path / START).read_text() == "start"
-        (directory.path / CHAINS).write_bytes(b"more")
-        raise KeyboardInterrupt
-    assert (out / CHAINS).read_bytes() == b"chains"
-    with growing_folder(out, resume=True) as directory:
-        assert (directory.path / CHAINS).read_bytes() == b"more"
-
-
-def test_a_run_refused_before_its_chains_leaves_nothing(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    with pytest.raises(StudyError), growing_folder(out) as directory:
-        (directory.path / START).write_text("start")
-        raise StudyError("study", "wrong", "right", "")
-    assert not list(tmp_path.iterdir())

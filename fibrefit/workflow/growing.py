@@ -1,0 +1,79 @@
+"""The folder of a result that takes long: what was done survives whatever ends the run."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from fibrefit.core.errors import UsageError
+from fibrefit.store import ResultDirectory
+
+
+@contextmanager
+def growing_folder(
+    out: Path, kept: Sequence[str], *, force: bool = False, resume: bool = False
+) -> Iterator[ResultDirectory]:
+    """Folder that takes the place of `out` at the end, with what an earlier run kept where it goes on.
+
+    Parameters
+    ----------
+    out : pathlib.Path
+        Folder of the result.
+    kept : sequence of str
+        Files and folders a run goes on from; without the last one there is nothing to go on from.
+    force : bool
+        Replace an earlier result, and forget a run that was cut short.
+    resume : bool
+        Go on with a run that was cut short, or with a finished one.
+
+    Yields
+    ------
+    ResultDirectory
+
+    Raises
+    ------
+    UsageError
+        If the folder may not be replaced, or holds a run that was cut short and nobody said what to do with it.
+    """
+    directory = ResultDirectory(out, force=force, resume=resume, keep=True)
+    directory.check()
+    if not (force or resume) and (directory.path / kept[-1]).exists():
+        raise UsageError(
+            str(out), "holds a run that was cut short", "a new folder, or to go on with it",
+            "Add --resume to go on, or --force to begin anew.",
+        )  # fmt: skip
+    with directory:
+        if resume:
+            _tidy(directory.path)
+            _take_over(directory.out, directory.path, kept)
+        try:
+            yield directory
+        except BaseException:
+            if not (directory.path / kept[-1]).exists():
+                for name in kept[:-1]:  # of no use alone
+                    (directory.path / name).unlink(missing_ok=True)
+            raise
+
+
+def _tidy(growing: Path) -> None:
+    """Remove what a run that was killed had half written: nothing reads it."""
+    for half in growing.rglob(".*.tmp"):
+        half.unlink(missing_ok=True)
+    for half in growing.glob(".*.copy"):
+        shutil.rmtree(half) if half.is_dir() else half.unlink()
+
+
+def _take_over(finished: Path, growing: Path, kept: Sequence[str]) -> None:
+    """Copy what a finished run kept; the last of it tells that all is there."""
+    if (growing / kept[-1]).exists() or not (finished / kept[-1]).exists():
+        return
+    for name in kept:
+        if (finished / name).exists():
+            half = growing / f".{name}.copy"
+            if (finished / name).is_dir():
+                shutil.copytree(finished / name, half)
+            else:
+                shutil.copyfile(finished / name, half)
+            half.replace(growing / name)
