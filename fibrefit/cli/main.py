@@ -21,6 +21,7 @@ COMMANDS = {
     "fit": "Identify the parameters by least squares.",
     "sample": "Sample the joint posterior of the parameters, resumably.",
     "discover": "Find what the model lacks, name it, add it.",
+    "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
     "confuse": "Tell which effects the records could tell apart, before or after measuring.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",

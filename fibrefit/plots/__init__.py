@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from fibrefit.plots.batch import batch_figures
 from fibrefit.plots.confusion import confusion_figures
 from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fit import fit_figures
 from fibrefit.plots.posterior import band_figures, corner_figures, posterior_figures, prior_figures, trace_figures
-from fibrefit.plots.save import save_figures
+from fibrefit.plots.save import file_names, save_figures
 from fibrefit.plots.simulated import simulation_figures
 from fibrefit.plots.table import table_figure
 
 __all__ = [
     "Figures",
     "band_figures",
+    "batch_figures",
     "confusion_figures",
     "corner_figures",
     "discovery_figures",
+    "file_names",
     "fit_figures",
     "posterior_figures",
     "prior_figures",

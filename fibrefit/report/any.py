@@ -6,17 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 from fibrefit.core.errors import UsageError
+from fibrefit.report.batch import batch_report
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.posterior import posterior_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
-from fibrefit.study.summaries import DiscoverySummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries import BatchSummary, DiscoverySummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.sweep_summary import SweepSummary
 
 REPORTS: dict[type[Part], Callable[[Any], str]] = {
     FitSummary: fit_report,
     DiscoverySummary: discovery_report,
     PosteriorSummary: posterior_report,
+    BatchSummary: batch_report,
     SweepSummary: sweep_report,
 }
 

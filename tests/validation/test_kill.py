@@ -15,14 +15,13 @@ import pytest
 
 from tests.fit import made
 
-KILLS = 10
-LATEST = 1.1
-"""Latest kill, as a share of the time an uninterrupted run takes: some fall into the writing of the files."""
+MOMENTS = [(0.15, 0.5)] * 7 + [(0.5, 1.1)] * 3
+"""When each kill comes, as a share of the time an uninterrupted run takes: most in the chains, some in the writing."""
 
 
 def words(folder: Path, out: Path) -> list[str]:
-    budget = ["--max-steps", "200", "--ess", "1e9", "--checkpoint-seconds", "0.3", "--seed", "4", "--resume"]
-    return [sys.executable, "-m", "fibrefit", "sample", str(folder), "--out", str(out), *budget, "-q"]
+    budget = ["--max-steps", "800", "--ess", "1e9", "--checkpoint-seconds", "0.3", "--seed", "4", "--resume"]
+    return [sys.executable, "-m", "fibrefit", "sample", str(folder), "--out", str(out), *budget, "-q", "--json"]
 
 
 def sound(folder: Path) -> int | None:
@@ -48,10 +47,10 @@ def test_a_run_killed_ten_times_ends_like_one_that_was_not(tmp_path: Path) -> No
     takes = time.perf_counter() - began
     kept: list[int] = []
     random = np.random.default_rng(11)
-    for _ in range(KILLS):
-        victim = subprocess.Popen(words(tmp_path, pieces), env=environment, stderr=subprocess.DEVNULL)
+    for moment in MOMENTS:
+        victim = subprocess.Popen(words(tmp_path, pieces), env=environment, stdout=subprocess.DEVNULL)
         try:
-            victim.wait(random.uniform(0.1, LATEST) * takes)
+            victim.wait(random.uniform(*moment) * takes)
         except subprocess.TimeoutExpired:
             victim.send_signal(signal.SIGKILL)
             victim.wait()

@@ -1,0 +1,73 @@
+"""``fibrefit batch``: many identifications."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.options import result_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+#: Exit code of a run that ended but whose result did not pass its own checks.
+NOT_TRUSTED = 5
+
+
+@click.command("batch")
+@click.argument("series", metavar="SERIES...", nargs=-1, required=True)
+@click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ...")
+@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change every study, repeatable.")
+@click.option(
+    "--each",
+    type=click.Choice(["record", "study"]),
+    help="What is identified alone [the records of one study, or each of several studies].",
+)
+@click.option("--jobs", type=click.IntRange(1), help="Processes on this machine [one a core].")
+@click.option("--scheduler", metavar="ADDRESS", help="A running Dask scheduler, such as tcp://host:8786.")
+@click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of each search.")
+@click.option("--robust", is_flag=True, help="Let residuals far beyond the noise count less.")
+@click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    series: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    each: str | None,
+    jobs: int | None,
+    scheduler: str | None,
+    starts: int,
+    robust: bool,
+    resume: bool,
+    out: Path | None,
+    force: bool,
+    seed: int,
+) -> int:
+    """Identify every record, or every study, of SERIES by itself, and put the results into one table.
+
+    SERIES are study files, folders with a study.toml, folders of such folders, or bare records with --rig. What cannot
+    be identified is listed with the reason and does not stop the rest.
+    """
+    from fibrefit.store import default_directory
+    from fibrefit.workflow.batch import ITEMS, Engine, batch_studies
+    from fibrefit.workflow.batch_jobs import jobs_of, origins_of
+    from fibrefit.workflow.growing import growing_folder
+
+    origins = origins_of(series, rig, overrides)
+    work = jobs_of(origins, each, starts, seed, robust)  # type: ignore[arg-type]
+    name = work[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(work)} studies"
+    folder = out or default_directory(name, "batch", *(repr(job) for job in work))
+    engine = Engine(jobs or os.cpu_count() or 1, scheduler)
+    with growing_folder(folder, (ITEMS,), force=force, resume=resume) as directory:
+        with shown_progress(terminal) as progress:
+            progress(f"{len(work)} identifications", None)
+            found = batch_studies(name, work, directory.path, engine, progress)
+        found.write(directory)
+    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
+    if found.taken_up:
+        terminal.remark(f"\n{found.taken_up} of {len(work)} had been done before.")
+    terminal.remark(f"\nWritten to {folder}: summary.json, results.csv, items, figures.")
+    return NOT_TRUSTED if found.status == "failed" else 0

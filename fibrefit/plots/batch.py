@@ -1,0 +1,72 @@
+"""The values of many identifications, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.figures import Figures
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.style import BLUE, ORANGE, SMALL, VERMILLION, label, legend, new_figure, stack, title
+
+if TYPE_CHECKING:
+    from fibrefit.study.summaries import BatchItem
+
+ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 15.0, 12.0, 5.0
+MOST_NAMED = 30
+"""Items whose names are written below the axis."""
+STATES = {"ok": BLUE, "suspect": ORANGE, "failed": VERMILLION}
+
+
+def batch_figures(items: Mapping[str, BatchItem]) -> Figures:
+    """``parameters``: every free value of every item with twice its error; none where nothing was found."""
+    free = {name: found.unit for item in items.values() for name, found in item.parameters.items() if found.free}
+    return Figures({"parameters": _figure(items, free)} if free else {})
+
+
+def _figure(items: Mapping[str, BatchItem], free: Mapping[str, str]) -> Figure:
+    named = len(items) <= MOST_NAMED
+    below = BOTTOM + (1.2 * max(min(len(name), 40) for name in items) if named else 0.0)
+    heights = [ROW] * (len(free) + 1)
+    figure = new_figure(TOP + below + sum(heights) + GAP * (len(heights) - 1))
+    title(figure, f"{len(items)} identifications", "bars: twice the standard error")
+    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    numbers = np.arange(1, len(items) + 1)
+    for panel, (name, unit) in zip(axes, free.items(), strict=False):
+        _values(panel, numbers, items, name, unit)
+    _gaps(axes[-1], numbers, items)
+    legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    axes[0].set_xlim(0.0, len(items) + 1.0)
+    if named:
+        axes[-1].set_xticks(numbers, [name[-40:] for name in items], rotation=90, fontsize=SMALL)
+    else:
+        label(axes[-1], x="item")
+    figure.align_ylabels(axes)
+    return figure
+
+
+def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], name: str, si: str) -> None:
+    found = [item.parameters.get(name) for item in items.values()]
+    values = np.array([np.nan if one is None else one.value for one in found])
+    errors = np.array([np.nan if one is None or one.std_error is None else one.std_error for one in found])
+    unit, worth = readable_unit(values, si)
+    states = np.array([item.status or "" for item in items.values()])
+    for state, colour in STATES.items():
+        here = (states == state) & np.isfinite(values)
+        if here.any():
+            bars = 2.0 * np.nan_to_num(errors[here]) / worth
+            style = {"fmt": ".", "color": colour, "markersize": 3, "elinewidth": 0.6, "label": state}
+            axes.errorbar(numbers[here], values[here] / worth, bars, **style)
+    label(axes, y=axis_label(name.rpartition(".")[2], unit))
+
+
+def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> None:
+    gaps = np.array([np.nan if item.gap is None else item.gap for item in items.values()])
+    axes.axhline(1.0, color="0.5", linewidth=0.4)
+    axes.plot(numbers, gaps, ".", color=BLUE, markersize=3)
+    axes.set_ylim(bottom=0.0)
+    label(axes, y="gap")

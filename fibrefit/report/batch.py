@@ -1,0 +1,111 @@
+"""The terminal report of a batch: how many ended how, what they found, how much it differs between them."""
+
+from __future__ import annotations
+
+import statistics
+import textwrap
+
+from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.report.text import LONGEST_NAME, with_error
+from fibrefit.study.summaries import BatchSummary, ParameterSummary
+
+VERDICTS = {
+    "ok": "Every identification came to an end, and each passed all of its checks.",
+    "suspect": "Most can be used, not all: see what to doubt.",
+    "failed": "None of these identifications can be used.",
+}
+MOST_ERRORS = 12
+"""Items that could not be carried out and are listed with the reason."""
+SPREAD = 1.4826
+"""Standard deviation of a normal law over its median absolute deviation."""
+MORE = 2.0
+"""Scatter between the items over their errors, from which they differ by more than chance."""
+
+
+def batch_report(summary: BatchSummary) -> str:
+    """Report of a batch in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : BatchSummary
+        Content of ``summary.json``.
+
+    Returns
+    -------
+    str
+        Lines without a final line break.
+    """
+    sections = [
+        _title(summary),
+        paragraph(VERDICTS[summary.status]),
+        section("How many", _counts(summary)),
+        section("What was found", _found(summary)),
+        section("What to doubt", _doubts(summary)),
+        section("What to do next", items(_next(summary))),
+    ]
+    return "\n\n".join(filter(None, sections))
+
+
+def _title(summary: BatchSummary) -> str:
+    status = summary.status.upper()
+    name = textwrap.shorten(summary.name, WIDTH - len(status) - 2, placeholder="...")
+    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
+
+
+def _counts(summary: BatchSummary) -> list[str]:
+    found = [item.status or "not possible" for item in summary.items.values()]
+    kinds = ("ok", "suspect", "failed", "not possible")
+    said = ", ".join(f"{found.count(kind)} {kind}" for kind in kinds if kind in found)
+    return [paragraph(f"{len(found)} identifications: {said}.")]
+
+
+def _usable(summary: BatchSummary) -> dict[str, list[ParameterSummary]]:
+    """Free values of the items that can be used, by name."""
+    values: dict[str, list[ParameterSummary]] = {}
+    for item in summary.items.values():
+        if item.status in ("ok", "suspect"):
+            for name, found in item.parameters.items():
+                if found.free:
+                    values.setdefault(name, []).append(found)
+    return values
+
+
+def _found(summary: BatchSummary) -> list[str]:
+    rows, differ = [], []
+    for name, found in _usable(summary).items():
+        middle = statistics.median(one.value for one in found)
+        scatter = SPREAD * statistics.median(abs(one.value - middle) for one in found)
+        errors = [one.std_error for one in found if one.std_error]
+        error = statistics.median(errors) if errors else None
+        value, spread, unit = with_error(middle, scatter, found[0].unit)
+        _, own, _ = with_error(middle, error, found[0].unit)
+        shown = name if len(name) <= LONGEST_NAME else f"...{name[-LONGEST_NAME + 3 :]}"
+        rows.append((shown, value, spread, own, "" if unit == "-" else unit, str(len(found))))
+        if error and scatter > MORE * error and len(found) > 2:
+            differ.append(f"{name} ({scatter / error:.1f} times its error)")
+    lines = table(("", "median", "scatter", "error", "unit", "items"), rows, right={1, 2, 3, 5})
+    if differ:
+        lines.append(paragraph(f"More than chance lies between the items in {', '.join(differ)}."))
+    return lines
+
+
+def _doubts(summary: BatchSummary) -> list[str]:
+    lines = items(f"{check.name}: {check.says}" for check in summary.checks if not check.passed)
+    stopped = [(name, item.error) for name, item in summary.items.items() if item.error]
+    lines += items(f"{name}: {error}" for name, error in stopped[:MOST_ERRORS])
+    if len(stopped) > MOST_ERRORS:
+        lines.append(paragraph(f"and {len(stopped) - MOST_ERRORS} more: see results.csv."))
+    return lines
+
+
+def _next(summary: BatchSummary) -> list[str]:
+    said = []
+    found = [item.status for item in summary.items.values()]
+    if "suspect" in found:
+        said.append(
+            "fibrefit show ITEM, with the folder of one item under items/, tells what is wrong with it; fibrefit "
+            "discover on its study looks for what the model lacks."
+        )
+    if None in found:
+        said.append("Put right what could not be carried out, and run the same again with --resume: the rest is kept.")
+    return said

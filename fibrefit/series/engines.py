@@ -1,0 +1,160 @@
+"""Many independent pieces of work: in this process, in processes beside it, or on a Dask cluster.
+
+A piece of work is a function and an argument that can be pickled. What it raises is its outcome, and ends nothing else.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, NamedTuple
+
+from fibrefit.core.errors import UsageError
+
+WATCH_SECONDS = 1.0
+PATIENCE = 10.0
+"""Time in which a scheduler must answer, in s."""
+
+
+class Done(NamedTuple):
+    """A piece of work that came to an end.
+
+    Parameters
+    ----------
+    number : int
+        Its place among the arguments.
+    outcome : object
+        What the function returned; None where it failed.
+    error : Exception or None
+    """
+
+    number: int
+    outcome: Any
+    error: Exception | None = None
+
+
+class ProcessDiedError(Exception):
+    """The process that was at a piece of work ended without a word, and did so again when it had only that to do."""
+
+
+Work = Callable[[Any], Any]
+
+
+def in_this_process(work: Work, arguments: Sequence[Any]) -> Iterator[Done]:
+    """One after the other."""
+    for number, argument in enumerate(arguments):
+        try:
+            done = Done(number, work(argument))
+        except Exception as error:
+            done = Done(number, None, error)
+        yield done
+
+
+def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Iterator[Done]:
+    """In some processes of this machine, in the order in which they end.
+
+    A process that dies takes no work with it: what was under way is tried again, each piece alone.
+
+    Parameters
+    ----------
+    work : callable
+        A function of a module.
+    arguments : sequence
+    processes : int
+    """
+    waiting = deque(range(len(arguments)))
+    while waiting:
+        lost: list[int] = []
+        yield from _until_one_dies(work, arguments, processes, waiting, lost)
+        for number in lost:
+            unlucky: list[int] = []
+            yield from _until_one_dies(work, arguments, 1, deque([number]), unlucky)
+            if unlucky:
+                yield Done(number, None, ProcessDiedError("its process died, most likely for want of memory"))
+
+
+def _until_one_dies(
+    work: Work, arguments: Sequence[Any], processes: int, waiting: deque[int], lost: list[int]
+) -> Iterator[Done]:
+    """Work off what is `waiting`; where a process dies, what was under way is added to `lost`."""
+    # JAX does not survive a fork.
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), _begin, (os.getpid(),))
+    running: dict[Future[Any], int] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < processes:
+                running[pool.submit(work, arguments[waiting[0]])] = waiting[0]
+                waiting.popleft()
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                done = _done(running[future], future)
+                del running[future]
+                yield done
+    except BrokenProcessPool:
+        lost += running.values()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _done(number: int, future: Future[Any]) -> Done:
+    try:
+        return Done(number, future.result())
+    except BrokenProcessPool:
+        raise
+    except Exception as error:
+        return Done(number, None, error)
+
+
+def _begin(parent: int) -> None:
+    """What a process does first: leave interruptions to its parent, and end when that has ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(WATCH_SECONDS)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator[Done]:
+    """On the workers of a running Dask cluster, in the order in which they end.
+
+    Parameters
+    ----------
+    work : callable
+        A function of a module that the workers can import; files it reads must be where they are here.
+    arguments : sequence
+    scheduler : str
+        Address, such as ``tcp://host:8786``.
+
+    Raises
+    ------
+    UsageError
+        If `distributed` is not installed, or nobody answers.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise UsageError(
+            "--scheduler", "the package distributed is not installed", "it", "pip install 'fibrefit[dask]'."
+        ) from None
+    try:
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        told = str(error).partition("\n")[0] or type(error).__name__
+        raise UsageError(f"--scheduler {scheduler}", told, "a running Dask scheduler", "Check its address.") from None
+    try:
+        futures = {client.submit(work, argument, pure=False): n for n, argument in enumerate(arguments)}
+        for future in as_completed(list(futures), loop=client.loop):
+            error = future.exception()
+            yield Done(futures[future], None if error else future.result(), error)
+    finally:
+        client.close()

@@ -1,0 +1,122 @@
+"""Work is done wherever it is sent, whatever some of it does."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.series.engines import ProcessDiedError, in_processes, in_this_process, on_cluster
+from tests.series import work
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def by_number(done: list) -> dict:
+    return {one.number: one.outcome if one.error is None else type(one.error) for one in done}
+
+
+def test_one_failure_ends_nothing_else_here() -> None:
+    found = list(in_this_process(work.doubled, [1, 3, 5]))
+    assert by_number(found) == {0: 2, 1: ValueError, 2: 10}
+    assert str(found[1].error) == "three cannot be done"
+
+
+def test_one_failure_ends_nothing_else_in_processes() -> None:
+    found = list(in_processes(work.doubled, list(range(12)), 2))
+    assert by_number(found) == {n: 2 * n if n != 3 else ValueError for n in range(12)}
+
+
+def test_a_process_that_dies_takes_only_its_own_work_with_it() -> None:
+    found = by_number(list(in_processes(work.fatal, [0, 1, -1, 2, 3], 2)))
+    assert found == {0: 0, 1: 1, 2: ProcessDiedError, 3: 2, 4: 3}
+
+
+def test_work_that_survives_alone_is_done(tmp_path: Path) -> None:
+    arguments = [(n, str(tmp_path / "marker")) for n in range(4)]
+    assert by_number(list(in_processes(work.fatal_once, arguments, 2))) == {0: 0, 1: 1, 2: 2, 3: 3}
+
+
+def test_what_is_done_first_comes_first() -> None:
+    found = list(in_processes(work.slow, [1.5, 0.0, 0.0], 2))
+    assert [one.number for one in found] == [1, 2, 0]
+
+
+def test_leaving_early_ends_the_processes() -> None:
+    running = in_processes(work.slow, [0.0, 0.1, 0.1, 0.1], 2)
+    pid = next(running).outcome
+    running.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+ORPHANS = """
+from fibrefit.series.engines import in_processes
+from tests.series import work
+if __name__ == "__main__":
+    for done in in_processes(work.slow, [0.0, 60.0], 1):
+        print(done.outcome, flush=True)
+"""
+
+
+def test_no_process_outlives_its_parent(tmp_path: Path) -> None:
+    (tmp_path / "parent.py").write_text(ORPHANS)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    parent = subprocess.Popen([sys.executable, str(tmp_path / "parent.py")], stdout=subprocess.PIPE, env=environment)
+    assert parent.stdout is not None
+    child = int(parent.stdout.readline())
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    parent.stdout.close()
+    for _ in range(100):
+        try:
+            os.kill(child, 0)
+        except ProcessLookupError:
+            return
+        if Path(f"/proc/{child}/stat").exists() and Path(f"/proc/{child}/stat").read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("the process is still there")
+
+
+def test_a_cluster_does_the_same() -> None:
+    distributed = pytest.importorskip("distributed")
+    script = (
+        "from distributed import LocalCluster\n"
+        "from fibrefit.series.engines import on_cluster\n"
+        "from tests.series import work\n"
+        "if __name__ == '__main__':\n"
+        "    how = {'n_workers': 1, 'threads_per_worker': 2, 'processes': False, 'dashboard_address': None}\n"
+        "    with LocalCluster(**how) as cluster:\n"
+        "        found = sorted(on_cluster(work.doubled, list(range(5)), cluster.scheduler_address))\n"
+        "        print([(n, x, type(e).__name__) for n, x, e in found])\n"
+    )
+    assert distributed.__version__
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.stdout.strip() == (
+        "[(0, 0, 'NoneType'), (1, 2, 'NoneType'), (2, 4, 'NoneType'), (3, None, 'ValueError'), (4, 8, 'NoneType')]"
+    ), done.stderr
+
+
+def test_a_cluster_that_does_not_answer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    script = (
+        "import fibrefit.series.engines as e; from tests.series import work; e.PATIENCE = 0.5\n"
+        "try: list(e.on_cluster(work.doubled, [1], 'tcp://127.0.0.1:9'))\n"
+        "except Exception as error: print(type(error).__name__, error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.stdout.startswith("UsageError --scheduler tcp://127.0.0.1:9"), done.stderr
+
+
+def test_without_its_package_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'fibrefit\[dask\]'"):
+        list(on_cluster(work.doubled, [1], "tcp://nowhere:1"))

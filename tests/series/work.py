@@ -1,0 +1,37 @@
+"""Pieces of work for the engines."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def doubled(number: int) -> int:
+    """Twice the number; three cannot be done."""
+    if number == 3:
+        raise ValueError("three cannot be done")
+    return 2 * number
+
+
+def fatal(number: int) -> int:
+    """Ends its process where the number is negative."""
+    if number < 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def fatal_once(argument: tuple[int, str]) -> int:
+    """Ends its process the first time."""
+    number, marker = argument
+    if number == 1 and not Path(marker).exists():
+        Path(marker).write_text("")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def slow(seconds: float) -> int:
+    """Takes its time; tells who does it."""
+    time.sleep(seconds)
+    return os.getpid()

@@ -1,0 +1,229 @@
+"""Many identifications: which, what comes of each, what is kept. The fits themselves are made of paper."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.report.batch import batch_report
+from fibrefit.store.summary import read_summary
+from fibrefit.study import Study
+from fibrefit.study.summaries import FitSummary
+from fibrefit.workflow import batch
+from fibrefit.workflow.batch import Batch, Engine, batch_studies
+from fibrefit.workflow.batch_item import Job, Outcome, identified
+from fibrefit.workflow.batch_jobs import jobs_of, origins_of
+from fibrefit.workflow.growing import growing_folder
+from tests.fit import made
+from tests.study.test_summaries import FIT
+
+SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "batch.schema.json"
+
+
+@pytest.fixture
+def series(tmp_path: Path) -> Path:
+    """Two records and their study."""
+    where = tmp_path / "series"
+    where.mkdir()
+    made.study(where)
+    made.write(where, made.records(share=0.5, seed=3))
+    return where
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the jobs that were carried out; one called "bad" has bad data, one called "odd" shows a fault."""
+    names: list[str] = []
+
+    def outcome(job: Job) -> Outcome:
+        names.append(job.name)
+        if job.name.startswith("bad"):
+            raise DataError(job.name, "nothing", "something", "Measure again.")
+        if job.name.startswith("odd"):
+            raise ZeroDivisionError("by nought\nand more")
+        status = "suspect" if job.name.startswith("so-so") else "ok"
+        return Outcome(FIT.model_copy(update={"status": status}).model_dump_json(by_alias=True), 1.0)
+
+    monkeypatch.setattr(batch, "identified", outcome)
+    return names
+
+
+def jobs(series: Path, *names: str) -> list[Job]:
+    (one, *_) = jobs_of(origins_of([str(series)], None, ()), "study", 4, 0)
+    return [Job(name, one.origin, None, 4, 0) for name in names]
+
+
+def carried_out(work: list[Job], out: Path, **how: bool) -> Batch:
+    with growing_folder(out, (batch.ITEMS,), **how) as directory:
+        found = batch_studies("many", work, directory.path)
+        found.write(directory)
+    return found
+
+
+def test_a_failed_case_does_not_stop_the_rest(series: Path, asked: list[str], tmp_path: Path) -> None:
+    found = carried_out(jobs(series, "a", "bad", "odd", "so-so", "z"), tmp_path / "out")
+    assert asked == ["a", "bad", "odd", "so-so", "z"]
+    assert [item.status for item in found.items.values()] == ["ok", None, None, "suspect", "ok"]
+    assert found.items["bad"].error == "bad: nothing; expected something. Measure again."
+    assert found.items["odd"].error == "fault in the program: ZeroDivisionError: by nought"
+    assert found.status == "suspect"
+    assert isinstance(read_summary(tmp_path / "out" / "items" / "a"), FitSummary)
+
+
+def test_the_files_are_for_programs_and_spreadsheets(series: Path, asked: list[str], tmp_path: Path) -> None:
+    carried_out(jobs(series, "a", "bad, it is"), tmp_path / "out")
+    content = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    assert content["items"]["a"]["result"] == "items/a"
+    assert [check["passed"] for check in content["checks"]] == [False, True, True]
+    with (tmp_path / "out" / "results.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["item"] for row in rows] == ["a", "bad, it is"]
+    assert float(rows[0]["stiffness [N/m]"]) == 34210.0
+    assert rows[0]["status"] == "ok"
+    assert rows[1]["status"] == "not possible"
+    assert "Measure again." in rows[1]["error"]
+    assert (tmp_path / "out" / "figures" / "parameters.png").exists()
+
+
+def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: Path) -> None:
+    found = carried_out(jobs(series, "a", "b", "so-so", *(f"bad {n}" for n in range(20))), tmp_path / "out")
+    text = found.report()
+    assert text == batch_report(read_summary(tmp_path / "out"))  # type: ignore[arg-type]
+    assert max(map(len, text.splitlines())) <= 80
+    plain = " ".join(text.split())
+    for part in (
+        "23 identifications: 2 ok, 1 suspect, 20 not possible.",
+        "20 of 23 could not be carried out: bad 0, bad 1, bad 2, bad 3, bad 4 and 15 more.",
+        "and 8 more: see results.csv.",
+        "run the same again with --resume",
+        "stiffness 34.21",
+    ):
+        assert part in plain, part
+
+
+def test_an_interrupted_batch_goes_on(
+    series: Path, asked: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = batch.identified
+
+    def interrupted(job: Job) -> Outcome:
+        if job.name == "c":
+            raise KeyboardInterrupt
+        return kept(job)
+
+    monkeypatch.setattr(batch, "identified", interrupted)
+    work = jobs(series, "a", "bad", "c", "d")
+    with pytest.raises(KeyboardInterrupt):
+        carried_out(work, tmp_path / "out")
+    monkeypatch.setattr(batch, "identified", kept)
+    asked.clear()
+    found = carried_out(work, tmp_path / "out", resume=True)
+    # What could not be done is tried again: the file may have been put right.
+    assert asked == ["bad", "c", "d"]
+    assert found.taken_up == 1
+    assert list(found.items) == ["a", "bad", "c", "d"]
+
+
+def test_what_has_changed_is_done_again(series: Path, asked: list[str], tmp_path: Path) -> None:
+    work = jobs(series, "a", "b")
+    carried_out(work, tmp_path / "out")
+    asked.clear()
+    carried_out(work, tmp_path / "out", resume=True)
+    assert asked == []
+    record = next(series.glob("*.csv"))
+    record.write_text(record.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    carried_out(work, tmp_path / "out", resume=True)
+    assert asked == ["a", "b"]
+
+
+@pytest.mark.parametrize("damage", ["", "{", '{"digest": 1}', "[]"])
+def test_a_damaged_item_is_done_again(series: Path, asked: list[str], tmp_path: Path, damage: str) -> None:
+    work = jobs(series, "a")
+    carried_out(work, tmp_path / "out")
+    (tmp_path / "out" / "items" / "a" / "item.json").write_text(damage)
+    carried_out(work, tmp_path / "out", resume=True)
+    assert asked == ["a", "a"]
+
+
+def test_nothing_usable_is_a_failed_batch(series: Path, asked: list[str], tmp_path: Path) -> None:
+    found = carried_out(jobs(series, "bad"), tmp_path / "out")
+    assert found.status == "failed"
+    assert found.plot() == {}
+
+
+def test_progress_tells_how_far_and_how_long(series: Path, asked: list[str], tmp_path: Path) -> None:
+    told: list[tuple[str, float | None]] = []
+    batch_studies("many", jobs(series, "a", "bad"), tmp_path, Engine(), lambda *words: told.append(words))
+    assert told[0] == ("1 of 2 identified, about 0 s left", 0.5)
+    assert told[1][0].startswith("2 of 2 identified, 1 not possible")
+
+
+def test_a_study_gives_a_job_a_record(series: Path) -> None:
+    found = jobs_of(origins_of([str(series)], None, ()), None, 4, 0)
+    assert [job.record for job in found] == [0, 1]
+    assert len(found[0].study.records) == 1
+    assert found[0].digest() != found[1].digest()
+    assert found[0].name == found[0].study.records[0].label
+
+
+def test_several_studies_give_a_job_each(series: Path, tmp_path: Path) -> None:
+    folders = [tmp_path / "all" / name for name in ("x", "y")]
+    for folder in folders:
+        folder.parent.mkdir(exist_ok=True)
+        series.rename(folder) if folder.name == "x" else made_again(folder)
+    found = jobs_of(origins_of([str(tmp_path / "all")], None, ()), None, 4, 0)
+    assert [(job.name, job.record) for job in found] == [("x", None), ("y", None)]
+    each = jobs_of(origins_of([str(tmp_path / "all")], None, ()), "record", 4, 0)
+    assert len(each) == 4
+    assert each[0].name.startswith("x/")
+    twice = jobs_of(origins_of([str(folders[0]), str(folders[0])], None, ()), None, 4, 0)
+    assert [job.name for job in twice] == ["x", "x (2)"]
+
+
+def made_again(folder: Path) -> None:
+    folder.mkdir()
+    made.study(folder)
+    made.write(folder, made.records(share=0.5, seed=4))
+
+
+def test_bare_records_are_jobs_of_one_rig(series: Path) -> None:
+    files = sorted(str(path) for path in series.glob("*.csv"))
+    overrides = ('rig.weight_mass="3.096 kg"', 'rig.inclination="90 deg"')
+    found = jobs_of(origins_of(files, "fibre_mass", overrides), None, 4, 0)
+    assert [job.name for job in found] == [Path(file).name for file in files]
+
+
+def test_an_unreadable_study_among_many_is_one_failed_job(series: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "study.toml").write_text("schema = 1")
+    work = jobs_of(origins_of([str(series), str(broken)], None, ()), "record", 4, 0)
+    assert [job.name for job in work][-1] == "broken"
+    with pytest.raises(StudyError):
+        identified(work[-1])
+    with pytest.raises(StudyError):
+        jobs_of(origins_of([str(broken)], None, ()), None, 4, 0)
+
+
+def test_words_that_name_no_study_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="a folder without studies"):
+        origins_of([str(tmp_path)], None, ())
+    with pytest.raises(UsageError, match="Add --rig fibre_mass"):
+        origins_of(["drop.csv"], None, ())
+
+
+def test_one_identification_is_that_of_the_fit(study: Study, folder: Path) -> None:
+    """The only real one: a record of the series alone; its own names are back in their places."""
+    job = jobs_of(origins_of([str(folder)], None, ()), None, made.STARTS, 0)[1]
+    summary = FitSummary.model_validate_json(identified(job).summary)
+    assert list(summary.records) == [study.records[1].label]
+    stiffness = summary.parameters["stiffness"]
+    assert stiffness.std_error is not None
+    assert abs(stiffness.value - made.TRUTH["stiffness"]) < 4.0 * stiffness.std_error
+    assert not any("record 1" in check.says for check in summary.checks)
