@@ -82,11 +82,11 @@ class InvertedPendulum(eqx.Module):
         x, x_rate = drive
         reach = self.distance + side * x
         across, up = reach - side * self.height * jnp.sin(angle), self.height * jnp.cos(angle)
-        length = jnp.sqrt(across**2 + up**2)
-        lever = reach * up / length
-        upright = jnp.sqrt(self.distance**2 + self.height**2)
+        length, shortness = _root(across**2 + up**2)
+        lever = reach * up * shortness
+        upright = _root(self.distance**2 + self.height**2)[0]
         slack = self.preload / self.fibre.stiffness
-        return Leg(length - upright + slack, side * (across * x_rate / length - lever * rate), lever)
+        return Leg(length - upright + slack, side * (across * x_rate * shortness - lever * rate), lever)
 
     def legs(self, state: InvertedPendulumState, inputs: Any) -> tuple[Leg, Leg]:
         """Both fibres."""
@@ -161,6 +161,16 @@ class InvertedPendulum(eqx.Module):
         if self.fibre.tension_law == "clamped":
             taut &= self.fibre.pull(leg.length, leg.rate, memories) > 0.0
         return jnp.where(taut, LOADED, SLACK).astype(jnp.int32)
+
+
+def _root(square: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Root of a number, and its inverse.
+
+    The compiler may or may not turn a division by a root into a product, as the rest of a program suggests: an effect
+    that is nil would then change the last bits.
+    """
+    inverse = jax.lax.rsqrt(square)
+    return square * inverse, inverse
 
 
 PARAMETERS = (

@@ -19,6 +19,7 @@ from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.periods import Drive, Swing, swing
 from fibrefit.simulate.model import Model
 
+LENGTH_STEP = 512
 PARTS = 4
 """Batches of runs from rest for each core."""
 BRANCHES = ("rest", "up", "down")
@@ -62,8 +63,8 @@ class Plan:
 
     @property
     def size(self) -> int:
-        """Points of the longest period, with some to spare."""
-        return math.ceil(self.rate / float(self.frequencies[0])) + 2
+        """Points of the longest period, with some to spare: sweeps of like length share a compiled program."""
+        return -(-(math.ceil(self.rate / float(self.frequencies[0])) + 2) // LENGTH_STEP) * LENGTH_STEP
 
 
 @dataclass(frozen=True)

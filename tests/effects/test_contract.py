@@ -21,7 +21,7 @@ from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
 from fibrefit.simulate.model import Experiment, Model
-from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, respond
+from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, respond
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]
@@ -41,7 +41,11 @@ PULLEYS = [effect for effect in CATALOGUE.values() if "fibre_mass" not in effect
 OTHERS = [effect for effect in CATALOGUE.values() if "fibre_mass" in effect.rigs]
 ON_RIGS = [*on("fibre_mass", OTHERS), *on("pulley_drive", PULLEYS)]
 ON_RIGS += [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in on("pulley_drive", OTHERS)]
-EVERYWHERE = [*on("fibre_mass", CATALOGUE.values()), *on("pulley_drive", CATALOGUE.values())]
+ON_RIGS += [
+    pytest.param(*case.values, id=case.id, marks=pytest.mark.slow)
+    for case in on("inverted_pendulum", CATALOGUE.values())
+]
+EVERYWHERE = [case for kind in RIGS for case in on(kind, CATALOGUE.values())]
 SINGULAR = [
     pytest.param(*case.values, id=case.id, marks=() if case.values[0] == "fibre_mass" else pytest.mark.slow)
     for case in EVERYWHERE
@@ -228,8 +232,16 @@ def test_a_cycle_of_stretching_takes_energy_out(effect: type[FibreLaw], frequenc
     assert last_cycle > -QUADRATURE * 20e3 * size**2
 
 
+RECORDS = {
+    "fibre_mass": lambda: drop(801),
+    "pulley_drive": lambda: drive(801, QUICK),
+    # Without a preload both fibres would begin on a switch.
+    "inverted_pendulum": lambda: pendulum(801, preload=20.0),
+}
+
+
 def records(kind: str) -> Experiment:
-    return drop(801) if kind == "fibre_mass" else drive(801, QUICK)
+    return RECORDS[kind]()
 
 
 @pytest.mark.parametrize(("kind", "effects"), ON_RIGS)
@@ -248,7 +260,9 @@ def test_a_typical_effect_does_leave_a_trace(kind: str, effects: tuple[type[Effe
     assert any(not np.array_equal(found[role], reading) for role, reading in without.items())
 
 
-@pytest.mark.parametrize("kind", ["fibre_mass", pytest.param("pulley_drive", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "kind", ["fibre_mass", *(pytest.param(kind, marks=pytest.mark.slow) for kind in RIGS if kind != "fibre_mass")]
+)
 def test_all_effects_at_once_leave_no_trace_at_their_nulls(kind: str) -> None:
     effects = tuple(effect for effect in CATALOGUE.values() if kind in effect.rigs)
     found, without = respond(records(kind), effects, **dotted(effects, "null")), respond(records(kind))

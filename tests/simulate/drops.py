@@ -35,10 +35,19 @@ START_TENSION = DRIVE_CONDITIONS["weight_mass"] * 9.81 * 0.5
 TRAPEZOID = Excitation("trapezoid", amplitude=0.06, rate=0.25, lead=0.1, hold=0.4, cycles=1)
 QUICK = Excitation("trapezoid", amplitude=0.02, rate=0.25, lead=0.02, hold=0.1, cycles=1)
 """One movement within 0.4 s, with slack, sticking and reversals."""
+PENDULUM_CONDITIONS = {
+    "rod_length": 1.0,
+    "rod_mass": 9.864,
+    "moment_of_inertia": 3.288,
+    "attachment_height": 0.75,
+    "anchor_distance": 1.2,
+    "preload": 0.0,
+}
 OF_RIG = {
     "fibre_mass": VALUES,
     "pulley_drive": {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0}
     | {"start_tension": START_TENSION},
+    "inverted_pendulum": {"stiffness": 8264.0, "damping": 4.132, "start_angle": 0.0, "start_rate": 0.0},
 }
 
 
@@ -56,7 +65,19 @@ def drive(samples: int = 3201, excitation: Excitation = TRAPEZOID, **conditions:
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
 
 
+def pendulum(
+    samples: int = 1601, frequency: float = 3.0, amplitude: float = 0.02, step: float = STEP, **conditions: float
+) -> Experiment:
+    """A pendulum whose drive sets in with the first sample."""
+    known = {name: jnp.asarray(float(value)) for name, value in (PENDULUM_CONDITIONS | conditions).items()}
+    times, omega = np.arange(samples) * step, 2.0 * np.pi * frequency
+    signal = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
+    return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
+
+
 def kind_of(experiment: Experiment) -> str:
+    if "rod_length" in experiment.conditions:
+        return "inverted_pendulum"
     return "pulley_drive" if "drive" in experiment.inputs else "fibre_mass"
 
 
