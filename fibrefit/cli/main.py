@@ -23,6 +23,7 @@ COMMANDS = {
     "discover": "Find what the model lacks, name it, add it.",
     "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
     "confuse": "Tell which effects the records could tell apart, before or after measuring.",
+    "report": "Put results on one HTML page that needs no other file.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
     "doctor": "Check the installation.",

@@ -18,4 +18,4 @@ def command(terminal: Terminal, result: Path) -> None:
     from fibrefit.store.summary import read_summary
 
     summary = read_summary(result)
-    terminal.answer(report_of(summary, str(result)), summary.model_dump(mode="json", by_alias=True))
+    terminal.answer(report_of(summary), summary.model_dump(mode="json", by_alias=True))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from fibrefit.core.errors import UsageError
 from fibrefit.report.batch import batch_report
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.posterior import posterior_report
@@ -23,22 +22,12 @@ REPORTS: dict[type[Part], Callable[[Any], str]] = {
 }
 
 
-def report_of(summary: Part, where: str) -> str:
+def report_of(summary: Part) -> str:
     """Report in at most 80 columns.
 
     Parameters
     ----------
     summary : Part
         Content of a ``summary.json``.
-    where : str
-        Its folder, for messages.
-
-    Raises
-    ------
-    UsageError
-        If there is no report of such a result.
     """
-    report = REPORTS.get(type(summary))
-    if report is None:
-        raise UsageError(where, "not the result of a fit", "a result that has a report", "Use --json.")
-    return report(summary)
+    return REPORTS[type(summary)](summary)

@@ -53,7 +53,6 @@ def test_show_prints_the_report(fibrefit: Run) -> None:
         (None, 3, "no such file"),
         ("{", 3, "not JSON"),
         ('{"schema": "fibrefit/fit/1"}', 4, "status"),
-        (EXAMPLES["fibrefit/batch/1"].model_dump_json(by_alias=True), 2, "not the result of a fit"),
     ],
 )
 def test_show_explains_what_it_cannot_show(fibrefit: Run, content: str | None, code: int, says: str) -> None:

@@ -1,0 +1,30 @@
+"""``fibrefit report``: results as one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+
+@click.command("report")
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--out",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    default=Path("report.html"),
+    show_default=True,
+    help="The page; in a folder it is called report.html.",
+)
+@click.option("--force", is_flag=True, help="Replace an earlier page.")
+@with_terminal
+def command(terminal: Terminal, results: tuple[Path, ...], out: Path, force: bool) -> None:
+    """Put RESULT..., folders that runs have written, on one HTML page that needs no other file."""
+    from fibrefit.workflow.report import report_results
+
+    file = report_results(results, out, force=force)
+    told = {"schema": "fibrefit/page/1", "file": str(file), "results": [str(result) for result in results]}
+    terminal.answer(str(file), told)

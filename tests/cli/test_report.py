@@ -1,0 +1,57 @@
+"""``fibrefit report``: folders in, one page out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+from tests.report.test_page import PNG
+from tests.study.test_summaries import EXAMPLES
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> list[str]:
+    """Folders of a fit and of a posterior."""
+    made = []
+    for name in ("fit", "posterior"):
+        folder = tmp_path / name
+        (folder / "figures").mkdir(parents=True)
+        (folder / "summary.json").write_text(EXAMPLES[f"fibrefit/{name}/1"].model_dump_json(by_alias=True))
+        for figure in ("record_drop_10mm", "record_drop_5mm", "corner"):
+            (folder / "figures" / f"{figure}.png").write_bytes(PNG)
+        made.append(str(folder))
+    return made
+
+
+def test_it_writes_one_page_and_says_where(fibrefit: Run, results: list[str]) -> None:
+    done = fibrefit("report", *results)
+    assert (done.code, done.out) == (0, "report.html\n")
+    text = Path("report.html").read_text(encoding="utf-8")
+    captions = [line for line in text.splitlines() if line.startswith("<figcaption>")]
+    assert captions[:3] == [
+        f"<figcaption>{name}</figcaption>" for name in ("corner", "record drop 5mm", "record drop 10mm")
+    ]
+    assert len(captions) == 6
+
+
+def test_an_earlier_page_is_not_replaced_unasked(fibrefit: Run, results: list[str]) -> None:
+    fibrefit("report", results[0], "--out", "page.html")
+    before = Path("page.html").read_text(encoding="utf-8")
+    done = fibrefit("report", results[1], "--out", "page.html")
+    assert done.code == 2
+    assert "page.html: exists already; expected a new file. Add --force to replace it" in done.err
+    assert Path("page.html").read_text(encoding="utf-8") == before
+    assert fibrefit("report", results[1], "--out", "page.html", "--force").code == 0
+
+
+def test_json_names_the_page(fibrefit: Run, results: list[str]) -> None:
+    assert fibrefit("report", *results, "--out", "pages", "--json").document["file"] == str(Path("pages/report.html"))
+
+
+def test_a_folder_without_a_result_is_refused(fibrefit: Run, tmp_path: Path) -> None:
+    done = fibrefit("report", str(tmp_path))
+    assert done.code == 3
+    assert "no such file" in done.err
+    assert not Path("report.html").exists()
