@@ -20,6 +20,7 @@ from fibrefit.discover.search import BEAM, Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Identification, total
+from fibrefit.problem.propagated import expected_gap
 from fibrefit.problem.task import Task
 
 STARTS = 8
@@ -68,7 +69,7 @@ def discover(
     if before.status == "failed":
         reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
         return _not_trusted(before, reasons, began)
-    search = begun(task, before.values, effects, tell, before.expected_gap)
+    search = begun(task, before.values, effects, tell, expected_gap(task, before.values))
     path, rounds, looked = _climb(search, before, limits)
     return _concluded(search, before, path, rounds, looked, limits, began)
 

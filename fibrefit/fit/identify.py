@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import jax.numpy as jnp
@@ -15,14 +15,14 @@ from fibrefit.fit import judge, uncertainty
 from fibrefit.fit.advice import advice
 from fibrefit.fit.identifiability import weaknesses
 from fibrefit.fit.multistart import scattered, search, table
+from fibrefit.fit.optimum import optimum
 from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
 from fibrefit.fit.second_opinion import second_opinion
-from fibrefit.fit.solve import descend, gram_at, linearised, widths
+from fibrefit.fit.solve import descend, gram_at, widths
 from fibrefit.fit.structure import Residuals, structure_checks
 from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem, gram_root
-from fibrefit.problem.propagated import propagated
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -108,11 +108,8 @@ def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progres
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) -> Identification:
-    problem = task.problem
-    linear = linearised(problem, values)
-    scores = uncertainty.Scores.of(
-        linear, np.asarray(problem.observations.experiment.count), problem.layout.local_columns, problem.layout.size
-    )
+    at = optimum(task, values)
+    problem, values, scores, linear = at.problem, at.values, at.scores, at.linear
     rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
     covariances = _covariances(scores, rate)
     # Whatever one of them sees is there: the largest is the one to be believed.
@@ -122,19 +119,20 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
     estimates = _estimates(problem, values, errors, method)
     moved = motion(problem, jnp.asarray(values))
     gap, record_gaps = _gaps(task, moved.readings)
-    draws = propagated(task, values, linear.slopes)
-    residuals = _residuals(task, linear.residuals, moved, draws)
-    expected = _expected_gap(residuals)
+    residuals = _residuals(task, linear.residuals, moved)
     weak = weaknesses(problem.layout, values, covariance, scores.normal_matrix())
     checks = (
         judge.finite(linear.residuals, moved.trouble, problem.layout.records),
-        judge.converged(_promised(scores, estimates), bool(np.isfinite(starts.cost.min()))),
+        judge.converged(
+            at.promised([not estimate.at_bound for estimate in estimates]), bool(np.isfinite(starts.cost.min()))
+        ),
         agreed,
         judge.starts_agree(starts),
         judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
-        judge.gap_is_noise(gap, expected),
+        judge.gap_is_noise(gap, at.expected_gap),
+        *judge.inputs_within_noise(at.input_errors),
         *structure_checks(residuals),
     )
     return Identification(
@@ -145,7 +143,8 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
         inflation=_inflation(problem, errors, method),
         estimates=estimates,
         gap=gap,
-        expected_gap=expected,
+        expected_gap=at.expected_gap,
+        input_errors=at.input_errors,
         record_gaps=record_gaps,
         noise=task.noise,
         readings=moved.readings,
@@ -159,12 +158,12 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
 
 
 def _covariances(scores: uncertainty.Scores, rate: float) -> dict[str, np.ndarray]:
-    normal = scores.normal_matrix()
+    normal, prior = scores.normal_matrix(), scores.prior_matrix()
     middles = {
         "white": uncertainty.white(scores),
-        "spectrum": uncertainty.stationary(scores, rate),
-        "newey_west": uncertainty.newey_west(scores),
-        "block_bootstrap": uncertainty.block_bootstrap(scores),
+        "spectrum": uncertainty.stationary(scores, rate) + prior,
+        "newey_west": uncertainty.newey_west(scores) + prior,
+        "block_bootstrap": uncertainty.block_bootstrap(scores) + prior,
     }
     return {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
 
@@ -183,20 +182,6 @@ def _inflation(problem: Problem, errors: Mapping[str, np.ndarray], method: str) 
     white, honest = errors["white"][shared], errors[method][shared]
     seen = np.isfinite(honest) & (white > 0.0)
     return float(np.median(honest[seen] / white[seen])) if seen.any() else float("nan")
-
-
-def _promised(scores: uncertainty.Scores, estimates: Sequence[Estimate]) -> float:
-    """Fall of the cost that the Gauss-Newton model promises for one more step, over the residual variance.
-
-    A value that a bound has stopped would gain by a step beyond it, which is no fault of the search.
-    """
-    moving = np.array([not estimate.at_bound for estimate in estimates[: scores.size]])
-    normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
-    if not moving.any():
-        return 0.0
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
-    step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
-    return float(step @ (gradient / scale) / max(scores.variance(), 1e-300))
 
 
 def _estimates(
@@ -250,14 +235,7 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
     return whole, gaps
 
 
-def _expected_gap(residuals: Residuals) -> float:
-    """Gap of a perfect model: the readings' own noise, and what that of measured inputs adds."""
-    if not len(residuals.propagated):
-        return 1.0
-    return float(np.sqrt(1.0 + np.mean(residuals.propagated[:, residuals.counted] ** 2)))
-
-
-def _residuals(task: Task, scaled: np.ndarray, moved: Motion, draws: np.ndarray) -> Residuals:
+def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
     data, channels = task.problem.observations, task.problem.model.rig.channels
     weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
     times = np.asarray(data.experiment.times)
@@ -270,7 +248,6 @@ def _residuals(task: Task, scaled: np.ndarray, moved: Motion, draws: np.ndarray)
         sigma=1.0 / weight.max(axis=2),
         noise=task.noise,
         motion=moved,
-        propagated=draws,
     )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fit.identifiability import Weakness
-from fibrefit.fit.result import Gap, Starts, total
+from fibrefit.fit.result import Gap, InputError, Starts, total
 from fibrefit.problem.noise import Noise
 from fibrefit.problem.transform import Range
 
@@ -16,6 +18,8 @@ SETTLED = 0.01
 """Fall of the cost that one more Gauss-Newton step still promises, in units where 1 is one standard error."""
 ASTRAY = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
+INPUT_ERROR = 1.15
+"""Error of a measured input over its noise beyond which it is not the input's."""
 AGREEMENT = 0.1
 """Difference between solvers in standard errors."""
 STARTS = 0.8
@@ -106,6 +110,21 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
         else f"Model and measurement differ by {ratio:.3g} times the noise: the model lacks something."
     )
     return Check("the gap is noise", passed, says, ratio, GAP * expected)
+
+
+def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
+    """Whether what had to be taken off each measured input is no larger than its noise."""
+    checks = []
+    for name, error in errors.items():
+        ratio = error.rms / error.noise
+        passed = ratio <= INPUT_ERROR
+        says = (
+            f"The measured {name} was corrected within its noise."
+            if passed
+            else f"The {name} would have to be wrong by {ratio:.3g} times its noise: the model lacks something."
+        )
+        checks.append(Check(f"the {name} is as measured", passed, says, ratio, INPUT_ERROR))
+    return checks
 
 
 def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:

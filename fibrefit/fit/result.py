@@ -78,6 +78,24 @@ def total(gap: Gap) -> float:
 
 
 @dataclass(frozen=True)
+class InputError:
+    """Error that was found in a measured input.
+
+    Parameters
+    ----------
+    rms : float
+        In `unit`.
+    noise : float
+        Noise rms of the input, in `unit`.
+    unit : str
+    """
+
+    rms: float
+    noise: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Starts:
     """Where the search began and ended.
 
@@ -132,7 +150,8 @@ class Identification:
         Shared parameters first, then those of each record.
     gap : Gap
     expected_gap : float
-        Of a perfect model: more than 1 where the noise of a measured input moves the simulation too.
+        Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
+    input_errors : dict of input to InputError
     record_gaps : dict of record to Gap
     noise : dict of channel to Noise
     readings : dict of channel to (n_record, n_time)
@@ -153,6 +172,7 @@ class Identification:
     estimates: tuple[Estimate, ...]
     gap: Gap
     expected_gap: float
+    input_errors: Mapping[str, InputError]
     record_gaps: Mapping[str, Gap]
     noise: Mapping[str, Noise]
     readings: Mapping[str, np.ndarray]

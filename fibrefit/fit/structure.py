@@ -41,8 +41,6 @@ class Residuals:
     sigma : (n_record, n_channel) noise rms in SI units
     noise : dict of channel to Noise
     motion : Motion
-    propagated : (n_draw, n_record, n_channel, n_time) in units of the noise
-        Draws of what the noise of measured inputs alone would leave.
     """
 
     scaled: np.ndarray
@@ -53,7 +51,6 @@ class Residuals:
     sigma: np.ndarray
     noise: Mapping[str, Noise]
     motion: Motion
-    propagated: np.ndarray
 
 
 def structure_checks(residuals: Residuals) -> tuple[Check, ...]:
@@ -86,11 +83,6 @@ def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, int
         power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (count * residuals.rate)
         frequency = np.fft.rfftfreq(count, 1.0 / residuals.rate)
         density = residuals.noise[residuals.channels[channel]].density(np.maximum(frequency, frequency[1]))
-        for draw in residuals.propagated[:, r, channel, :count]:
-            power_of_input = (
-                2.0 * np.abs(np.fft.rfft(draw * residuals.sigma[r, channel])) ** 2 / (count * residuals.rate)
-            )
-            density = density + power_of_input / len(residuals.propagated)
         clear = (np.min([np.abs(frequency - line) for line in MAINS], axis=0) > 4.0) & (frequency > 0.0)
         frequencies.append(frequency[clear])
         ratios.append((power / density)[clear])
@@ -106,8 +98,7 @@ def _phases(residuals: Residuals) -> Check:
         for index, phase in enumerate(PHASES):
             inside = (residuals.motion.phase == index) & residuals.counted[:, c]
             if inside.sum() >= FEWEST:
-                expected = 1.0 + _mean_square(residuals.propagated[:, :, c], inside)
-                expected *= 1.0 + CHANCE * _scatter(inside, _pink_share(residuals, c))
+                expected = 1.0 + CHANCE * _scatter(inside, _pink_share(residuals, c))
                 ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2) / expected))
                 if ratio > worst:
                     worst, where = ratio, f"{channel} while {phase}"
@@ -118,10 +109,6 @@ def _phases(residuals: Residuals) -> Check:
         else f"The model is worst in the {where}: {worst:.3g} times the noise."
     )
     return Check("no phase stands out", passed, says, worst, PHASE_RATIO)
-
-
-def _mean_square(draws: np.ndarray, inside: np.ndarray) -> float:
-    return float(np.mean(draws[:, inside] ** 2)) if len(draws) else 0.0
 
 
 def _pink_share(residuals: Residuals, channel: int) -> float:

@@ -37,6 +37,8 @@ class Scores:
         Place of each local value among the free ones.
     size : int
         Number of free values.
+    prior : (n_record, n_local, n_local), optional
+        What is to be added to each record's normal matrix for unknowns that were eliminated and have a prior.
     """
 
     residuals: np.ndarray
@@ -44,11 +46,17 @@ class Scores:
     counts: np.ndarray
     columns: np.ndarray
     size: int
+    prior: np.ndarray | None = None
 
     @classmethod
     def of(cls, linear: Linearised, counts: np.ndarray, columns: np.ndarray, size: int) -> Scores:
         """From what a problem says at its optimum."""
         return cls(np.asarray(linear.residuals), np.asarray(linear.slopes), counts, columns, size)
+
+    def prior_matrix(self) -> np.ndarray:
+        """The part of the normal matrix that is due to priors; as a score's variance it is the same."""
+        known = self.prior
+        return np.zeros((self.size, self.size)) if known is None else self.assembled(lambda r: known[r])
 
     def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
         """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
@@ -66,7 +74,8 @@ class Scores:
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""
-        return self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
+        seen = self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
+        return seen + self.prior_matrix()
 
     def variance(self) -> float:
         """Mean square of the residuals, for the number of values that were fitted to them."""

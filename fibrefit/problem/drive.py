@@ -13,6 +13,7 @@ Signal Process. 47 (1999).
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d
 
 from fibrefit.core.errors import DataError
@@ -47,16 +48,39 @@ def smoothed(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     DataError
         If too many samples in a row are missing: an input is not guessed.
     """
+    weights = smoother(values, times, where)
+    reach = weights.shape[1] // 2
+    around = sliding_window_view(np.pad(np.nan_to_num(values), reach), weights.shape[1])
+    return np.einsum("nti,nt->ni", weights, around)
+
+
+def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
+    """Weights with which `smoothed` takes each instant's value and slope from the samples around it.
+
+    Parameters and errors as `smoothed`.
+
+    Returns
+    -------
+    (n_time, n_near, 2)
+        For the samples from ``n_near // 2`` before to as many after; nil beyond the ends and where damaged.
+    """
     step = float(np.diff(times).mean())
     halves = sorted({max(round(width / step), FEWEST) for width in WIDTHS if 2.0 * width < step * len(values) / 3.0})
-    _refuse_holes(values, times, halves[0] if halves else FEWEST, where)
-    noise = _hiss(values)
-    fits = [_parabolas(values, half, step) for half in halves or [FEWEST]]
-    agreed = _widest_agreed([(fit, noise * error) for fit, error in fits])
+    halves = halves or [FEWEST]
+    _refuse_holes(values, times, halves[0], where)
+    valid, noise = np.isfinite(values), _hiss(values)
+    fits = [_parabolas(values, half, step) for half in halves]
+    agreed = _widest_agreed([(fit, noise * error) for fit, error, _ in fits])
     # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken.
     chosen = minimum_filter1d(agreed, 2 * FEWEST + 1)
-    stacked = np.stack([fit for fit, _ in fits])
-    return stacked[chosen, np.arange(len(values))]
+    weights = np.zeros((len(values), 2 * halves[-1] + 1, 2))
+    for place, half in enumerate(halves):
+        rows = np.flatnonzero(chosen == place)
+        near = slice(halves[-1] - half, halves[-1] + half + 1)
+        there = sliding_window_view(np.pad(valid, half), 2 * half + 1)[rows]
+        powers = (np.arange(-half, half + 1) / half)[:, None] ** np.arange(3)
+        weights[rows, near] = np.einsum("nij,tj,nt->nti", fits[place][2][rows], powers, there)
+    return weights
 
 
 def _refuse_holes(values: np.ndarray, times: np.ndarray, half: int, where: str) -> None:
@@ -73,8 +97,11 @@ def _refuse_holes(values: np.ndarray, times: np.ndarray, half: int, where: str) 
         )
 
 
-def _parabolas(values: np.ndarray, half: int, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Value and slope ``(n_time, 2)`` of the parabola around each sample, and their errors for noise of size one."""
+def _parabolas(values: np.ndarray, half: int, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Value and slope ``(n_time, 2)`` of the parabola around each sample, and their errors for noise of size one.
+
+    The last is what takes them from the moments of the samples around, ``(n_time, 2, 3)``.
+    """
     valid = np.isfinite(values)
     offsets = np.arange(-half, half + 1) / half
     moments = [_around(valid * 1.0, offsets**power) for power in range(5)]
@@ -83,7 +110,8 @@ def _parabolas(values: np.ndarray, half: int, step: float) -> tuple[np.ndarray, 
     inverse = np.linalg.inv(normal)
     found = np.einsum("nij,jn->ni", inverse[:, :2], np.stack(sums))
     scale = np.array([1.0, 1.0 / (half * step)])
-    return found * scale, np.sqrt(np.einsum("nii->ni", inverse)[:, :2]) * scale
+    errors = np.sqrt(np.einsum("nii->ni", inverse)[:, :2]) * scale
+    return found * scale, errors, inverse[:, :2] * scale[:, None]
 
 
 def _widest_agreed(fits: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:

@@ -46,6 +46,21 @@ def propagated(task: Task, values: np.ndarray, slopes: np.ndarray, seed: int = 0
     return np.stack([_left(draw / SMALL, slopes) for draw in draws])
 
 
+def expected_gap(task: Task, values: np.ndarray) -> float:
+    """Gap a perfect model leaves where inputs are taken as they were measured.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    """
+    problem = task.problem
+    draws = propagated(task, values, np.asarray(problem.linearised(jnp.asarray(values)).slopes))
+    weights = problem.observations.weight
+    counted = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
+    return float(np.sqrt(1.0 + np.mean(draws[:, counted] ** 2))) if len(draws) else 1.0
+
+
 def _left(draw: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """A draw without what each record's values can imitate."""
     left = np.empty_like(draw)

@@ -18,9 +18,6 @@ ERROR_DIGITS = 2
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
 
-#: Gap of a perfect model from which it is mentioned.
-WORTH_A_WORD = 1.02
-
 #: Records listed by name; the rest are counted.
 MOST_RECORDS = 12
 
@@ -175,12 +172,15 @@ def _starts(starts: StartsSummary) -> str:
 
 
 def input_noise(summary: FitResultSummary) -> list[str]:
-    """What the noise of a measured input does to the gap, where it does anything worth a word."""
-    expected = summary.expected_gap
-    if expected is None or expected < WORTH_A_WORD:
-        return []
-    text = f"The noise of the measured input moves the simulation: a perfect model would leave a gap of {expected:.2f}."
-    return [paragraph(text)]
+    """What was taken off each measured input, and what that does to the gap."""
+    lines = []
+    for name, error in summary.input_errors.items():
+        rms, noise = (format_quantity(value, error.unit, 2) for value in (error.rms, error.noise))
+        text = f"The measured {name} was corrected by {rms} rms; its noise is {noise}."
+        if summary.expected_gap is not None:
+            text += f" A perfect model would leave a gap of {summary.expected_gap:.2f}."
+        lines.append(paragraph(text))
+    return lines
 
 
 def doubts(summary: FitResultSummary) -> list[str]:

@@ -109,6 +109,14 @@ class Provenance(Part):
     seconds: float | None = Field(default=None, description="Wall time of the computation.")
 
 
+class InputErrorSummary(Part):
+    """Error that was found in a measured input, and taken off it."""
+
+    rms: float
+    noise: float = Field(description="Noise rms of the input.")
+    unit: str
+
+
 class FitResultSummary(Part):
     """What the summaries of a fit and of a discovery share."""
 
@@ -118,7 +126,11 @@ class FitResultSummary(Part):
     parameters: dict[str, ParameterSummary]
     gap: Gap
     expected_gap: float | None = Field(
-        default=None, description="Of a perfect model: above 1 where noise of a measured input moves the simulation."
+        default=None,
+        description="Of a perfect model: below 1 where errors of measured inputs are fitted and take noise along.",
+    )
+    input_errors: dict[str, InputErrorSummary] = Field(
+        default_factory=dict, description="Errors that were found in measured inputs."
     )
     records: dict[str, RecordSummary]
     checks: tuple[CheckSummary, ...]

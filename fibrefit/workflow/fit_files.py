@@ -17,6 +17,7 @@ from fibrefit.study.summaries import (
     ChannelGap,
     CheckSummary,
     FitSummary,
+    InputErrorSummary,
     ParameterSummary,
     Provenance,
     RecordSummary,
@@ -36,6 +37,10 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
         gap=gap_summary(found.gap),
         expected_gap=finite(found.expected_gap),
+        input_errors={
+            name: InputErrorSummary(rms=error.rms, noise=error.noise, unit=error.unit)
+            for name, error in found.input_errors.items()
+        },
         records={record.name: _record_summary(record, found) for record in records},
         checks=tuple(
             CheckSummary(

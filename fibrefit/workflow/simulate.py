@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.fit.joint import joint
 from fibrefit.fit.solve import descend, widths
+from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.phases import motion
 from fibrefit.problem.problem import Problem
@@ -53,10 +55,10 @@ class Simulation:
             header, factor, _ = PRINTED[channel]
             headers.append(header)
             columns.append(values[record, : len(trace.times)] * factor)
-        for name, values in trace.inputs.items():
+        for name, signals in self.task.problem.observations.experiment.inputs.items():
             header, factor, _ = PRINTED[name]
             headers.append(header)
-            columns.append(values[:, 0] * factor)
+            columns.append(np.asarray(signals.values)[record, : len(trace.times)] * factor)
         return headers, np.column_stack(columns)
 
     def plot(self) -> Figures:
@@ -83,8 +85,8 @@ class Simulation:
 def simulate_study(study: Study) -> Simulation:
     """Simulate every record of a study at the study's initial values.
 
-    Parameters without an `initial` take the value the records suggest. What belongs to a record alone, its zero and its
-    release, is found from its data where it has any and the study does not state it.
+    Parameters without an `initial` take the value the records suggest. What belongs to a record alone, its zero, its
+    release and the error of a measured input, is found from its data where it has any and the study does not state it.
 
     Parameters
     ----------
@@ -116,4 +118,8 @@ def _with_nuisances_found(task: Task) -> Task:
         free = held.layout.free(jnp.asarray(start))
         found = descend(held, free, widths(held, free), task.counts)
         start = np.asarray(held.layout.values(found.free))
-    return replace(task, problem=held, start=start)
+    found_all = replace(task, problem=held, start=start)
+    if not (known := input_errors(found_all)):
+        return found_all
+    best = joint(found_all, known, start)
+    return replace(found_all, problem=best.problem, start=best.values)

@@ -11,7 +11,7 @@ from fibrefit.core.check import Check
 from fibrefit.fit import judge
 from fibrefit.fit.advice import advice
 from fibrefit.fit.identifiability import Weakness, weaknesses
-from fibrefit.fit.result import ChannelGap, Identification, Starts
+from fibrefit.fit.result import ChannelGap, Identification, InputError, Starts
 from fibrefit.fit.structure import Residuals, structure_checks
 from fibrefit.fit.uncertainty import sandwich
 from fibrefit.problem.layout import Layout, Slot
@@ -121,7 +121,6 @@ def clean() -> Residuals:
         sigma=np.ones((RECORDS, 2)),
         noise={"force": noise, "position": noise},
         motion=motion,
-        propagated=np.zeros((0, *scaled.shape)),
     )
 
 
@@ -157,13 +156,11 @@ def test_a_force_that_depends_on_speed_is_named(clean: Residuals) -> None:
     assert "force residual depends on the speed" in states.says
 
 
-def test_what_the_noise_of_an_input_leaves_is_allowed_for(clean: Residuals) -> None:
-    random = np.random.default_rng(3)
-    wander = lambda: np.cumsum(random.normal(size=clean.scaled.shape), axis=-1) * 0.03  # noqa: E731
-    scaled = clean.scaled + wander()
-    assert not structure_checks(dataclasses.replace(clean, scaled=scaled))[0].passed
-    draws = np.stack([wander() for _ in range(8)])
-    assert structure_checks(dataclasses.replace(clean, scaled=scaled, propagated=draws))[0].passed
+@pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
+def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
+    (check,) = judge.inputs_within_noise({"drive": InputError(rms * 1e-5, 1e-5, "m")})
+    assert check.passed is passed
+    assert passed or "the drive would have to be wrong by 1.3 times its noise" in check.says.lower()
 
 
 SLOTS = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b", "c"))

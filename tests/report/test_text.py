@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fibrefit.report.text import WIDTH, fit_report, with_error
 from fibrefit.study import summaries as s
+from fibrefit.study.summaries import InputErrorSummary
 from tests.study.test_summaries import FIT, GAP
 
 FAILED = s.CheckSummary(name="white residuals", passed=False, says="Something systematic is left after take-up.")
@@ -70,10 +71,12 @@ def test_it_says_what_matters() -> None:
         assert part in text, part
 
 
-def test_it_says_what_the_noise_of_an_input_does() -> None:
-    said = "a perfect model would leave a gap of 1.09"
-    assert said in " ".join(fit_report(FIT.model_copy(update={"expected_gap": 1.09})).split())
-    assert "perfect model" not in fit_report(FIT.model_copy(update={"expected_gap": 1.001}))
+def test_it_says_what_was_taken_off_an_input() -> None:
+    errors = {"drive": InputErrorSummary(rms=5.8e-6, noise=1.05e-5, unit="m")}
+    said = " ".join(fit_report(FIT.model_copy(update={"expected_gap": 0.946, "input_errors": errors})).split())
+    assert "The measured drive was corrected by 5.8 um rms; its noise is 10 um." in said
+    assert "a perfect model would leave a gap of 0.95" in said.lower()
+    assert "perfect model" not in fit_report(FIT)
 
 
 def test_a_clean_result_raises_no_doubt() -> None:

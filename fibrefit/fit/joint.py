@@ -1,0 +1,202 @@
+"""Identification together with the errors of measured inputs: Gauss-Newton on both, the errors eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import numpy as np
+
+from fibrefit.problem.input_error import (
+    Eliminated,
+    InputErrors,
+    Waves,
+    corrected,
+    eliminate,
+    error_rms,
+    left_over,
+    no_waves,
+)
+from fibrefit.problem.layout import Layout
+from fibrefit.problem.problem import Problem
+from fibrefit.problem.task import Task
+
+STEPS = 12
+SETTLED = 0.005
+"""Fall of the cost a further step promises below which the search ends, in units where 1 is one standard error."""
+TRIALS = 4
+GOOD = 0.3
+"""Share of the promised fall that makes a step good enough."""
+DRAWS = 2
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Values and input errors that explain the records together.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the errors taken off its inputs.
+    values : (n_free,) in SI units
+    linear : Eliminated
+        At these values.
+    waves : mapping of input to (n_record, n_wave)
+        The errors, before they are given their colour.
+    promised : float
+        Fall of the cost that one more step promises.
+    error_rms : mapping of input to float, in SI units
+    """
+
+    problem: Problem
+    values: np.ndarray
+    linear: Eliminated
+    waves: Waves
+    promised: float
+    error_rms: Mapping[str, float]
+
+    @property
+    def prior(self) -> np.ndarray:
+        """``X'X`` with X the slopes of the waves, ``(n_record, n_local_free, n_local_free)``."""
+        return sum(np.einsum("rwi,rwj->rij", slopes, slopes) for slopes in self.linear.wave_slopes.values())
+
+
+def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) -> Joint:
+    """Best values and input errors, from the values that suit the inputs as they were measured.
+
+    Parameters
+    ----------
+    task : Task
+    known : mapping of input to InputErrors
+    values : (n_free,) in SI units
+    """
+    problem = task.problem
+    place = _Place(values, no_waves(known))
+    linear = eliminate(problem, known, *place)
+    cost = _cost(problem, known, place)
+    for _ in range(STEPS):
+        goal, lowest = _goal(problem.layout, place, linear)
+        found = None
+        if cost - lowest > SETTLED:
+            found = _towards(goal, place, cost, cost - lowest, lambda trial: _cost(problem, known, trial))
+        if found is None:
+            break
+        place, cost = found
+        linear = eliminate(problem, known, *place)
+    rms = error_rms(problem, known, place.waves)
+    promised = cost - _goal(problem.layout, place, linear)[1]
+    return Joint(corrected(problem, known, place.waves), place.values, linear, place.waves, promised, rms)
+
+
+def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, seed: int = 0) -> tuple[float, np.ndarray]:
+    """Gap a perfect model leaves, in all and by record and channel: input errors that are fitted take noise with them.
+
+    Parameters
+    ----------
+    task : Task
+    known : mapping of input to InputErrors
+    found : Joint
+    seed : int
+        Of the draws of noise.
+
+    Returns
+    -------
+    (float, (n_record, n_channel))
+    """
+    random, problem = np.random.default_rng(seed), task.problem
+    data, channels = problem.observations, problem.model.rig.channels
+    counted = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)
+    noise = np.zeros((DRAWS, *counted.shape))
+    for r, trace in enumerate(task.traces):
+        size, rate = len(trace.times), 1.0 / float(np.diff(trace.times).mean())
+        for c, channel in enumerate(channels):
+            for draw in noise:
+                wave = task.noise[channel].draw(2 * size, rate, random)[:size]
+                draw[r, c, :size] = wave / max(wave.std(), 1e-300)
+    waves = {name: random.standard_normal((DRAWS, *wave.shape)) for name, wave in found.waves.items()}
+    left = left_over(found.problem, known, found.values, waves, noise)
+    squares, number = np.sum(np.where(counted, left, 0.0) ** 2, axis=-1).mean(axis=0), counted.sum(axis=-1)
+    return float(np.sqrt(squares.sum() / number.sum())), np.sqrt(squares / np.maximum(number, 1))
+
+
+class _Place(NamedTuple):
+    """Values ``(n_free,)`` and waves."""
+
+    values: np.ndarray
+    waves: Waves
+
+
+def _cost(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> float:
+    """Sum of squared residuals and waves; infinite where the simulation breaks down."""
+    residuals = _residuals(corrected(problem, known, place.waves), place.values)
+    cost = float(np.sum(residuals**2)) + sum(float(np.sum(wave**2)) for wave in place.waves.values())
+    return cost if np.isfinite(cost) else np.inf
+
+
+@eqx.filter_jit
+def _residuals(problem: Problem, values: Any) -> jax.Array:
+    return problem.residuals(values)
+
+
+def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, float]:
+    """Where the linearised problem is best inside the bounds, and its cost there."""
+    size, records = layout.size, len(layout.records)
+    index = np.concatenate([layout.local_columns, np.full((records, 1), size)], axis=1)
+    gram = np.zeros((size + 2, size + 2))
+    for r in range(records):
+        np.add.at(gram, (index[r][:, None], index[r][None, :]), linear.gram[r])
+    normal, slope = gram[:size, :size], gram[:size, size]
+    step = bounded_step(normal, slope, *_room(layout, place.values))
+    padded = np.append(step, [0.0, 0.0])
+    waves = {
+        name: best + np.einsum("rwi,ri->rw", linear.wave_slopes[name], padded[layout.local_columns])
+        for name, best in linear.best.items()
+    }
+    return _Place(place.values + step, waves), float(gram[size, size] + 2.0 * slope @ step + step @ normal @ step)
+
+
+def _room(layout: Layout, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far each value may move down and up."""
+    limits = [slot.range for slot, _ in layout.entries]
+    return np.array([r.lower for r in limits]) - values, np.array([r.upper for r in limits]) - values
+
+
+def bounded_step(normal: np.ndarray, slope: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Step that minimises ``2 slope's + s'normal s`` inside bounds; a value that would leave them stops there."""
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    step, free = np.zeros(len(slope)), np.ones(len(slope), dtype=bool)
+    for _ in range(len(slope)):
+        pull = -(slope + normal @ np.where(free, 0.0, step))[free] / scale[free]
+        inside = normal[np.ix_(free, free)] / np.outer(scale[free], scale[free])
+        step[free] = np.linalg.lstsq(inside, pull, rcond=1e-10)[0] / scale[free]
+        outside = free & ((step < lower) | (step > upper))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step, lower, upper)[outside]
+        free &= ~outside
+    return step
+
+
+def _towards(
+    goal: _Place, place: _Place, cost: float, promised: float, cost_at: Callable[[_Place], float]
+) -> tuple[_Place, float] | None:
+    """The lowest place found on the way to the goal, and its cost; None where the cost only rises."""
+    length = 1.0
+    for _ in range(TRIALS):
+        trial = _between(place, goal, length)
+        there = cost_at(trial)
+        if there < cost - GOOD * length * promised:
+            return trial, there
+        # Lowest point of the parabola through the cost and its slope here, and the cost there.
+        bend = there - cost + 2.0 * length * promised
+        length *= float(np.clip(length * promised / bend, 0.1, 0.7)) if np.isfinite(bend) and bend > 0.0 else 0.3
+    return None
+
+
+def _between(place: _Place, goal: _Place, share: float) -> _Place:
+    waves = {name: wave + share * (goal.waves[name] - wave) for name, wave in place.waves.items()}
+    return _Place(place.values + share * (goal.values - place.values), waves)

@@ -1,0 +1,306 @@
+"""Errors of measured inputs as unknowns of the problem, held by what is known of their spectrum.
+
+A drive is measured with noise, and a stiff fibre turns that noise into force. Taken for exact, such an input leaves a
+gap no model can close, and biases what is identified. Here its error is one more unknown of each record: a sum of
+cosines over the record with independent coefficients of variance one, each as large as the input's noise is at its
+frequency, sent through the smoother that the input went through. Linearised, these coefficients are eliminated exactly.
+
+Law
+---
+Residuals ``r(θ, w) ≈ r + J δθ + A δw`` with prior ``w ~ N(0, I)``. For given θ the best ``w`` leaves
+``|r|² + |w|² = m' P m`` with ``m = r - A w`` and ``P = (I + A A')⁻¹ = I - A (I + A'A)⁻¹ A'``.
+
+Source
+------
+Errors in variables: Fuller, Measurement Error Models (1987); elimination of linear unknowns: Golub and Pereyra, SIAM J.
+Numer. Anal. 10 (1973).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from fibrefit.problem.drive import smoother
+from fibrefit.problem.layout import Layout
+from fibrefit.problem.noise import MAINS, Noise
+from fibrefit.problem.observations import Observations, Trace
+from fibrefit.problem.problem import Problem
+from fibrefit.problem.task import Task
+from fibrefit.simulate.inputs import Signals
+from fibrefit.simulate.model import Model
+
+Waves = Mapping[str, Any]
+FASTEST = 60.0
+"""Highest frequency in Hz of an error that is looked for: beyond it the smoother and the rig let little through."""
+MOST = 1024
+"""Most cosines for a record; a longer one has a lower highest frequency."""
+LINE_WIDTH = 1.0
+"""Half width in Hz of the band in which the line of the mains may lie."""
+CHUNK = 16
+"""Cosines whose effects are found in one pass along the motion."""
+THREADS = os.cpu_count() or 1
+
+
+class InputErrors(NamedTuple):
+    """What is known of the errors of one input.
+
+    Parameters
+    ----------
+    size : (n_record, n_wave)
+        Amplitude of each cosine, in SI units, for a coefficient of one.
+    duration : (n_record,) in s
+    weights : (n_record, n_time, n_near, 2)
+        Of the smoother.
+    """
+
+    size: Any
+    duration: Any
+    weights: Any
+
+
+class Eliminated(NamedTuple):
+    """The linearised problem of each record without its waves; see the law above.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time)
+        At the values and waves given.
+    slopes : (n_record, n_channel, n_time, n_local_free)
+        ``P J``: what the waves cannot imitate, per SI unit of a record's own free values.
+    wave_slopes : dict of (n_record, n_wave, n_local_free)
+        How the best waves move with those values.
+    best : dict of (n_record, n_wave)
+        Best waves at the values given.
+    gram : (n_record, n_local_free + 1, n_local_free + 1)
+        ``[J m]' P [J m]``.
+    """
+
+    residuals: Any
+    slopes: Any
+    wave_slopes: Waves
+    best: Waves
+    gram: Any
+
+
+def input_errors(task: Task) -> dict[str, InputErrors]:
+    """What is known of each noisy input of a task; empty where there is none."""
+    size = task.problem.observations.experiment.times.shape[1]
+    known = {}
+    for name in task.problem.model.rig.inputs:
+        noise = task.input_noise.get(name)
+        if noise is not None and noise.white + noise.pink + noise.line > 0.0:
+            durations = np.array([float(trace.times[-1] - trace.times[0]) for trace in task.traces])
+            number = min(int(2.0 * FASTEST * durations.max()), MOST) // CHUNK * CHUNK
+            sizes = np.array([_sizes(noise, duration, max(number, CHUNK)) for duration in durations])
+            weights = _stacked([_smoother(trace, name) for trace in task.traces], size)
+            known[name] = InputErrors(sizes, durations, weights)
+    return known
+
+
+def no_waves(known: Mapping[str, InputErrors]) -> dict[str, np.ndarray]:
+    """Waves of inputs taken as measured, ``(n_record, n_wave)`` each."""
+    return {name: np.zeros(of.size.shape) for name, of in known.items()}
+
+
+@eqx.filter_jit
+def corrected(problem: Problem, known: Mapping[str, InputErrors], waves: Waves) -> Problem:
+    """The problem with the errors taken off its inputs."""
+    experiment = problem.observations.experiment
+    inputs = jax.vmap(_taken_off)(experiment.inputs, experiment.times, dict(known), dict(waves))
+    return eqx.tree_at(lambda p: p.observations.experiment.inputs, problem, inputs)
+
+
+def error_rms(problem: Problem, known: Mapping[str, InputErrors], waves: Waves) -> dict[str, float]:
+    """Size of the errors, in SI units of each input."""
+    experiment, found = problem.observations.experiment, {}
+    inside = np.arange(experiment.times.shape[1]) < np.asarray(experiment.count)[:, None]
+    for name, of in known.items():
+        error = np.asarray(jax.vmap(_error)(experiment.times, of, waves[name]))
+        found[name] = float(np.sqrt(np.mean(error[inside] ** 2)))
+    return found
+
+
+def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> Eliminated:
+    """Linearise all records at values ``(n_free,)`` in SI units and waves, and eliminate the waves.
+
+    Parameters
+    ----------
+    problem : Problem
+        With its inputs as measured.
+    known : mapping of input to InputErrors
+    values : (n_free,) in SI units
+    waves : mapping of input to (n_record, n_wave)
+    """
+
+    def one(r: int) -> tuple:
+        residuals, slopes, reactions = _linear(problem, known, values, waves, r)
+        flat = np.concatenate([waves[name][r] for name in known])
+        rows = np.concatenate([slopes, (residuals.ravel() - flat @ reactions)[None]])
+        imitated, left = _without(reactions, rows)
+        slopes_left = np.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
+        return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
+
+    residuals, slopes, wave_slopes, best, gram = map(np.stack, zip(*_each_record(problem, one), strict=True))
+    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
+    named = lambda rows: dict(zip(known, np.split(rows, ends, axis=1), strict=True))  # noqa: E731
+    return Eliminated(residuals, slopes, named(wave_slopes), named(best), gram)
+
+
+def left_over(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, noise: np.ndarray
+) -> np.ndarray:
+    """What is left of readings that differ by `noise` and by inputs with errors, once both are fitted.
+
+    Parameters
+    ----------
+    problem, known, values
+        As in `eliminate`.
+    waves : mapping of input to (n_draw, n_record, n_wave)
+        Errors, to which the readings react.
+    noise : (n_draw, n_record, n_channel, n_time) in units of the noise
+        Of the readings.
+
+    Returns
+    -------
+    (n_draw, n_record, n_channel, n_time)
+        What neither the waves nor each record's own values can take up.
+    """
+    quiet = no_waves(known)
+
+    def one(r: int) -> np.ndarray:
+        residuals, slopes, reactions = _linear(problem, known, values, quiet, r)
+        flat = np.concatenate([waves[name][:, r] for name in known], axis=1)
+        draws = np.where(residuals != 0.0, noise[:, r], 0.0).reshape(len(noise), -1) + flat @ reactions
+        left, free = _without(reactions, np.concatenate([slopes, draws]))[1], len(slopes)
+        share = np.linalg.lstsq(_scaled(left[:free].T), left[free:].T, rcond=1e-9)[0]
+        return (left[free:].T - _scaled(left[:free].T) @ share).T.reshape(len(noise), *residuals.shape)
+
+    return np.stack(_each_record(problem, one), axis=1)
+
+
+def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(one, range(len(problem.layout.records))))
+
+
+def _scaled(columns: np.ndarray) -> np.ndarray:
+    size = np.linalg.norm(columns, axis=0)
+    return columns / np.where(size > 0.0, size, 1.0)
+
+
+def _without(reactions: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Waves ``(n_wave, n_row)`` that imitate rows of residuals as far as their prior lets them, and what is left."""
+    normal = reactions @ reactions.T
+    normal[np.diag_indices_from(normal)] += 1.0
+    waves = cho_solve(cho_factor(normal), reactions @ rows.T)
+    return waves, rows - waves.T @ reactions
+
+
+def _linear(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, r: int) -> tuple:
+    """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and reactions ``(n_wave, n)`` of a record."""
+    local = problem.layout.local(values)[r]
+    data, known, waves = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(waves)))
+    found = _linearised(problem.model, problem.layout, problem.soft_beyond, local, data, known, waves)
+    return tuple(np.asarray(part) for part in found)
+
+
+@eqx.filter_jit
+def _linearised(
+    model: Model, layout: Layout, soft_beyond: float | None, local: Any, data: Observations, known: Any, waves: Any
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    problem = Problem(model, layout, data, soft_beyond)
+    columns, times = jnp.array(layout.local_free), data.experiment.times
+    inputs = _taken_off(data.experiment.inputs, times, known, waves)
+
+    def residuals(part: jax.Array, inputs: Any) -> jax.Array:
+        there = data._replace(experiment=data.experiment._replace(inputs=inputs))
+        return problem.record_residuals(local.at[columns].set(part), there)
+
+    def along(tangent: tuple[jax.Array, Any]) -> jax.Array:
+        return jax.jvp(residuals, (local[columns], inputs), tangent)[1].ravel()
+
+    rows = jax.lax.map(jax.vmap(along), _tangents(columns.size, inputs, times, known))
+    rows = rows.reshape(-1, rows.shape[-1])
+    return residuals(local[columns], inputs), rows[: columns.size], rows[CHUNK * (-(-columns.size // CHUNK)) :]
+
+
+def _tangents(free: int, inputs: Any, times: jax.Array, known: Any) -> tuple[jax.Array, Any]:
+    """Tangents of the free values, then of the inputs for each wave, ``(n_chunk, CHUNK, ...)``."""
+    waves = sum(of.size.size for of in known.values())
+    before = CHUNK * (-(-free // CHUNK))
+    parts = jnp.eye(before + waves, free)
+    moved, first = {}, before
+    for name, signal in inputs.items():
+        still = jax.tree.map(lambda row: jnp.zeros((before + waves, row.size)), signal)
+        if name in known:
+            last = first + known[name].size.size
+            cosines = _smoothed_cosines(times, known[name])
+            still = jax.tree.map(lambda rows, c, a=first, b=last: rows.at[a:b].set(-c), still, cosines)
+            first = last
+        moved[name] = still
+    return jax.tree.map(lambda rows: rows.reshape(-1, CHUNK, rows.shape[-1]), (parts, moved))
+
+
+def _smoothed_cosines(times: jax.Array, known: InputErrors) -> Signals:
+    """Cosines of their sizes, and their slopes, after the smoother: ``(n_wave, n_time)`` each."""
+    angle = jnp.pi * jnp.arange(known.size.size)[:, None] * (times - times[0]) / known.duration
+    return Signals(*jnp.moveaxis(_smoothed(known.size[:, None] * jnp.cos(angle), known.weights), -1, 0))
+
+
+def _smoothed(error: jax.Array, weights: jax.Array) -> jax.Array:
+    """Value and slope ``(..., n_time, 2)`` of an error ``(..., n_time)`` after the smoother."""
+    n_time, n_near = weights.shape[:2]
+    padded = jnp.pad(error, [(0, 0)] * (error.ndim - 1) + [(n_near // 2, n_near // 2)])
+    terms = (weights[:, i] * padded[..., i : i + n_time, None] for i in range(n_near))
+    return sum(terms, start=jnp.zeros(()))
+
+
+def _taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, waves: Any) -> dict[str, Signals]:
+    """Inputs of one record without their errors."""
+    cleaned = dict(inputs)
+    for name in known:
+        smooth = _smoothed(_error(times, known[name], waves[name]), known[name].weights)
+        cleaned[name] = Signals(inputs[name].values - smooth[:, 0], inputs[name].slopes - smooth[:, 1])
+    return cleaned
+
+
+def _error(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
+    """Error of an input at each instant, before the smoother, ``(n_time,)``."""
+    angle = jnp.pi * jnp.arange(known.size.size)[:, None] * (times - times[0]) / known.duration
+    return (known.size * wave) @ jnp.cos(angle)
+
+
+def _sizes(noise: Noise, duration: float, number: int) -> np.ndarray:
+    """Amplitudes of cosines of 0, 1, 2 ... half periods over a record."""
+    spacing = 0.5 / duration
+    frequency = spacing * np.arange(number)
+    density = noise.density(np.maximum(frequency, 0.5 * spacing))
+    # At which of the mains frequencies the line lies is not kept: both are allowed it.
+    near = np.min([np.abs(frequency - mains) for mains in MAINS], axis=0) <= LINE_WIDTH
+    density = density + near * noise.line / max(2.0 * LINE_WIDTH, spacing)
+    sizes = np.sqrt(2.0 * density * spacing)
+    sizes[0] /= np.sqrt(2.0)
+    return sizes
+
+
+def _smoother(trace: Trace, name: str) -> np.ndarray:
+    return smoother(trace.inputs[name][:, 2], trace.times, f'{trace.name}, channel "{name}"')
+
+
+def _stacked(weights: list[np.ndarray], size: int) -> np.ndarray:
+    """Weights of all records, ``(n_record, size, n_near, 2)``, padded with nothing."""
+    widest = max(each.shape[1] for each in weights)
+    stacked = np.zeros((len(weights), size, widest, 2))
+    for place, each in zip(stacked, weights, strict=True):
+        edge = (widest - each.shape[1]) // 2
+        place[: len(each), edge : edge + each.shape[1]] = each
+    return stacked

@@ -1,0 +1,122 @@
+"""Errors of measured inputs: their prior, how readings react to them, and their elimination."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.problem.drive import smoothed, smoother
+from fibrefit.problem.formulate import formulate
+from fibrefit.problem.input_error import InputErrors, corrected, eliminate, error_rms, input_errors, left_over, no_waves
+from fibrefit.problem.noise import Noise
+from fibrefit.problem.task import Task
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulate.model import Model
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
+
+#: Differences of residuals that jump where the weight starts to move, against derivatives.
+DIFFERENCES = 2e-2
+#: Rounding of sums over ten thousand samples.
+ROUNDING = 1e-8
+
+
+STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
+TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    """First and fourth record of the drive series: strokes, and sines with a mass added."""
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0], study.records[3])})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    start = task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    return dataclasses.replace(task, start=start)
+
+
+@pytest.fixture(scope="module")
+def known(task: Task) -> dict[str, InputErrors]:
+    return input_errors(task)
+
+
+def test_the_weights_are_those_of_the_smoother() -> None:
+    random = np.random.default_rng(0)
+    times = np.arange(400) / 2000.0
+    values = 0.05 * np.abs(np.sin(20.0 * times)) + 1e-5 * random.standard_normal(400)
+    values[37] = np.nan
+    weights = smoother(values, times, "made")
+    reach = weights.shape[1] // 2
+    whole = smoothed(values, times, "made")
+    for t in (reach, 36, 200, 399 - reach):
+        near = np.nan_to_num(values[t - reach : t + reach + 1])
+        np.testing.assert_allclose(near @ weights[t], whole[t], rtol=1e-12)
+    # A parabola passes through it as it is.
+    parabola = 0.01 + 0.3 * times - 2.0 * times**2
+    found = smoothed(parabola, times, "made")
+    np.testing.assert_allclose(found, np.column_stack([parabola, 0.3 - 4.0 * times]), atol=1e-9)
+
+
+def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: dict[str, InputErrors]) -> None:
+    random, noise = np.random.default_rng(1), task.input_noise["drive"]
+    waves = {name: random.standard_normal(wave.shape) for name, wave in no_waves(known).items()}
+    rms = [error_rms(task.problem, known, {"drive": scale * waves["drive"]})["drive"] for scale in (1.0, 2.0)]
+    duration = float(known["drive"].duration[0])
+    frequency = np.arange(0.25 / duration, 60.0, 0.5 / duration)
+    power = noise.density(frequency).sum() * 0.5 / duration + 2.0 * noise.line
+    assert rms[0] == pytest.approx(np.sqrt(power), rel=0.3)
+    assert rms[1] == pytest.approx(2.0 * rms[0], rel=1e-12)
+
+
+def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[str, InputErrors]) -> None:
+    quiet, random = no_waves(known), np.random.default_rng(2)
+    here = eliminate(task.problem, known, task.start, quiet)
+    wave = {"drive": 0.01 * random.standard_normal(quiet["drive"].shape)}
+    there = np.asarray(corrected(task.problem, known, wave).residuals(jnp.asarray(task.start)))
+    back = np.asarray(corrected(task.problem, known, {"drive": -wave["drive"]}).residuals(jnp.asarray(task.start)))
+    noise = np.zeros((1, *here.residuals.shape))
+    # Nothing is taken up where the prior leaves no room and there is nothing to fit.
+    held = {"drive": known["drive"]._replace(size=known["drive"].size * 1e-9)}
+    small = left_over(task.problem, held, task.start, {"drive": 1e9 * wave["drive"][None]}, noise)[0]
+    slopes = eliminate(task.problem, held, task.start, quiet).slopes
+    plain = 0.5 * (there - back)
+    for r in range(len(plain)):
+        columns = slopes[r].reshape(-1, slopes.shape[-1])
+        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        left = plain[r].ravel() - columns @ np.linalg.lstsq(columns, plain[r].ravel(), rcond=1e-9)[0]
+        assert np.linalg.norm(left - small[r].ravel()) < DIFFERENCES * np.linalg.norm(left)
+
+
+def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[str, InputErrors]) -> None:
+    quiet = no_waves(known)
+    found = eliminate(task.problem, known, task.start, quiet)
+    for r, gram in enumerate(found.gram):
+        slopes = found.slopes[r].reshape(-1, len(gram) - 1)
+        waves = found.wave_slopes["drive"][r]
+        # (P J)'(P J) + X'X = J'P J, and the same for the column of residuals.
+        np.testing.assert_allclose(slopes.T @ slopes + waves.T @ waves, gram[:-1, :-1], rtol=ROUNDING)
+        best = found.best["drive"][r]
+        left = found.residuals[r].ravel() @ slopes
+        np.testing.assert_allclose(left, gram[:-1, -1], rtol=ROUNDING, atol=ROUNDING * np.abs(gram[:-1, -1]).max())
+        assert gram[-1, -1] < np.sum(found.residuals[r] ** 2)
+        assert best @ best < gram[-1, -1]
+
+
+def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:
+    found = eliminate(task.problem, known, task.start, no_waves(known))
+    after = np.asarray(corrected(task.problem, known, found.best).residuals(jnp.asarray(task.start)))
+    cost = np.sum(after**2) + np.sum(found.best["drive"] ** 2)
+    before = np.sum(found.residuals**2)
+    promised = before - sum(gram[-1, -1] for gram in found.gram)
+    assert promised > 0.1 * before
+    assert before - cost == pytest.approx(promised, rel=0.05)
+
+
+def test_no_noise_no_error(task: Task) -> None:
+    silent = dataclasses.replace(task, input_noise={"drive": Noise(0.0, 0.0, 0.0, 0)})
+    assert input_errors(silent) == {}
