@@ -21,6 +21,10 @@ RELAXATIONS = 6
 """Relaxations that stand for the wander: with six over four decades the density is right within a few per cent."""
 
 
+LOWEST = 0.25
+"""Lowest frequency of the wander, in periods a record: what wanders more slowly still is an offset of each record."""
+
+
 class Bank(NamedTuple):
     """Relaxations whose sum has a density of 1/f, and the mains line.
 
@@ -44,7 +48,7 @@ class Bank(NamedTuple):
 
 def bank_of(rates: Sequence[float], duration: float, mains: float = MAINS[0]) -> Bank:
     """Bank for records sampled at `rates` [Hz], the longest of which lasts `duration` [s]."""
-    columns = [_relaxations(rate, 0.5 / duration) for rate in rates]
+    columns = [_relaxations(rate, LOWEST / duration) for rate in rates]
     decay, variance = (jnp.asarray(np.stack(part)) for part in zip(*columns, strict=True))
     rate = np.asarray(rates)
     return Bank(decay, variance, jnp.asarray(2.0 * np.pi * mains / rate), jnp.asarray(0.5 * rate))
