@@ -15,6 +15,10 @@ from fibrefit.problem.problem import Linearised, Problem, gram_root
 MAX_STEPS = 60
 NEAR, EXACT = 1.0, 1e-3
 """What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
+STRIDE = 10.0
+"""Unit of the solver's variables in widths: its first damping is one part in a hundred of the curvature."""
+SEARCH = optx.ClassicalTrustRegion(high_cutoff=0.75, low_cutoff=0.1, high_constant=10.0, low_constant=0.1)
+"""Boldness: measured on drops, a third fewer steps than with what the solver brings."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""
 
@@ -165,16 +169,21 @@ def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: 
 
 def _descend(problem: Problem, start: Any, width: Any, count: Any, near: Any, max_steps: int) -> Descent:
     """One horizon; where that ends nowhere, the start is kept."""
+    stride = STRIDE * width
     solution: Any = optx.least_squares(
-        lambda step, part: compressed_residuals(start + width * step, part),
-        optx.LevenbergMarquardt(rtol=1e-3 * near**2, atol=0.1 * near),
+        lambda step, part: compressed_residuals(start + stride * step, part),
+        _solver(rtol=1e-3 * near**2, atol=0.1 * near / STRIDE),
         jnp.zeros_like(start),
         args=problem.until(count),
         max_steps=max_steps,
         throw=False,
     )
-    end = start + width * solution.value
+    end = start + stride * solution.value
     cost = jnp.sum(solution.state.f_info.residual**2)
     sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
     success = sound & (solution.result == optx.RESULTS.successful)
     return Descent(jnp.where(sound, end, start), jnp.where(sound, cost, jnp.inf), solution.stats["num_steps"], success)
+
+
+def _solver(rtol: Any, atol: Any) -> Any:
+    return eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), SEARCH)

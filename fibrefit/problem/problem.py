@@ -57,7 +57,8 @@ class Problem(eqx.Module):
         -------
         dict of (n_record, n_time) in SI units
         """
-        return jax.vmap(self._respond)(self.layout.local(values), self.observations.experiment).channels
+        rows = self.layout.local(values), self.observations.experiment
+        return jax.lax.map(lambda row: self._respond(*row).channels, rows)
 
     def residuals(self, values: jax.Array) -> jax.Array:
         """Simulated minus measured in units of the noise, ``(n_record, n_channel, n_time)``; zero where not measured.
@@ -66,26 +67,29 @@ class Problem(eqx.Module):
         ----------
         values : (n_free,) in SI units
         """
-        return jax.vmap(self.record_residuals)(self.layout.local(values), self.observations)
+        return jax.lax.map(lambda row: self.record_residuals(*row), (self.layout.local(values), self.observations))
 
-    # Compiled under its own name, it is traced once for all the programs that contain it.
+    # Compiled under their own names, they are traced once for all the programs that contain them.
     @eqx.filter_jit
     def linearised(self, values: jax.Array) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
 
         A record depends on few of a problem's values; the full Jacobian, mostly zeros, is never made.
         """
+        # One after the other: what belongs to one record stays in the fast memory of a processor.
+        return jax.lax.map(lambda row: self.record_linearised(*row), (self.layout.local(values), self.observations))
+
+    @eqx.filter_jit
+    def record_linearised(self, local: jax.Array, data: Observations) -> Linearised:
+        """As `linearised`, of one record, from its values ``(n_local,)`` and its data."""
         columns = jnp.array(self.layout.local_free)
 
-        def one(local: jax.Array, observations: Observations) -> Linearised:
-            def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
-                residuals = self.record_residuals(local.at[columns].set(part), observations)
-                return residuals, residuals
+        def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
+            residuals = self.record_residuals(local.at[columns].set(part), data)
+            return residuals, residuals
 
-            slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
-            return Linearised(residuals, slopes)
-
-        return jax.vmap(one)(self.layout.local(values), self.observations)
+        slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
+        return Linearised(residuals, slopes)
 
     def gram(self, values: jax.Array) -> jax.Array:
         """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``.
@@ -101,9 +105,14 @@ class Problem(eqx.Module):
         -------
         (n_free + 1, n_free + 1), per SI units of the values
         """
-        linear = self.linearised(values)
-        columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
-        local = jnp.einsum("rcti,rctj->rij", columns, columns)
+
+        def one(row: tuple[jax.Array, Observations]) -> jax.Array:
+            linear = self.record_linearised(*row)
+            columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
+            columns = columns.reshape(-1, columns.shape[-1])
+            return columns.T @ columns
+
+        local = jax.lax.map(one, (self.layout.local(values), self.observations))
         size, index = self.layout.size, self.layout.local_columns
         rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
         whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
@@ -129,12 +138,11 @@ class Problem(eqx.Module):
     def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
         response = self._respond(local, data.experiment)
-        rows = []
-        for channel in self.model.rig.channels:
-            weight, jumps = data.weight[channel], response.jumps
-            sure = certainty(data.experiment.times, jumps.instants, jumps.heights[channel] * jnp.max(weight))
-            rows.append((response.channels[channel] - data.measured[channel]) * weight * sure)
-        plain = jnp.stack(rows)
+        channels, jumps = self.model.rig.channels, response.jumps
+        weight = jnp.stack([data.weight[c] for c in channels])
+        heights = jnp.stack([jumps.heights[c] for c in channels]) * jnp.max(weight, axis=1, keepdims=True)
+        sure = certainty(data.experiment.times, jumps.instants, heights, jumps.number)
+        plain = jnp.stack([response.channels[c] - data.measured[c] for c in channels]) * weight * sure
         if self.soft_beyond is None:
             return plain
         # The square of this is the soft-L1 loss; near zero it is the residual itself.

@@ -21,10 +21,13 @@ class Jumps(NamedTuple):
     instants : (ARCS,) in s
     heights : dict of (ARCS,) in SI units
         By channel; nil where a switch leaves the reading as it is, and in rows without a switch.
+    number : () int
+        Rows that may hold a switch.
     """
 
     instants: jax.Array
     heights: dict[str, jax.Array]
+    number: jax.Array
 
 
 def jumps_of(observe: Observe, inputs_at: Callable[[jax.Array, jax.Array], Any], solution: Solution) -> Jumps:
@@ -42,4 +45,4 @@ def jumps_of(observe: Observe, inputs_at: Callable[[jax.Array, jax.Array], Any],
     before, after = jax.vmap(observe)(state, arcs.mode, inputs), jax.vmap(observe)(state, mode, inputs)
     switched = (arcs.ended_by >= 0) & (jnp.arange(ARCS) < solution.n_arcs - 1)
     heights = {channel: jnp.where(switched, value - before[channel], 0.0) for channel, value in after.items()}
-    return Jumps(arcs.end, heights)
+    return Jumps(arcs.end, heights, jnp.minimum(solution.n_arcs, ARCS))

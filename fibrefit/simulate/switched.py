@@ -60,6 +60,7 @@ class Solution(NamedTuple):
     modes : pytree of (n_time,) int, mode that follows each point
     switches : () int, number of located switches
     trouble : () bool, whether a step chattered or the list of arcs overflowed
+    rest : () int, point from which the state stays as it is; the last one where it never rests
     arcs : Arcs
     n_arcs : () int, rows of `arcs` that are filled
     """
@@ -68,6 +69,7 @@ class Solution(NamedTuple):
     modes: Mode
     switches: jax.Array
     trouble: jax.Array
+    rest: jax.Array
     arcs: Arcs
     n_arcs: jax.Array
 
@@ -86,13 +88,13 @@ def put(store: Any, index: jax.Array, item: Any) -> Any:
     return jax.tree.map(lambda array, value: array.at[index].set(value, mode="drop"), store, item)
 
 
-def _write(store: Any, index: jax.Array, item: Any) -> Any:
+def write(store: Any, index: jax.Array, item: Any) -> Any:
     """As `put`, for an index that is known to be inside."""
 
-    def write(array: jax.Array, value: Any) -> jax.Array:
+    def put_in(array: jax.Array, value: Any) -> jax.Array:
         return jax.lax.dynamic_update_index_in_dim(array, value, index, 0, allow_negative_indices=False)
 
-    return jax.tree.map(write, store, item)
+    return jax.tree.map(put_in, store, item)
 
 
 def take(store: Any, index: Any) -> Any:
@@ -143,8 +145,8 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
             state,
             going,
             jnp.array(False) if inputs else _unchanged(state, trial),
-            _write(plain.states, step + 1, trial),
-            _write(plain.modes, step + 1, run.mode),
+            write(plain.states, step + 1, trial),
+            write(plain.modes, step + 1, run.mode),
         )
 
     def on(plain: _Plain) -> jax.Array:
@@ -279,8 +281,8 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
     return run._replace(
         step=step + 1,
         time=end,
-        states=_write(run.states, step + 1, run.state),
-        modes=_write(run.modes, step + 1, run.mode),
+        states=write(run.states, step + 1, run.state),
+        modes=write(run.modes, step + 1, run.mode),
     )
 
 
@@ -316,7 +318,9 @@ def _integrate(
     states, modes = select(resting, (run.state, run.mode), (run.states, run.modes))
     valid = jnp.arange(ARCS) < run.n_arcs
     switches = jnp.sum(valid & (run.arcs.ended_by >= 0))
-    return Solution(states, modes, switches, run.trouble | (run.n_arcs > ARCS), run.arcs, run.n_arcs)
+    trouble = run.trouble | (run.n_arcs > ARCS)
+    rest = jnp.where(run.still, run.step - 1, last)
+    return Solution(states, modes, switches, trouble, rest, run.arcs, run.n_arcs)
 
 
 # Lanes of a batch switch at different instants; run in lock step each would wait for all others at every switch.

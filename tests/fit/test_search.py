@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from fibrefit.fit.result import Identification
 from fibrefit.fit.second_opinion import second_opinion
 from fibrefit.fit.solve import Descent, gram_at, widths
 from fibrefit.problem.layout import Layout, Slot
+from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
 from tests.fit import made
@@ -93,10 +96,18 @@ def test_the_second_solver_ends_at_the_same_place_from_elsewhere(task: Task, fou
 
 def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -> None:
     errors = np.sqrt(np.diag(found.covariance))
-    start = np.where(np.arange(len(errors)) == 2, -1.0, found.values)  # friction below nil
-    other = second_opinion(task.problem, start, errors)
-    assert other.values[2] >= 0.0
+    least = found.values[2] - 20.0 * errors[2]
+    slots = tuple(
+        replace(slot, range=Range(least, np.inf, 1.0)) if slot.name == "friction" else slot
+        for slot in task.problem.layout.slots
+    )
+    bounded = Problem(task.problem.model, replace(task.problem.layout, slots=slots), task.problem.observations)
+    start = np.where(np.arange(len(errors)) == 2, least - 1.0, found.values)  # friction below its bound
+    other = second_opinion(bounded, start, errors)
+    assert other.values[2] >= least
     assert np.abs((other.values - found.values) / errors).max() < 0.05
+    # From no friction at all it may end elsewhere, but no bound is passed.
+    assert second_opinion(task.problem, np.where(start == start[2], -1.0, start), errors).values[2] >= 0.0
 
 
 def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Task, found: Identification) -> None:

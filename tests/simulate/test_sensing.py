@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -105,19 +104,3 @@ def test_partial_fractions_of_two_lags_add_up_to_the_series() -> None:
         s = 2j * np.pi * frequency
         parts = both.direct + sum(w / (1 + c * s) for w, c in zip(both.weights, both.constants, strict=True))
         assert abs(parts - 1 / (1 + one * s) / (1 + two * s)) < 1e-14
-
-
-def test_gradients_run_backwards_too() -> None:
-    from fibrefit.rigs.catalogue import RIGS
-    from fibrefit.simulate.model import Model
-    from tests.simulate.drops import VALUES, given
-
-    model = Model(RIGS["fibre_mass"], (LAG, DELAY))
-    values = given(VALUES | {TIME_CONSTANT: 3e-4, LATE: 2e-4})
-
-    def energy(values: dict) -> jax.Array:
-        return jnp.sum(model.respond(values, drop(301)).channels["force"] ** 2)
-
-    backward, forward = jax.jit(jax.grad(energy))(values), jax.jit(jax.jacfwd(energy))(values)
-    for name in values:
-        np.testing.assert_allclose(backward[name], forward[name], rtol=1e-9, atol=1e-9 * abs(forward["stiffness"]))

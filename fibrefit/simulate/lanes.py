@@ -1,0 +1,90 @@
+"""How a batch is gone through: tangents of one run all together, runs one after the other.
+
+Each run of a batch meets its switches at instants of its own; in lock step all would wait for each. The tangents of
+one run share everything but themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.custom_batching import custom_vmap
+from jax.custom_derivatives import SymbolicZero
+
+Push = Callable[[Any, Any], tuple[Any, Any]]
+
+
+def in_turn(push: Push) -> Push:
+    """A function as vmap is to see it.
+
+    Parameters
+    ----------
+    push : callable ``(given, tangents) -> (found, moved)``
+        Each leaf of `tangents` and of `moved` has an axis of tangents in front; `found` does not depend on them.
+
+    Returns
+    -------
+    callable
+        The same.
+    """
+
+    @custom_vmap
+    def both(given: Any, tangents: Any) -> tuple[Any, Any]:
+        return push(given, tangents)
+
+    @both.def_vmap
+    def rule(size: int, batched: Any, given: Any, tangents: Any) -> Any:
+        alone = not any(jax.tree.leaves(batched[0]))
+        if alone:
+            found, moved = _together(both, size, batched[1], given, tangents)
+        else:
+            found, moved = _one_by_one(both, batched, (given, tangents))
+        return (found, moved), (jax.tree.map(lambda _: not alone, found), jax.tree.map(lambda _: True, moved))
+
+    return both
+
+
+def _one_by_one(push: Push, batched: Any, whole: tuple) -> tuple[Any, Any]:
+    leaves, tree = jax.tree.flatten(whole)
+    flags = jax.tree.leaves(batched)
+
+    def one(rows: list[jax.Array]) -> tuple[Any, Any]:
+        own = iter(rows)
+        return push(*tree.unflatten([next(own) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True)]))
+
+    return jax.lax.map(one, [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag])
+
+
+def _together(push: Push, size: int, batched: Any, given: Any, tangents: Any) -> tuple[Any, Any]:
+    """A batch of batches of tangents is one batch."""
+
+    def merged(tangent: jax.Array, flag: bool) -> jax.Array:
+        rows = tangent if flag else jnp.broadcast_to(tangent, (size, *tangent.shape))
+        return rows.reshape(-1, *rows.shape[2:])
+
+    found, moved = push(given, jax.tree.map(merged, tangents, batched))
+    return found, jax.tree.map(lambda rows: rows.reshape(size, -1, *rows.shape[1:]), moved)
+
+
+def that_move(tangents: Any) -> tuple[int, ...]:
+    """Numbers of the leaves whose tangents are not nil whatever the values."""
+    return tuple(i for i, d in enumerate(jax.tree.leaves(tangents)) if not isinstance(d, SymbolicZero))
+
+
+def filled(tangent: Any) -> jax.Array:
+    """A tangent as an array."""
+    return jnp.zeros(tangent.shape, tangent.dtype) if isinstance(tangent, SymbolicZero) else tangent
+
+
+def parted(whole: Any, which: tuple[int, ...]) -> tuple[list[Any], Callable[[list[Any]], Any]]:
+    """Some leaves of a pytree, and how it looks with others in their place."""
+    leaves, tree = jax.tree.flatten(whole)
+
+    def with_(some: list[Any]) -> Any:
+        now = dict(zip(which, some, strict=True))
+        return tree.unflatten([now.get(i, leaf) for i, leaf in enumerate(leaves)])
+
+    return [leaves[i] for i in which], with_
