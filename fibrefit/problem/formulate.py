@@ -12,19 +12,27 @@ from fibrefit.problem.noise import Noise, estimate_noise
 from fibrefit.problem.observations import Trace, stack
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.starting import Starting, starting_fibre_mass
+from fibrefit.problem.starting_guided_mass import starting_guided_mass
+from fibrefit.problem.starting_inverted_pendulum import starting_inverted_pendulum
 from fibrefit.problem.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.task import Task
 from fibrefit.problem.traces import LEARNT, Measured, trace_of
 from fibrefit.problem.transform import Range
 from fibrefit.simulate.model import Model
+from fibrefit.simulate.windows import WindowedModel
 from fibrefit.study import ParameterSetting, Study
 
 UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
 STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]]], Starting]] = {
     "fibre_mass": starting_fibre_mass,
     "pulley_drive": starting_pulley_drive,
+    "inverted_pendulum": starting_inverted_pendulum,
+    "guided_mass": starting_guided_mass,
 }
 """Where starting values come from, by kind of rig."""
+WINDOW = 0.1
+"""Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
+EXACT = Noise(0.0, 0.0, 0.0, 0)
 EFFECT_SPREAD = 5.0
 FIRST_SIZE = 0.1
 """Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
@@ -55,6 +63,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     settings = study.settings(declared)
     stated = [stated_of(record) for record in study.records]
     traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
+    model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
     starting = STARTING[model.rig.kind](traces, stated)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
@@ -66,7 +75,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         spread=_spread(declared, settings, starting),
         ladders=_ladders(traces, starting),
         noise=noise,
-        input_noise=_input_noise(study, traces, model.rig.inputs),
+        input_noise=_input_noise(study, traces, model),
         noise_given=given,
         units={channel: UNITS[channel] for channel in model.rig.channels},
     )
@@ -77,8 +86,22 @@ def stated_of(record: object) -> dict[str, float]:
     return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
 
 
-def _input_noise(study: Study, traces: Sequence[Trace], inputs: Sequence[str]) -> dict[str, Noise]:
+def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
+    """The model as its rig wants it: in windows where a motion is begun anew again and again."""
+    if model.rig.anchor is None:
+        return model
+    said = [record.window for record in study.records if record.window is not None]
+    step = float(np.diff(traces[0].times).mean())
+    window = max(round((said[0] if said else WINDOW) / step), 16)
+    return WindowedModel(model.rig, model.effects, model.tension_law, window)
+
+
+def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[str, Noise]:
     """Noise of each input as it was measured."""
+    inputs = model.rig.inputs
+    if model.rig.anchor is not None:
+        # What a motor's force is wrong by is no hiss that a rest would show: the error bars see it in the residuals.
+        return dict.fromkeys(inputs, EXACT)
     raw = [
         trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
         for trace in traces

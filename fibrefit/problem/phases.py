@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -12,8 +13,8 @@ from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
 from fibrefit.simulate.model import Response
 
-PHASES = ("held", "slack", "taut, loading", "taut, unloading", "at rest")
-HELD, SLACK, LOADING, UNLOADING, REST = range(len(PHASES))
+PHASES = ("held", "slack", "taut, loading", "taut, unloading", "at rest", "moving forwards", "moving back")
+HELD, SLACK, LOADING, UNLOADING, REST, FORWARDS, BACK = range(len(PHASES))
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,32 @@ def _responses(problem: Problem, values: jax.Array) -> Response:
 def motion(problem: Problem, values: jax.Array) -> Motion:
     """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
     response = jax.tree.map(np.asarray, _responses(problem, values))
-    states, modes = response.solution.states, response.solution.modes
-    speed, taut, direction = states.velocity, modes[0] > 0, modes[1]
+    modes, known = response.solution.modes, _known(response)
+    speed = known["speed"]
     times = np.asarray(problem.observations.experiment.times)
-    phase = np.where(taut, np.where(speed >= 0.0, LOADING, UNLOADING), SLACK)
-    phase = np.where((direction == 0) & taut, REST, phase)
+    phase = _phase(modes, speed)
     if "release" in problem.layout.names:
         local = np.asarray(problem.layout.local(values))
         phase = np.where(times < local[:, [problem.layout.names.index("release")]], HELD, phase)
-    known = {"position": states.position, "speed": speed, "tension": response.channels["force"]}
     return Motion(phase, known, np.asarray(response.solution.trouble), response.channels)
+
+
+def _known(response: Response) -> dict[str, np.ndarray]:
+    """States a missing effect may depend on, by what the rig has."""
+    states, channels = response.solution.states, response.channels
+    if hasattr(states, "angle"):
+        tension = np.maximum(channels["force_1"], channels["force_2"])
+        return {"position": states.angle, "speed": states.rate, "tension": tension}
+    known = {"position": states.position, "speed": states.velocity}
+    return known | {"tension": channels["force"]} if "force" in channels else known
+
+
+def _phase(modes: Any, speed: np.ndarray) -> np.ndarray:
+    """Phase by the modes of the fibres, where the rig has any, and of the guide."""
+    fibres = [getattr(modes, name) for name in ("fibre", "fibre_1", "fibre_2") if hasattr(modes, name)]
+    resting = getattr(modes, "guide", np.ones_like(speed)) == 0
+    if not fibres:
+        return np.where(resting, REST, np.where(speed >= 0.0, FORWARDS, BACK))
+    taut = np.logical_or.reduce([mode > 0 for mode in fibres])
+    phase = np.where(taut, np.where(speed >= 0.0, LOADING, UNLOADING), SLACK)
+    return np.where(resting & taut, REST, phase)

@@ -46,6 +46,9 @@ def formulate_planned(study: Study, model: Model) -> Task:
     StudyError
         If a parameter has no initial value, or a record lacks a condition or an excitation.
     """
+    if model.rig.anchor is not None:
+        do = "Name a file for each record."
+        raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
     traces = tuple(_trace(record, model) for record in study.records)
     layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
     noise = {channel: _noise(study, channel, record_rate(traces[0])) for channel in model.rig.channels}
@@ -83,6 +86,8 @@ def _trace(record: Any, model: Model) -> Trace:
 
 
 def _motion(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if hasattr(record, "frequency"):
+        return _harmonic(record, times)
     missing = [name for name in ("excitation", "amplitude", "rate") if getattr(record, name) is None]
     if missing:
         raise StudyError(
@@ -94,6 +99,16 @@ def _motion(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     hold = {} if record.hold is None else {"hold": record.hold}
     position, rate = Excitation(record.excitation, record.amplitude, record.rate, **hold).motion(times)
     return position, rate, position
+
+
+def _harmonic(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    missing = [name for name in ("amplitude", "frequency") if getattr(record, name) is None]
+    if missing:
+        do = 'For example amplitude = "20 mm", frequency = "4 Hz".'
+        raise StudyError(record.label, f"no {' and no '.join(missing)}", "the movement of the driven ends", do)
+    omega = 2.0 * np.pi * record.frequency
+    position = record.amplitude * np.sin(omega * times)
+    return position, record.amplitude * omega * np.cos(omega * times), position
 
 
 def _slots(study: Study, model: Model) -> tuple[Slot, ...]:

@@ -79,11 +79,12 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
             )
     times, place = _grid(record)
     spread = {name: _spread(record.channels[name], place, len(times)) for name in (*rig.channels, *rig.inputs)}
+    read = {name: name for name in rig.inputs} | ({} if rig.anchor is None else {"anchor": rig.anchor})
     return Trace(
         record.name,
         times,
         {name: spread[name] for name in rig.channels},
-        {name: _input(spread[name], times, f'{record.name}, channel "{name}"') for name in rig.inputs},
+        {name: _input(spread[role], times, f'{record.name}, channel "{role}"') for name, role in read.items()},
         conditions,
     )
 

@@ -47,6 +47,9 @@ class Rig:
         The inputs are those at the first sample.
     observe : callable ``(system, state, mode, inputs) -> {channel: value}``
         True value of each channel at one instant, in SI units, before any sensor.
+    anchor : str or None
+        Channel whose measured value and rate tell where the motion begins, as an input "anchor"; a motion that nothing
+        brings back to its place is begun anew again and again.
     """
 
     kind: str
@@ -58,3 +61,4 @@ class Rig:
     build: Callable[[Values, Values, tuple[Effect, ...], str], Any]
     start: Callable[[Any, Values, Values, Any], Start]
     observe: Callable[[Any, Any, Any, Any], dict[str, jax.Array]]
+    anchor: str | None = None

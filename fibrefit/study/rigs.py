@@ -17,6 +17,7 @@ from fibrefit.study.quantity import (
     Duration,
     ForceNoise,
     Frequency,
+    Gain,
     Inertia,
     Instant,
     Length,
@@ -146,6 +147,7 @@ class GuidedMass(Table):
     """Constants of a mass in a guide that a measured force drives."""
 
     window: Duration | None = optional("Length of the stretches that are simulated from states of their own.")
+    gain: Gain | None = optional("Force on the mass per measured force; 1 when absent.")
 
 
 class GuidedMassRecord(GuidedMass, Record):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Estimate, Identification
+from fibrefit.problem.force_balance import force_balance
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store import ResultDirectory
@@ -157,4 +158,5 @@ def fit_study(
         do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
         raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
     found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+    found = replace(found, checks=(*found.checks, *force_balance(task, found.values)))
     return Fit(study, records, found, seed)

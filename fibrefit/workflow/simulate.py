@@ -28,6 +28,9 @@ PRINTED = {
     "force": ("force [N]", 1.0, "%.6g"),
     "position": ("position [mm]", 1e3, "%.6g"),
     "drive": ("drive [mm]", 1e3, "%.6g"),
+    "angle": ("angle [rad]", 1.0, "%.6g"),
+    "force_1": ("force_1 [N]", 1.0, "%.6g"),
+    "force_2": ("force_2 [N]", 1.0, "%.6g"),
 }
 """Header, factor from SI, and format of each channel as written."""
 
@@ -55,10 +58,11 @@ class Simulation:
             header, factor, _ = PRINTED[channel]
             headers.append(header)
             columns.append(values[record, : len(trace.times)] * factor)
-        for name, signals in self.task.problem.observations.experiment.inputs.items():
+        inputs = self.task.problem.observations.experiment.inputs
+        for name in self.task.problem.model.rig.inputs:
             header, factor, _ = PRINTED[name]
             headers.append(header)
-            columns.append(np.asarray(signals.values)[record, : len(trace.times)] * factor)
+            columns.append(np.asarray(inputs[name].values)[record, : len(trace.times)] * factor)
         return headers, np.column_stack(columns)
 
     def plot(self) -> Figures:
