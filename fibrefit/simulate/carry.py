@@ -181,7 +181,8 @@ class _Flow:
         tangents = self._along(piece, (arc.step, arc.start, arc.end), arc.state, arc.mode, tangents)
 
         def end(leaves: Leaves, told: Leaves) -> tuple[Leaves, jax.Array, Leaves]:
-            return _arc_end(*self.whole(told), self.times, arc, self.state(leaves))
+            system, inputs = self.whole(told)
+            return _arc_end(system, inputs, self.times, arc, self.state(leaves))
 
         return self._pushed(end, jax.tree.leaves(arc.reached), tangents)
 
@@ -252,7 +253,7 @@ def _arc_end(
     shift = jnp.where(moves, -(value - jax.lax.stop_gradient(value)) / jnp.where(moves, slope, 1.0), 0.0)
     moved = plus(state, shift, rate)
     switches, tree = jax.tree.flatten(arc.mode)
-    crossed = tree.unflatten([arc.ended_by == i for i in range(len(switches))])
+    crossed = jax.tree.unflatten(tree, [arc.ended_by == i for i in range(len(switches))])
     switched, _ = system.switch(moved, arc.mode, crossed, here)
     after = select(arc.ended_by >= 0, switched, moved)
     return jax.tree.leaves(after), arc.end + shift, jax.tree.leaves(moved)

@@ -53,7 +53,8 @@ def _one_by_one(push: Push, batched: Any, whole: tuple) -> tuple[Any, Any]:
 
     def one(rows: list[jax.Array]) -> tuple[Any, Any]:
         own = iter(rows)
-        return push(*tree.unflatten([next(own) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True)]))
+        whole = [next(own) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True)]
+        return push(*jax.tree.unflatten(tree, whole))
 
     return jax.lax.map(one, [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag])
 
@@ -85,6 +86,6 @@ def parted(whole: Any, which: tuple[int, ...]) -> tuple[list[Any], Callable[[lis
 
     def with_(some: list[Any]) -> Any:
         now = dict(zip(which, some, strict=True))
-        return tree.unflatten([now.get(i, leaf) for i, leaf in enumerate(leaves)])
+        return jax.tree.unflatten(tree, [now.get(i, leaf) for i, leaf in enumerate(leaves)])
 
     return [leaves[i] for i in which], with_
