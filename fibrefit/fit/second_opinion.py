@@ -43,10 +43,12 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
 
     ranges = [slot.range for slot, _ in problem.layout.entries]
     lower, upper = np.array([r.lower for r in ranges]), np.array([r.upper for r in ranges])
+    # A step where the data see nothing can be wider than the range itself.
+    margin = 1e-9 * np.minimum(scale, upper - lower)
     root = _Root(problem)
     found = least_squares(
         lambda x: root(x)[:, -1],
-        np.clip(start, lower + 1e-9 * scale, upper - 1e-9 * scale),
+        np.clip(start, lower + margin, upper - margin),
         jac=lambda x: root(x)[:, :-1],
         bounds=(lower, upper),
         x_scale=scale,

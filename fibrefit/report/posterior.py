@@ -159,7 +159,7 @@ def _foretells(summary: PosteriorSummary) -> list[str]:
             paragraph(
                 f"Log density of {ahead.blocks} blocks of time, each left out in turn: {ahead.total.value:.1f} +/- "
                 f"{ahead.total.error:.1f}, with {ahead.effective_parameters:.1f} effective parameters"
-                + (f"; {ahead.unsure} blocks cannot be relied on." if ahead.unsure else ".")
+                + (f"; {ahead.unsure} of them cannot be relied on." if ahead.unsure else ".")
             )
         )
     if summary.log_evidence is not None:

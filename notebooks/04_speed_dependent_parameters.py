@@ -1,0 +1,98 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Parameters that depend on speed
+#
+# The same rig, but its guide has been greased. Something in it now depends on how fast the weight moves: the friction
+# of the guide may grow with speed, or fall as sliding sets in, or it may be the fibre whose damping depends on the
+# rate of stretch. Which of them is it, and how sure can we be?
+
+# %%
+import numpy as np
+
+import fibrefit
+
+STUDY = "../configs/lubricated_guide"
+laws = {
+    "base model": (),
+    "viscous guide": ("guide.viscous_friction",),
+    "Stribeck guide": ("guide.stribeck_friction",),
+    "rate-dependent fibre": ("fibre.rate_dependent_damping",),
+}
+studies = {name: fibrefit.load_study(STUDY, [f"model.effects={list(effects)}"]) for name, effects in laws.items()}
+fits = {name: fibrefit.fit(study, starts=8) for name, study in studies.items()}
+for name, fit in fits.items():
+    gaps = {channel: round(gap.ratio, 2) for channel, gap in fit.identification.gap.items()}
+    print(f"{name:<22} {fit.status:<8} gap {gaps}")
+
+# %% [markdown]
+# One of the four leaves nothing but noise. The base model hides what it lacks in its three numbers, as well as it
+# can:
+
+# %%
+for name, fit in fits.items():
+    told = [f"{key.rpartition('.')[2]} {value.value:.5g} {value.unit}" for key, value in fit.parameters.items()]
+    print(f"{name:<22} {', '.join(told)}")
+
+# %%
+fits["base model"].plot().only("record drop_20mm_90deg.csv")
+
+# %%
+fits["viscous guide"].plot().only("record drop_20mm_90deg.csv")
+
+# %% [markdown]
+# ## Is there more to it?
+#
+# Two effects explain the records at least as well as one of them. Whether the second is worth having, the posterior
+# tells: how well does each model foretell stretches of the records that were left out, and how likely does it make
+# what was measured?
+
+# %%
+viscous = fibrefit.sample(studies["viscous guide"], start=fits["viscous guide"])
+viscous.save("results/viscous", force=True)
+both_study = fibrefit.load_study(STUDY, ['model.effects=["guide.viscous_friction", "fibre.rate_dependent_damping"]'])
+both = fibrefit.sample(both_study, compare=["results/viscous"])
+(against,) = both.compared
+print(f"left-out stretches: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f} in favour of two effects")
+if against.log_evidence is not None:
+    print(f"log marginal likelihood: {against.log_evidence.value:+.1f} in favour of two effects")
+
+# %% [markdown]
+# A factor for the fibre that depends on its rate would be, if there were one:
+
+# %%
+factor = both.parameters["fibre.rate_dependent_damping.damping_rate_factor"]
+print(f"damping_rate_factor {factor.mean:.3f}, 95 %: {factor.interval[0]:.3f} to {factor.interval[1]:.3f}")
+
+# %% [markdown]
+# ## Friction against speed
+#
+# Every draw of the posterior is a friction law. Together they make a band, widest where these records say least.
+
+# %%
+speeds = np.linspace(0.0, 1.0, 6)
+level = viscous.draws["friction"].ravel()
+slope = viscous.draws["guide.viscous_friction.viscous_coefficient"].ravel()
+print("speed / (m/s)   friction / N: 5 %, 50 %, 95 %")
+for speed in speeds:
+    low, middle, high = np.quantile(level + slope * speed, [0.05, 0.5, 0.95])
+    print(f"{speed:13.1f}   {low:.3f}  {middle:.3f}  {high:.3f}")
+
+# %%
+viscous.plot_corner("damping", "friction", "guide.viscous_friction.viscous_coefficient")
+
+# %% [markdown]
+# Damping of the fibre and viscous friction of the guide both take energy in proportion to a speed. That the drops
+# under 45 degrees and from another height tell them apart can be asked before anything is measured:
+# `fibrefit confuse`.
