@@ -18,6 +18,8 @@ NEGLIGIBLE = 1e-4
 """Weight, by Laplace's method, below which a mode is named but not sampled."""
 SAME = 3.0
 """Distance in standard deviations below which two climbs ended in one mode."""
+LOOK_STEPS, LOOK_ESS = 300, 100.0
+"""Budget of a mode that is only weighed; one that proves the heaviest is sampled like any other."""
 MOVED = 0.05
 """Share of the draws that lie nearer to another mode, above which an ensemble counts as having left its own."""
 
@@ -82,14 +84,26 @@ def sample_modes(
         The heaviest first; weights add up to one.
     """
     top = approximations[0].log_evidence
-    modes = []
-    for number, approximation in enumerate(approximations):
-        if number and approximation.log_evidence - top < np.log(NEGLIGIBLE):
+    files = [
+        file if not n or file is None else _numbered(file, n + 1)
+        for n, file in enumerate([checkpoint_file] * len(approximations))
+    ]
+    look = replace(settings, max_steps=min(settings.max_steps, LOOK_STEPS), ess=min(settings.ess, LOOK_ESS))
+
+    def sampled(number: int, budget: Settings, go_on: bool) -> Mode:
+        approximation = approximations[number]
+        course = run(target, approximation, budget, files[number], go_on, progress)
+        return Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed))
+
+    modes = [sampled(0, settings, resume)]
+    for number, approximation in enumerate(approximations[1:], 1):
+        if approximation.log_evidence - top < np.log(NEGLIGIBLE):
             modes.append(Mode(approximation, 0.0, None, Evidence(approximation.log_evidence, np.inf)))
-            continue
-        file = checkpoint_file if not number or checkpoint_file is None else _numbered(checkpoint_file, number + 1)
-        course = run(target, approximation, settings, file, resume, progress)
-        modes.append(Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed)))
+        else:
+            modes.append(sampled(number, look, resume))
+    heaviest = int(np.argmax([mode.evidence.log_value if mode.course else -np.inf for mode in modes]))
+    if heaviest:
+        modes[heaviest] = sampled(heaviest, settings, True)
     return _weighed(_settled(modes))
 
 

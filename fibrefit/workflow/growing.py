@@ -22,7 +22,8 @@ def growing_folder(
     out : pathlib.Path
         Folder of the result.
     kept : sequence of str
-        Files and folders a run goes on from; without the last one there is nothing to go on from.
+        Files and folders a run goes on from, or patterns of their names; without the last one, which is no pattern,
+        there is nothing to go on from.
     force : bool
         Replace an earlier result, and forget a run that was cut short.
     resume : bool
@@ -52,8 +53,8 @@ def growing_folder(
             yield directory
         except BaseException:
             if not (directory.path / kept[-1]).exists():
-                for name in kept[:-1]:  # of no use alone
-                    (directory.path / name).unlink(missing_ok=True)
+                for path in (path for name in kept[:-1] for path in directory.path.glob(name)):
+                    path.unlink()  # of no use alone
             raise
 
 
@@ -69,11 +70,10 @@ def _take_over(finished: Path, growing: Path, kept: Sequence[str]) -> None:
     """Copy what a finished run kept; the last of it tells that all is there."""
     if (growing / kept[-1]).exists() or not (finished / kept[-1]).exists():
         return
-    for name in kept:
-        if (finished / name).exists():
-            half = growing / f".{name}.copy"
-            if (finished / name).is_dir():
-                shutil.copytree(finished / name, half)
-            else:
-                shutil.copyfile(finished / name, half)
-            half.replace(growing / name)
+    for path in (path for name in kept for path in sorted(finished.glob(name))):
+        half = growing / f".{path.name}.copy"
+        if path.is_dir():
+            shutil.copytree(path, half)
+        else:
+            shutil.copyfile(path, half)
+        half.replace(growing / path.name)

@@ -20,7 +20,7 @@ from fibrefit.workflow.fit import STARTS, Fit
 
 CHAINS = "chains.npz"
 START = "start.json"
-KEPT = (START, CHAINS)
+KEPT = (START, "chains-*.npz", CHAINS)
 """What a run goes on from."""
 MOST_BASINS = 8
 """Other minima of the search that are looked into, the deepest first."""

@@ -17,7 +17,7 @@ from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.sample.approximation import Approximation
 from fibrefit.sample.judge import assess
-from fibrefit.sample.modes import distinct, sample_modes
+from fibrefit.sample.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
 from fibrefit.sample.posterior import Marginal, marginals, status
 from fibrefit.sample.sample import sample_posterior
 from fibrefit.sample.settings import Settings
@@ -168,3 +168,20 @@ def test_an_unseen_parameter_without_a_proper_prior_has_no_posterior(small: tupl
         "position_zero[drop 1]: the posterior is not a distribution; expected a proper prior, for one of them at "
         'least. Give it one, such as kind = "normal" or "half_normal", or bounds on both sides.'
     )
+
+
+def test_a_light_looking_mode_that_proves_the_heaviest_is_sampled_in_full() -> None:
+    """Laplace's method is told that the second mode is narrower than it is; bridge sampling finds out."""
+    first, second = np.zeros(2), np.array([30.0, 0.0])
+    both = lambda x: np.logaddexp(  # noqa: E731
+        normal(first, np.eye(2), math.log(0.2))(x), normal(second, 9.0 * np.eye(2), math.log(0.8))(x)
+    )
+    found = [around(both, first, np.eye(2)), around(both, second, 0.5 * np.eye(2))]
+    modes = sample_modes(target(both, 2), found, Settings(seed=0, ess=1500.0))
+    assert modes[0].approximation.centre[0] == 30.0
+    assert modes[0].weight == pytest.approx(0.8, abs=0.03)
+    for mode, enough in zip(modes, (1500.0, LOOK_ESS), strict=True):
+        assert mode.course is not None
+        assert mode.course.converged or mode is modes[1]
+        assert mode.course.mixing.ess_bulk.min() > enough
+    assert modes[1].course.points.shape[1] <= LOOK_STEPS

@@ -28,10 +28,12 @@ def test_a_finished_run_goes_on_in_a_copy(tmp_path: Path) -> None:
     with growing_folder(out, KEPT) as directory:
         (directory.path / START).write_text("start")
         (directory.path / CHAINS).write_bytes(b"chains")
+        (directory.path / "chains-2.npz").write_bytes(b"of a second mode")
     with pytest.raises(UsageError, match="exists already"), growing_folder(out, KEPT):
         pass
     with pytest.raises(KeyboardInterrupt), growing_folder(out, KEPT, resume=True) as directory:
         assert (directory.path / START).read_text() == "start"
+        assert (directory.path / "chains-2.npz").exists()
         (directory.path / CHAINS).write_bytes(b"more")
         raise KeyboardInterrupt
     assert (out / CHAINS).read_bytes() == b"chains"
