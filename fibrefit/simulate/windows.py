@@ -32,7 +32,7 @@ from fibrefit.simulate.model import Experiment, Model, Response
 from fibrefit.simulate.sensitivity import solve
 from fibrefit.simulate.switched import Solution, take
 
-PASSES = 3
+PASSES = 6
 """Simulations of a window: the last one starts where those before it found that it should."""
 LEAST = 1e-9
 """Share of the larger of its two directions below which a start is not told by a window."""
@@ -83,10 +83,13 @@ class WindowedModel(Model):
         def lacking(solution: Solution, slopes: jax.Array) -> jax.Array:
             return _coefficients(slopes, anchor.values - solution.states.position, counted)
 
-        best, known = jnp.stack([anchor.values[0], anchor.slopes[0]]), jax.lax.stop_gradient(system)
-        for _ in range(PASSES - 1):
-            solution = follow(known, best)
-            best = best + lacking(solution, _slopes(known, solution, here, times))
+        known = jax.lax.stop_gradient(system)
+
+        def better(_: Any, start: jax.Array) -> jax.Array:
+            solution = follow(known, start)
+            return start + lacking(solution, _slopes(known, solution, here, times))
+
+        best = jax.lax.fori_loop(0, PASSES - 1, better, jnp.stack([anchor.values[0], anchor.slopes[0]]))
         solution = follow(system, best)
         slopes = jax.lax.stop_gradient(_slopes(known, solution, here, times))
         return solution.states.position + slopes @ lacking(solution, slopes), solution
