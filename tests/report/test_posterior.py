@@ -1,0 +1,112 @@
+"""The report of a posterior fits the terminal, and says what may be believed and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fibrefit.report.layout import WIDTH
+from fibrefit.report.posterior import REMEDIES, advice, posterior_report
+from fibrefit.study import summaries as s
+from tests.study.test_summaries import EXAMPLES
+
+PLAIN: s.PosteriorSummary = EXAMPLES["fibrefit/posterior/1"]  # type: ignore[assignment]
+LONG = "guide.asymmetric_viscous_friction.viscous_asymmetry"
+FAILED = s.CheckSummary(name="the residuals are noise", passed=False, says="The residuals of force are loud.")
+
+
+def known(mean: float, sd: float, unit: str, share: float = 0.001) -> s.PosteriorParameter:
+    ends = (mean - 2.0 * sd, mean + 2.0 * sd)
+    return s.PosteriorParameter(
+        mean=mean, sd=sd, median=mean, interval=ends, unit=unit, r_hat=1.003, ess_bulk=900.0, ess_tail=800.0,
+        prior="half-normal, sd 3 N", prior_share=share,
+    )  # fmt: skip
+
+
+def suspect() -> s.PosteriorSummary:
+    return PLAIN.model_copy(
+        update={
+            "study": "a name that goes on " * 10,
+            "status": "suspect",
+            "effects": ("guide.asymmetric_viscous_friction",),
+            "parameters": {
+                "stiffness": known(11150.6, 4.2, "N/m"),
+                "friction": known(2.5, 0.9, "N", share=0.6),
+                LONG: known(0.0, 0.2, "-"),
+            },
+            "records": {"a.csv": {"release": known(0.2, 1e-5, "s")}},
+            "steps": 90,
+            "warm_up": 30,
+            "ended": "budget",
+            "acceptance": 0.45,
+            "likelihood_says": "Likelihood: white noise, as asked for.",
+            "covered": {"force": 0.893, "position": 0.9},
+            "log_evidence": s.Measure(value=-12.3, error=0.04),
+            "foresight": s.ForesightSummary(
+                total=s.Measure(value=-10.0, error=2.0), blocks=30, unsure=2, effective_parameters=4.2
+            ),
+            "compared": tuple(
+                s.ComparedModel(
+                    result="results/other",
+                    study="drops",
+                    effects=effects,
+                    foresight=s.Measure(value=value, error=1.0),
+                    log_evidence=None if not effects else s.Measure(value=3.0, error=0.1),
+                )
+                for effects, value in (((), 5.0), ((LONG,), -5.0), (("guide.quadratic_drag",), 0.5))
+            ),
+            "checks": (*PLAIN.checks, FAILED),
+            "advice": advice((FAILED,), False, False),
+            "remarks": ("Something worth a word. " * 6,),
+        }
+    )
+
+
+@pytest.mark.parametrize("summary", [PLAIN, suspect()], ids=["plain", "suspect"])
+def test_it_fits_80_columns_of_ascii(summary: s.PosteriorSummary) -> None:
+    text = posterior_report(summary)
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert text.isascii()
+
+
+def test_it_says_what_matters() -> None:
+    text = " ".join(posterior_report(suspect()).split())
+    for part in (
+        "SUSPECT",
+        "11.1506 0.0042 kN/m",
+        "guide.asymmetric_viscous_friction. viscous_asymmetry 0.00 0.20",
+        "The prior of friction matters: half-normal, sd 3 N; 60 % of its width is left.",
+        "Each record has its own release: see summary.json.",
+        "walkers of 90 steps, the first 30 left out.",
+        "The budget ended the run; R-hat at most 1.0030, effective draws 800 or more; 45 % of the moves accepted.",
+        "89.3 % of force, 90.0 % of position",
+        "30 blocks of time, each left out in turn: -10.0 +/- 2.0, with 4.2 effective parameters; 2 of them cannot",
+        "base model, results/other +5.0 +/- 1.0 this one",
+        "-5.0 +/- 1.0 +3.0 the other",
+        "guide.quadratic_drag +0.5 +/- 1.0 +3.0 alike",
+        "the residuals are noise: The residuals of force are loud.",
+        "Run fibrefit discover",
+        "Go on with --resume",
+    ):
+        assert part in text, part
+
+
+def test_a_good_posterior_is_told_of_the_second_opinion_and_of_nothing_else() -> None:
+    assert advice(PLAIN.checks, True, False) == ("Where much depends on it, ask for a second opinion with --nuts.",)
+    assert advice(PLAIN.checks, True, True) == ()
+
+
+def test_every_remedy_belongs_to_a_check() -> None:
+    """Their names are written twice: here it shows when one of them changes."""
+    package = Path(__file__).resolve().parents[2] / "fibrefit"
+    source = "".join(path.read_text(encoding="utf-8") for path in package.rglob("*.py") if path.name != "posterior.py")
+    for name in REMEDIES:
+        assert f'Check("{name}"' in source, name
+
+
+def test_interval_kind_and_probability_are_stated() -> None:
+    half = PLAIN.model_copy(update={"interval_probability": 0.5, "interval_kind": "highest_density"})
+    text = posterior_report(half)
+    assert "50 % interval" in text
+    assert "Intervals have highest density." in text
