@@ -34,10 +34,9 @@ def begun(
         Of a perfect model.
     """
     wanted = _wanted(task, effects)
-    # An effect that makes the equations of motion stiff would slow down all others in its frame.
-    frame = frame_of(task, [effect for effect in wanted if not getattr(effect, "stiff", False)])
+    frame = frame_of(task, ())
     ground, local = _ground(task), _local(frame, task, values)
-    tell("compiling the model with every effect", None)
+    tell("polishing the fit without more effects", None)
     return _search(
         task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell, expected_gap
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -103,8 +104,36 @@ def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) ->
     return values
 
 
-def fit_with(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Hypothesis:
-    """Parent hypothesis with more effects, refitted from several starts.
+@dataclass(frozen=True)
+class Trial:
+    """Further effects on a hypothesis, fitted so far as to see whether they are worth a full refit.
+
+    Parameters
+    ----------
+    frame : Frame
+    effects : tuple of Effect classes
+        Those of the hypothesis and the further ones.
+    scouts : tuple of Refit
+        The best few ends of short refits, best first.
+    """
+
+    frame: Frame
+    effects: tuple[type[Effect], ...]
+    scouts: tuple[Refit, ...]
+
+    def as_it_is(self) -> Hypothesis:
+        """The hypothesis without a full refit."""
+        return Hypothesis(self.effects, self.scouts[0], self.frame)
+
+    def refitted(self, ground: Ground) -> Hypothesis:
+        """The hypothesis refitted in full, from the best few ends."""
+        subset = ground.subset(self.effects)
+        ends = [refit(self.frame, subset, scout.local, ground.whole) for scout in self.scouts]
+        return Hypothesis(self.effects, min(ends, key=lambda found: found.cost), self.frame)
+
+
+def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Trial:
+    """A parent hypothesis with more effects, refitted by some steps from several starts.
 
     Parameters
     ----------
@@ -113,11 +142,6 @@ def fit_with(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[t
     ground : Ground
     parent : Hypothesis
     added : sequence of Effect classes
-
-    Returns
-    -------
-    Hypothesis
-        The best end of all starts.
     """
     effects = (*parent.effects, *added)
     subset = ground.subset(effects)
@@ -129,14 +153,12 @@ def fit_with(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[t
             _from_data(frame, ground, subset, start)
             for start in _starts(frame, _suggested(frame, before, ground), added)
         ]
-    scouts.sort(key=lambda found: found.cost)
-    ends = [refit(frame, subset, scout.local, ground.whole) for scout in scouts[:FINALISTS]]
-    return Hypothesis(effects, min(ends, key=lambda found: found.cost), frame)
+    return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
 
 
-def fit_all(jobs: Sequence[Callable[[], Hypothesis]], tell: Callable[[int], None]) -> list[Hypothesis]:
+def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
     """Carry out jobs on all cores; compiled programs run without holding the interpreter."""
-    done: list[Hypothesis] = []
+    done: list[Any] = []
     with ThreadPoolExecutor(THREADS) as pool:
         for found in pool.map(lambda job: job(), jobs):
             done.append(found)

@@ -24,6 +24,9 @@ from fibrefit.problem.propagated import expected_gap
 from fibrefit.problem.task import Task
 
 STARTS = 8
+FINAL_STARTS = 3
+NEARBY = 1.01
+"""Factor by which parameters of the final starts differ from the best ones."""
 LISTED = 8
 """Candidates whose parameters are shown with errors."""
 
@@ -251,8 +254,14 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
     task = frame_of(search.task, best.effects).task
     layout = task.problem.layout
     local = carried(Frame(task), np.zeros((len(layout.records), len(layout.names))), best.frame, best.fit.local)
-    start = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
-    return identify(replace(task, start=start), STARTS // 2, seed, progress=search.tell)
+    # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
+    nearby = replace(
+        task,
+        start=layout.pack({name: local[:, j] for j, name in enumerate(layout.names)}),
+        spread=dict.fromkeys(task.spread, NEARBY),
+        ladders=task.ladders[:1, -1:],
+    )
+    return identify(nearby, FINAL_STARTS, seed, progress=search.tell)
 
 
 def _classes(

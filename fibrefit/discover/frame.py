@@ -1,7 +1,7 @@
 """A frame: a model with many effects at once, all absent until they are switched on.
 
-Every effect vanishes exactly at its null value, so one compiled program with all of them stands for every subset. A
-search over effects and pairs of effects then compiles once; only the values differ.
+Every effect vanishes exactly at its null value, so one compiled program stands for every subset of its effects. A
+search over effects and pairs of effects then compiles a few programs; only the values differ.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect
+from fibrefit.effects.law import Effect, SensorLaw
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -26,6 +26,10 @@ from fibrefit.simulate.model import Model
 
 WIDTHS = (24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
+
+
+OWN_KIND = ("guide", "fibre", "sensor")
+"""Places with so many effects that they have frames of their own."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,28 @@ class Frame:
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
-        return np.asarray(_costs(self.problem, jnp.asarray(local), jnp.asarray(counts, dtype=jnp.int32)))
+        # A Gram matrix of nothing but residuals: a program of its own would have to be compiled too.
+        nothing = np.zeros(0, dtype=np.int32)
+        return self.grams(local, nothing, np.zeros((len(local), 0)), counts)[:, 0, 0]
+
+
+def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    """Those of `effects` that share a frame with one of them: its kind, as a model with all effects takes long to run.
+
+    One that makes the equations of motion stiff would slow down all others, and stays alone.
+    """
+    if effect.stiff:
+        return (effect,)
+    return tuple(other for other in effects if not other.stiff and _kind(other) == _kind(effect))
+
+
+def _kind(effect: type[Effect]) -> tuple[str, bool]:
+    """Where it acts, and whether it is a sensor that answers late."""
+    place = effect.name.partition(".")[0]
+    late = issubclass(effect, SensorLaw) and (
+        effect.late_by is not SensorLaw.late_by or effect.lags is not SensorLaw.lags
+    )
+    return place if place in OWN_KIND else "", late
 
 
 def frame_of(task: Task, effects: Sequence[type[Effect]]) -> Frame:
@@ -141,11 +166,3 @@ def _grams(
         return rows @ rows.T
 
     return jax.lax.map(one, (local, targets, problem.observations, counts))
-
-
-@eqx.filter_jit
-def _costs(problem: Problem, local: jax.Array, counts: jax.Array) -> jax.Array:
-    def one(row: tuple) -> jax.Array:
-        return jnp.sum(_residuals(problem, *row) ** 2)
-
-    return jax.lax.map(one, (local, problem.observations, counts))

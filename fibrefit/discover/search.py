@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, fit_all, fit_with
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, fit_all, scouted
 from fibrefit.discover.evidence import NOISE_LIKE, alike, significant
-from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.frame import Frame, frame_of, group_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
@@ -18,6 +18,12 @@ from fibrefit.problem.task import Task
 Progress = Callable[[str, float | None], None]
 USUAL_SCATTER = 6.0
 """Mean squared deviation between records, in units of what is usual, beyond which it is no scatter but an effect."""
+PROMISING = 2.0
+"""Cost over the lowest one, after some steps, up to which a candidate is refitted in full."""
+REFITTED = 4
+"""Candidates that always are."""
+SCOUTS_SHARE = 0.7
+"""Share of a round's time in which all candidates take their first steps."""
 BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
 
@@ -63,12 +69,20 @@ class Search:
         """Gap a hypothesis leaves."""
         return float(np.sqrt(hypothesis.fit.cost / self.samples))
 
-    def frame_for(self, effects: Sequence[type[Effect]]) -> Frame:
-        """A frame that holds these effects; made where there is none yet."""
+    def frame_for(self, effect: type[Effect], kin: Sequence[type[Effect]]) -> Frame:
+        """A frame that holds an effect with its group, and others; made where there is none yet.
+
+        Parameters
+        ----------
+        effect : Effect class
+        kin : sequence of Effect classes
+            All that may be present beside it.
+        """
+        held = tuple(dict.fromkeys((*kin, *group_of(effect, self.effects))))
         for frame in self.frames:
-            if frame.holds(effects):
+            if set(frame.effects) == {*self.task.problem.model.effects, *held}:
                 return frame
-        frame = frame_of(self.task, effects)
+        frame = frame_of(self.task, held)
         self.frames.append(frame)
         return frame
 
@@ -76,15 +90,21 @@ class Search:
         """Every parent with every further effect, refitted, best first."""
         jobs = []
         seen: set[frozenset[str]] = set()
+        kin = tuple(dict.fromkeys(effect for parent in parents for effect in parent.effects))
         for parent in parents:
             for effect in self.effects:
                 names = frozenset((*parent.names, effect.name))
                 if effect in parent.effects or names in seen or not set(effect.needs) <= self._present(parent):
                     continue
                 seen.add(names)
-                frame = self.frame_for((*parent.effects, effect))
-                jobs.append(partial(fit_with, frame, self.ground, parent, (effect,)))
-        found = fit_all(jobs, lambda done: self.tell(what, done / len(jobs)))
+                jobs.append(partial(scouted, self.frame_for(effect, kin), self.ground, parent, (effect,)))
+        tell = lambda done: self.tell(what, SCOUTS_SHARE * done / len(jobs))  # noqa: E731
+        trials = sorted(fit_all(jobs, tell), key=lambda trial: trial.scouts[0].cost)
+        far = PROMISING * trials[0].scouts[0].cost if trials else 0.0
+        near = [trial for i, trial in enumerate(trials) if i < REFITTED or trial.scouts[0].cost < far]
+        share = lambda done: self.tell(what, SCOUTS_SHARE + (1.0 - SCOUTS_SHARE) * done / len(near))  # noqa: E731
+        found = fit_all([partial(trial.refitted, self.ground) for trial in near], share)
+        found += [trial.as_it_is() for trial in trials[len(near) :]]
         return sorted(found, key=lambda hypothesis: hypothesis.fit.cost)
 
     def scattered(self, hypothesis: Hypothesis) -> Refit:
