@@ -17,7 +17,7 @@ NEAR, EXACT = 1.0, 1e-3
 """What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
 STRIDE = 10.0
 """Unit of the solver's variables in widths: its first damping is one part in a hundred of the curvature."""
-SEARCH = optx.ClassicalTrustRegion(high_cutoff=0.75, low_cutoff=0.1, high_constant=10.0, low_constant=0.1)
+SEARCH: Any = optx.ClassicalTrustRegion(high_cutoff=0.75, low_cutoff=0.1, high_constant=10.0, low_constant=0.1)
 """Boldness: measured on drops, a third fewer steps than with what the solver brings."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""

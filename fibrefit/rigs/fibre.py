@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -14,6 +15,8 @@ from fibrefit.effects.law import FibreLaw, Memory
 Memories = tuple[Memory, ...]
 
 NEWTON_STEPS = 8
+CONVERGED = 1e-9
+"""Last change, as a share of the value, after which another step of Newton's would change nothing."""
 LEAST_DAMPING = 0.05
 """In N s/m: keeps a fibre without damping from snapping into balance with a spring in series at no time at all."""
 SLACK, LOADED, LIMP = 0, 1, 2
@@ -84,11 +87,9 @@ class Fibre(eqx.Module):
 
     def rate_under(self, tension: jax.Array, length: jax.Array, memories: Memories) -> jax.Array:
         """Rate at which a fibre of `length` creeps under a given tension, in m/s."""
-        rate = jnp.zeros(())
-        for _ in range(NEWTON_STEPS if self.laws else 1):
-            value, slope = jax.jvp(lambda r: self.pull(length, r, memories), (rate,), (jnp.ones(()),))
-            rate = rate - (value - tension) / jnp.maximum(slope, LEAST_DAMPING)
-        return rate
+        if not self.laws:
+            return (tension - self.pull(length, jnp.zeros(()), memories)) / jnp.maximum(self.damping, LEAST_DAMPING)
+        return _creep(self, tension, length, memories)
 
     def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
         """Tension in N; nil unless loaded."""
@@ -107,6 +108,11 @@ class Fibre(eqx.Module):
             return plain
         exact = jnp.where(mode == LIMP, jnp.minimum(e, -load), jnp.where(mode == SLACK, -e, loaded))
         return jnp.where(self._tells_limp(), exact, plain)
+
+    def margin_of_length(self, length: jax.Array, mode: jax.Array) -> jax.Array:
+        """Positive while the fibre stays longer than its free length, or shorter, in m."""
+        e = self.stretch(length)
+        return jnp.where(mode == LOADED, e, -e)
 
     def memory_rates(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> Memories:
         """Rates of the laws' own states."""
@@ -134,3 +140,36 @@ class Fibre(eqx.Module):
     def _tells_limp(self) -> jax.Array:
         """Whether to tell limp from slack: an additional switch, which an absent law must not bring."""
         return ~functools.reduce(operator.and_, (law.absent() for law in self._forgetful()))
+
+
+@jax.custom_jvp
+def _creep(fibre: Fibre, tension: jax.Array, length: jax.Array, memories: Memories) -> jax.Array:
+    """Rate of a fibre with laws under a tension: Newton's method, which ends as soon as it has converged."""
+
+    def going(now: tuple[jax.Array, jax.Array, jax.Array]) -> jax.Array:
+        rate, change, step = now
+        return (step < NEWTON_STEPS) & (jnp.abs(change) > CONVERGED * jnp.abs(rate))
+
+    def newton(now: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array, jax.Array]:
+        rate, _, step = now
+        value, slope = _pull_and_slope(fibre, length, rate, memories)
+        change = (tension - value) / slope
+        return rate + change, change, step + 1
+
+    return jax.lax.while_loop(going, newton, (jnp.zeros(()), jnp.ones(()), jnp.int32(0)))[0]
+
+
+@_creep.defjvp
+def _creep_jvp(primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Array]:
+    rate = _creep(*primals)
+    fibre, _, length, memories = primals
+    d_fibre, d_tension, d_length, d_memories = tangents
+    _, slope = _pull_and_slope(fibre, length, rate, memories)
+    at_rate = lambda fibre, length, memories: fibre.pull(length, rate, memories)  # noqa: E731
+    _, d_pull = jax.jvp(at_rate, (fibre, length, memories), (d_fibre, d_length, d_memories))
+    return rate, (d_tension - d_pull) / slope
+
+
+def _pull_and_slope(fibre: Fibre, length: jax.Array, rate: jax.Array, memories: Memories) -> tuple[Any, Any]:
+    value, slope = jax.jvp(lambda r: fibre.pull(length, r, memories), (rate,), (jnp.ones(()),))
+    return value, jnp.maximum(slope, LEAST_DAMPING)

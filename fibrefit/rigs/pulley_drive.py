@@ -118,8 +118,9 @@ class PulleyDrive(eqx.Module):
         if state.mount_force is not None:
             loaded = self._mount_is_loaded(mode)
             length = near.length - self.mount.compliance() * state.mount_force / self._share()
-            rate = self.fibre.rate_under(state.mount_force, length, near.memories)
-            near = Side(jnp.where(loaded, length, near.length), jnp.where(loaded, rate, near.rate), near.memories)
+            creep = lambda: self.fibre.rate_under(state.mount_force, length, near.memories)  # noqa: E731
+            rate = jax.lax.cond(loaded, creep, lambda: near.rate)
+            near = Side(jnp.where(loaded, length, near.length), rate, near.memories)
         return near, far
 
     def tensions(
@@ -131,7 +132,9 @@ class PulleyDrive(eqx.Module):
             at_gauge = jnp.where(self._mount_is_loaded(mode), state.mount_force, at_gauge)
         if state.rim is None:
             return at_gauge, at_gauge
-        return at_gauge, jnp.where(self.pulley.turning(), self.fibre.tension(*far, mode.behind), at_gauge)
+        # What is not there is not computed: the laws of a fibre are the dearest part of a step.
+        behind = lambda: self.fibre.tension(*far, mode.behind)  # noqa: E731
+        return at_gauge, jax.lax.cond(self.pulley.turning(), behind, lambda: at_gauge)
 
     def derivative(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveState:
         """Rate of the state."""
@@ -159,7 +162,8 @@ class PulleyDrive(eqx.Module):
         fibre_behind = bearing = band = None
         if state.rim is not None:
             there, rim = self.pulley.turning(), state.rim
-            fibre_behind = jnp.where(there, self.fibre.margin(*far, mode.behind), 1.0)
+            behind_it = lambda: self.fibre.margin(*far, mode.behind)  # noqa: E731
+            fibre_behind = jax.lax.cond(there, behind_it, lambda: jnp.ones(()))
             if mode.bearing is not None:
                 bearing = self.pulley.bearing().margin(at_gauge - behind, mode.bearing, _of_rim(rim))
                 bearing = jnp.where(there, bearing, 1.0)
@@ -240,7 +244,11 @@ class PulleyDrive(eqx.Module):
         return Rim(
             jnp.where(moves, rim.speed, 0.0),
             jnp.where(there, net / self.pulley.mass(), 0.0),
-            self.fibre.memory_rates(*far, mode.behind),
+            jax.lax.cond(
+                there,
+                lambda: self.fibre.memory_rates(*far, mode.behind),
+                lambda: jax.tree.map(jnp.zeros_like, rim.memories),
+            ),
         )
 
     def _mount_rate(self, state: PulleyDriveState, near: Side, mode: PulleyDriveMode, inputs: Any) -> jax.Array:

@@ -15,7 +15,7 @@ from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulate.inputs import courses, inputs_at
 from fibrefit.simulate.jumps import Jumps, jumps_of
 from fibrefit.simulate.pieces import pieces_of
-from fibrefit.simulate.sensing import behind, chain_of, exactly_where
+from fibrefit.simulate.sensing import behind, chain_of
 from fibrefit.simulate.sensitivity import solve
 from fibrefit.simulate.switched import Solution
 
@@ -130,9 +130,8 @@ class Model:
             lags, late_by, nil = chain
             jumps = jumps._replace(instants=jumps.instants + late_by)
             for role in (role for role in channels if role.startswith("force")):
-                felt = partial(_channel, observe, role)
-                pieces = pieces_of(felt, system, times, count, inputs, solution)
-                channels[role] = exactly_where(nil, channels[role], behind(pieces, lags, late_by, times))
+                motion = (system, times, count, inputs, solution)
+                channels[role] = _through_sensor(self, role, nil, channels[role], (motion, lags, late_by))
         for sensor in laws_of(SensorLaw, laws):
             channels = sensor.measure(channels, times)
         if "position_zero" in values:
@@ -172,8 +171,28 @@ def _with_slopes_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Any
     return channels, d_channels
 
 
-def _channel(observe: Any, role: str, *instant: Any) -> jax.Array:
-    return observe(*instant)[role]
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _through_sensor(model: Model, role: str, nil: jax.Array, plain: jax.Array, given: tuple) -> jax.Array:
+    """A channel behind the dynamics of its sensor; where those are `nil`, the `plain` one, to the last bit.
+
+    The derivative is that of the dynamics all the same.
+    """
+    return jax.lax.cond(nil, lambda: plain, lambda: _behind(model, role, given))
+
+
+@_through_sensor.defjvp
+def _through_sensor_jvp(model: Model, role: str, primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Array]:
+    moved = jax.jvp(partial(_behind, model, role), primals[2:], tangents[2:])[1]
+    return _through_sensor(model, role, *primals), moved
+
+
+def _behind(model: Model, role: str, given: tuple) -> jax.Array:
+    (system, times, *motion), lags, late_by = given
+
+    def felt(state: Any, mode: Any, here: Any) -> jax.Array:
+        return model.rig.observe(system, state, mode, here)[role]
+
+    return behind(pieces_of(felt, system, times, *motion), lags, late_by, times)
 
 
 def dotted_parameter(effect: type[Effect], parameter: Parameter) -> Parameter:

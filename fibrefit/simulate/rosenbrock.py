@@ -64,37 +64,32 @@ def rosenbrock(rate: Function, state: Scalars, start: jax.Array, length: jax.Arr
     list of ()
         State at ``start + length``.
     """
-    rows, by_time = _jacobian(rate, start, state), _slope(rate, start, state)
+    first, by_time, rows = _slopes(rate, start, state)
     factors = eliminate(rows, GAMMA * length)
     stages: list[Scalars] = []
     for node, slope, points, couplings in zip(NODES, SLOPES, POINTS, COUPLINGS, strict=True):
         point = _combine(state, points, stages)
-        right = [length * r for r in rate(start + node * length, point)]
+        right = [length * r for r in (rate(start + node * length, point) if stages else first)]
         if slope:
             right = [r if t is None else r + slope * length**2 * t for r, t in zip(right, by_time, strict=True)]
         stages.append(substitute(factors, [GAMMA * r for r in _combine(right, couplings, stages)]))
     return _combine(state, (*POINTS[-1], 1.0), stages)
 
 
-def _jacobian(rate: Function, time: jax.Array, state: Scalars) -> list[Row]:
-    """Rows of the derivatives of `rate` by the states; None where there is none, whatever the values."""
-    reached = reach(rate, time, state)
+def _slopes(rate: Function, time: jax.Array, state: Scalars) -> tuple[Scalars, Row, list[Row]]:
+    """Rates, their explicit dependence on time, and rows of their derivatives by the states.
 
-    def column(i: int) -> Row:
-        def along(value: jax.Array) -> Scalars:
-            return rate(time, [*state[:i], value, *state[i + 1 :]])
+    None where there is none, whatever the values.
+    """
+    enters, size = reach(rate, time, state), len(state)
 
-        slopes = jax.jvp(along, (state[i],), (jnp.ones(()),))[1]
-        return [slope if j in reached[1 + i] else None for j, slope in enumerate(slopes)]
+    def along(direction: jax.Array) -> tuple[Scalars, Scalars]:
+        return jax.jvp(rate, (time, state), (direction[0], list(direction[1:])))
 
-    return [list(row) for row in zip(*map(column, range(len(state))), strict=True)]
-
-
-def _slope(rate: Function, time: jax.Array, state: Scalars) -> Row:
-    """Explicit dependence on time."""
-    reached = reach(rate, time, state)[0]
-    slopes = jax.jvp(lambda t: rate(t, state), (time,), (jnp.ones(()),))[1]
-    return [slope if i in reached else None for i, slope in enumerate(slopes)]
+    # All directions in one go: the program is that of one.
+    rates, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.eye(1 + size))
+    entries = [[slope[i] if j in enters[i] else None for i in range(1 + size)] for j, slope in enumerate(slopes)]
+    return rates, [row[0] for row in entries], [row[1:] for row in entries]
 
 
 def reach(rate: Function, time: jax.Array, state: Scalars) -> list[set[int]]:

@@ -191,14 +191,3 @@ def chain_of(laws: tuple[Effect, ...]) -> tuple[Lags, jax.Array, jax.Array] | No
         late_by = late_by + law.late_by()
         nil &= law.absent()
     return lags, late_by, nil
-
-
-@jax.custom_jvp
-def exactly_where(nil: jax.Array, plain: jax.Array, changed: jax.Array) -> jax.Array:
-    """`plain` to the last bit where `nil`, else `changed`; the derivative is that of `changed` all the same."""
-    return jnp.where(nil, plain, changed)
-
-
-@exactly_where.defjvp
-def _exactly_where_jvp(primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Array]:
-    return exactly_where(*primals), tangents[2]
