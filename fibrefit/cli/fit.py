@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from fibrefit.cli.failure import INTERRUPTED
+from fibrefit.cli.interruption import asked_to_stop
 from fibrefit.cli.options import result_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
@@ -38,11 +40,15 @@ def command(
     folder = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study
 
-    with shown_progress(terminal) as progress:
-        fit = fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+    with asked_to_stop(terminal) as stop, shown_progress(terminal) as progress:
+        fit = fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
         progress("drawing and writing", None)
-        fit.save(folder, force=force)
+        fit.save(folder, force=force, stop=stop)
+        interrupted = stop()
     summary = fit.summary()
     terminal.answer(fit.report(), summary.model_dump(mode="json", by_alias=True))
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, figures.")
+    figures = "no or not all figures" if interrupted else "figures"
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, {figures}.")
+    if interrupted:
+        return INTERRUPTED
     return NOT_TRUSTED if fit.status == "failed" else 0

@@ -26,6 +26,7 @@ from fibrefit.problem.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
+Stop = Callable[[], bool]
 Z_95 = 1.959964
 
 
@@ -37,6 +38,7 @@ def identify(
     robust: bool = False,
     profile: bool = False,
     progress: Progress | None = None,
+    stop: Stop = lambda: False,
 ) -> Identification:
     """Fit from many starts, measure the uncertainty, and put the result to its checks.
 
@@ -53,6 +55,8 @@ def identify(
         Give shared parameters profile-likelihood intervals.
     progress : callable, optional
         Told what is being done and the share that is finished.
+    stop : callable
+        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
 
     Returns
     -------
@@ -62,6 +66,8 @@ def identify(
     ------
     DataError
         If the model cannot be simulated from any start.
+    KeyboardInterrupt
+        If it is stopped before anything is known.
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     if robust:
@@ -70,29 +76,31 @@ def identify(
     problem = task.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
-    found = _search(task, width, starts, seed, tell)
+    found = _search(task, width, starts, seed, tell, stop)
     if not np.isfinite(found.cost).any():
         names = ", ".join(problem.layout.records[:3])
         do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
         raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
     tell("second solver", 0.87)
-    values, agreed = _settled(task, width, found)
+    values, agreed = _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, agreed)
     if profile:
         tell("profiles", 0.95)
-        found_all = _profiled(found_all, width, task.counts[-1:])
+        found_all = _profiled(found_all, width, task.counts[-1:], stop)
+    if stop():
+        found_all = replace(found_all, checks=(judge.interrupted(found), *found_all.checks))
     return replace(found_all, seconds=time.perf_counter() - began)
 
 
 SOFT_BEYOND = 3.0
 
 
-def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray) -> Identification:
+def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
     estimates = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
         errors = estimates[i].std_errors
-        if record is None and np.isfinite(estimates[i].std_error):
+        if record is None and np.isfinite(estimates[i].std_error) and not stop():
             interval = profile_interval(
                 found.problem, found.values, i, errors["white"], estimates[i].std_error, width, whole
             )
@@ -100,11 +108,11 @@ def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray) -> Id
     return replace(found, estimates=tuple(estimates))
 
 
-def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress) -> Starts:
+def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
     problem = task.problem
     began = scattered(problem.layout, task.start, task.spread, number, seed)
     told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
-    return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told))
+    return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told, stop))
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) -> Identification:
@@ -251,10 +259,12 @@ def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
     )
 
 
-def _settled(task: Task, width: np.ndarray, starts: Starts) -> tuple[np.ndarray, Check]:
+def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, Check]:
     """Best values, and whether another solver ends there too; if it ends lower, the search goes on from its place."""
     problem, whole = task.problem, task.counts[-1:]
     values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
+    if stop():
+        return values, judge.no_second_solver()
     for _ in range(SECOND_CHANCES):
         errors = _rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)

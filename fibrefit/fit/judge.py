@@ -62,6 +62,19 @@ def second_solver(distance: float, gain: float) -> Check:
     return Check("a second solver agrees", passed, says, distance, AGREEMENT)
 
 
+def no_second_solver() -> Check:
+    """What is said where a second solver was not asked."""
+    return Check("a second solver agrees", False, "A second solver was not asked.")
+
+
+def interrupted(starts: Starts) -> Check:
+    """What is said of a fit that was not let to its end."""
+    planned = starts.planned or starts.tried
+    says = f"Interrupted: {starts.tried} of {planned} starts came to an end"
+    says += "; what should follow them was cut short." if starts.tried == planned else "; the best of them is kept."
+    return Check("the fit ran to its end", False, says, float(starts.tried), float(planned))
+
+
 def starts_agree(starts: Starts) -> Check:
     """Whether most starts end in the best minimum, and what became of the others."""
     share = starts.agreeing / starts.tried

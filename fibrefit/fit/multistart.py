@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -50,9 +51,28 @@ def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], n
     return starts
 
 
+class Searched(NamedTuple):
+    """Where starts ended, and which of them came to an end before someone stopped the search.
+
+    Parameters
+    ----------
+    descent : Descent
+        NumPy, leaves ``(n_start, ...)``.
+    ended : (n_start,) bool
+    """
+
+    descent: Descent
+    ended: np.ndarray
+
+
 def search(
-    problem: Problem, starts: np.ndarray, width: np.ndarray, ladders: np.ndarray, told: Callable[[float], None]
-) -> Descent:
+    problem: Problem,
+    starts: np.ndarray,
+    width: np.ndarray,
+    ladders: np.ndarray,
+    told: Callable[[float], None],
+    stop: Callable[[], bool] = lambda: False,
+) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
 
     Starts that have come to the same place by the end of a horizon go on as one: what follows would be the same.
@@ -67,11 +87,18 @@ def search(
         another into a better one.
     told : callable
         Told the share that is done.
+    stop : callable
+        Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
+        best start so far, followed to its end.
 
     Returns
     -------
-    Descent
-        NumPy, leaves ``(n_start, ...)``.
+    Searched
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it is stopped before anything is known of any start.
     """
     number, stages = len(starts), ladders.shape[1]
     ladder = np.arange(number) % len(ladders)
@@ -80,18 +107,75 @@ def search(
     found = Descent(starts, np.full(number, np.inf), nil, nil.astype(bool))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
-            near = EXACT if stage == stages - 1 else NEAR
-            going = np.unique(leader)
-            parts = [going[i : i + CHUNK] for i in range(0, len(going), CHUNK)]
-            run = partial(_part, problem, found.free, width, ladders[ladder, stage], near)
-            ended = found._replace(steps=nil)
-            for done, (part, descent) in enumerate(zip(parts, pool.map(run, parts), strict=True), 1):
-                ended = Descent(*(_put(old, part, new) for old, new in zip(ended, descent, strict=True)))
-                told((stage + done / len(parts)) / stages)
-            ended = ended._replace(steps=found.steps + ended.steps)
+            run = _run(problem, found, width, ladders[ladder], stage)
+            tell = lambda share, stage=stage: told((stage + share) / stages)  # noqa: E731
+            ended, done = _stage(pool, run, found, np.unique(leader), tell, stop)
+            reached = np.isin(leader, done)
+            if not reached.all():
+                known = _as_far_as_known(found, ended, leader, reached)
+                if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
+                    return Searched(known, reached)
+                return _best_alone(problem, known, width, ladders[ladder], stage, reached)
             found = Descent(*(leaf[leader] for leaf in ended))
             leader = _leaders(found, width, ladder)
-    return found
+    return Searched(found, np.ones(number, dtype=bool))
+
+
+def _run(problem: Problem, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Any:
+    near = EXACT if stage == counts.shape[1] - 1 else NEAR
+    return partial(_part, problem, found.free, width, counts[:, stage], near)
+
+
+def _stage(
+    pool: Executor,
+    run: Callable[[np.ndarray], Descent],
+    found: Descent,
+    going: np.ndarray,
+    told: Callable[[float], None],
+    stop: Callable[[], bool],
+) -> tuple[Descent, np.ndarray]:
+    """Descents from the starts `going` over one horizon, and those that were reached before it was stopped."""
+    parts = [going[i : i + CHUNK] for i in range(0, len(going), CHUNK)]
+    ended = found._replace(steps=np.zeros_like(found.steps))
+    futures, done = [pool.submit(run, part) for part in parts], 0
+    for part, future in zip(parts, futures, strict=True):
+        descent = future.result()
+        ended = Descent(*(_put(old, part, new) for old, new in zip(ended, descent, strict=True)))
+        done += 1
+        told(done / len(parts))
+        if done < len(parts) and stop():
+            break
+    for future in futures[done:]:
+        future.cancel()
+    return ended._replace(steps=found.steps + ended.steps), np.concatenate(parts[:done])
+
+
+def _best_alone(
+    problem: Problem, known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
+) -> Searched:
+    """The best start of all that got as far as any, followed to its end."""
+    ahead = reached & np.isfinite(known.cost)
+    first = stage + 1 if ahead.any() else stage
+    cost = np.where(ahead, known.cost, np.inf) if ahead.any() else known.cost
+    if not np.isfinite(cost).any():
+        stopped = KeyboardInterrupt()
+        stopped.add_note("No start of the search had come anywhere yet; nothing was written.")
+        raise stopped
+    best = np.array([int(np.argmin(cost))])
+    for later in range(first, counts.shape[1]):
+        end = _run(problem, known, width, counts, later)(best)
+        end = end._replace(steps=known.steps[best] + end.steps)
+        known = Descent(*(_put(old, best, new) for old, new in zip(known, end, strict=True)))
+    return Searched(known, np.arange(len(reached)) == best[0])
+
+
+def _as_far_as_known(before: Descent, after: Descent, leader: np.ndarray, reached: np.ndarray) -> Descent:
+    """Descents of the starts that were reached with their leaders, and the others as they were before."""
+
+    def rows(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+        return np.where(reached.reshape(-1, *(1,) * (old.ndim - 1)), new[leader], old)
+
+    return Descent(*(rows(old, new) for old, new in zip(before, after, strict=True)))
 
 
 def _put(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -122,8 +206,9 @@ def _leaders(found: Descent, width: np.ndarray, ladder: np.ndarray) -> np.ndarra
     return leader
 
 
-def table(layout: Layout, began: np.ndarray, found: Descent) -> Starts:
-    """Where all starts ended, sorted into basins."""
+def table(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
+    """Where the starts ended that came to an end, sorted into basins."""
+    found, began = Descent(*(leaf[searched.ended] for leaf in searched.descent)), began[searched.ended]
     shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
     cost = np.asarray(found.cost)
     with np.errstate(invalid="ignore"):
@@ -136,6 +221,7 @@ def table(layout: Layout, began: np.ndarray, found: Descent) -> Starts:
         cost=cost,
         steps=np.asarray(found.steps),
         basin=_basins(cost),
+        planned=len(searched.ended),
     )
 
 

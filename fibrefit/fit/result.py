@@ -111,6 +111,8 @@ class Starts:
     steps : (n_start,) int
     basin : (n_start,) int
         0 for the best minimum, then by cost; -1 where the solver gave up.
+    planned : int
+        Number of starts asked for; 0 where all of them were tried.
     """
 
     names: tuple[str, ...]
@@ -120,6 +122,7 @@ class Starts:
     cost: np.ndarray
     steps: np.ndarray
     basin: np.ndarray
+    planned: int = 0
 
     @property
     def tried(self) -> int:

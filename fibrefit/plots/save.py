@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ LONGEST = 80
 DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{i}" for port in ("com", "lpt") for i in range(1, 10))}
 
 
-def save_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
+def save_figures(figures: Mapping[str, Figure], folder: Path, stop: Callable[[], bool] = lambda: False) -> list[Path]:
     """Write every figure as ``<name>.png``.
 
     Parameters
@@ -24,6 +24,8 @@ def save_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
         By name; signs that a file system may refuse are replaced, names that would then be equal are numbered.
     folder : pathlib.Path
         Made where it does not exist.
+    stop : callable
+        Asked before each figure whether to leave out the rest of them.
 
     Returns
     -------
@@ -32,9 +34,13 @@ def save_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{stem}.png" for stem in file_names(list(figures))]
+    written = []
     for path, figure in zip(paths, figures.values(), strict=True):
+        if stop():
+            break
         figure.savefig(path, format="png")
-    return paths
+        written.append(path)
+    return written
 
 
 def file_names(names: list[str]) -> list[str]:

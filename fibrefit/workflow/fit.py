@@ -77,7 +77,7 @@ class Fit:
 
         return fit_figures(self.identification)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
+    def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Write ``summary.json``, ``result.h5`` and the figures, whole or not at all.
 
         Parameters
@@ -86,6 +86,8 @@ class Fit:
             Folder of the result.
         force : bool
             Replace an earlier result there.
+        stop : callable
+            Asked before each figure whether to leave out the rest of them.
 
         Returns
         -------
@@ -105,13 +107,15 @@ class Fit:
             write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
             resolved = self.study.resolved_toml(relative_to=directory.out)
             (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
-            self._draw(directory.path / "figures")
+            self._draw(directory.path / "figures", stop)
         return directory.out
 
-    def _draw(self, folder: Path) -> None:
+    def _draw(self, folder: Path, stop: Callable[[], bool]) -> None:
+        if stop():
+            return
         from fibrefit.plots import save_figures
 
-        save_figures(self.plot(), folder)
+        save_figures(self.plot(), folder, stop)
 
 
 def fit_study(
@@ -122,6 +126,7 @@ def fit_study(
     robust: bool = False,
     profile: bool = False,
     progress: Callable[[str, float | None], None] | None = None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Fit:
     """Identify the model of a study from its records by least squares.
 
@@ -138,6 +143,8 @@ def fit_study(
         Replace the normal intervals of shared parameters by profile-likelihood ones.
     progress : callable, optional
         Told what is being done and the share that is finished.
+    stop : callable
+        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
 
     Returns
     -------
@@ -149,6 +156,8 @@ def fit_study(
         If a record is not understood, or does not show what the rig's motion should.
     StudyError
         If the study and the model do not fit together, or nothing is free.
+    KeyboardInterrupt
+        If it is stopped before anything is known.
     """
     if progress:
         progress("reading records", None)
@@ -157,6 +166,10 @@ def fit_study(
     if task.problem.layout.size == 0:
         do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
         raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
-    found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress)
+    if stop():
+        stopped = KeyboardInterrupt()
+        stopped.add_note("Nothing is known yet; nothing was written.")
+        raise stopped
+    found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
     found = replace(found, checks=(*found.checks, *force_balance(task, found.values)))
     return Fit(study, records, found, seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,8 @@ class Fit:
     def report(self) -> str:
         return "the report"
 
-    def save(self, out: Path, *, force: bool = False) -> None:
+    def save(self, out: Path, *, force: bool = False, stop: Callable[[], bool]) -> None:
+        assert not stop()
         with ResultDirectory(out, force=force) as directory:
             (directory.path / "summary.json").write_text("{}")
 
@@ -66,6 +68,7 @@ def test_options_reach_the_workflow(demo: Run, calls: list[tuple[Study, dict[str
     ((study, options),) = calls
     assert study.records[0].weight_mass == 2.0
     options.pop("progress")
+    assert not options.pop("stop")()
     assert options == {"seed": 7, "starts": 3, "robust": True, "profile": True}
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fibrefit.fit.multistart import SAME_BASIN, _leaders, scattered, search, table
+from fibrefit.fit.multistart import SAME_BASIN, Searched, _leaders, scattered, search, table
 from fibrefit.fit.profile import profile_interval
 from fibrefit.fit.result import Identification
 from fibrefit.fit.second_opinion import second_opinion
@@ -81,7 +81,7 @@ def test_ends_are_sorted_into_basins_by_their_cost() -> None:
     layout = Layout((Slot("k", "N/m", Range(-np.inf, np.inf, 1.0)),), ("a",))
     cost = np.array([5.0, 1.0, np.inf, 1.0 + 0.5 * SAME_BASIN, 5.0 * (1.0 + 0.5 * SAME_BASIN), 80.0])
     ended = Descent(np.arange(6.0)[:, None], cost, np.arange(6), np.ones(6, dtype=bool))
-    starts = table(layout, np.zeros((6, 1)), ended)
+    starts = table(layout, np.zeros((6, 1)), Searched(ended, np.ones(6, dtype=bool)))
     np.testing.assert_array_equal(starts.basin, [1, 0, -1, 0, 1, 2])
     assert starts.agreeing == 2
     assert starts.names == ("k",)

@@ -1,0 +1,43 @@
+"""Ctrl-C in long work: the first time it is asked to conclude, the second time it is ended."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from fibrefit.cli.terminal import Terminal
+
+
+@contextmanager
+def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
+    """Block in which the first Ctrl-C only sets a mark, which the work is to look at.
+
+    Parameters
+    ----------
+    terminal : Terminal
+        Told how it goes on.
+
+    Yields
+    ------
+    callable
+        Whether Ctrl-C has come.
+    """
+    asked = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked.is_set
+        return
+
+    def first(number: int, frame: Any) -> None:
+        if asked.is_set():
+            raise KeyboardInterrupt
+        asked.set()
+        terminal.remark("Interrupted: concluding with what there is. Ctrl-C again ends at once.")
+
+    before = signal.signal(signal.SIGINT, first)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
