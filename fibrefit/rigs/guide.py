@@ -67,6 +67,8 @@ class Guide(eqx.Module):
 
     def single_valued(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """Sum of the forces that need no mode, in N; positive opposes motion in the + direction."""
+        if not self.laws:
+            return jnp.zeros(())
         total, viscosity = jnp.zeros(()), jnp.zeros(())
         for law in self.laws:
             total = total + law.force(position, velocity)
