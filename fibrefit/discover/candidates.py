@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discover.frame import Frame
+from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.refit import Refit, Subset, refit
 from fibrefit.effects.law import Effect
+from fibrefit.problem.task import Task
 
 SMALL = 0.1
 """Strength at which a refit starts, as a share of the typical one: small enough not to spoil the orbit."""
@@ -102,6 +103,22 @@ def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) ->
         if name in source.names:
             values[:, j] = local[:, source.names.index(name)]
     return values
+
+
+def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
+    """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units.
+
+    Parameters
+    ----------
+    task : Task
+        Of the model the search began with.
+    hypothesis : Hypothesis
+    """
+    own = frame_of(task, hypothesis.effects).task
+    layout = own.problem.layout
+    blank = np.zeros((len(layout.records), len(layout.names)))
+    local = carried(Frame(own), blank, hypothesis.frame, hypothesis.fit.local)
+    return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
 
 
 @dataclass(frozen=True)

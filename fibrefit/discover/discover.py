@@ -10,10 +10,9 @@ import numpy as np
 
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
-from fibrefit.discover.candidates import Hypothesis, carried
+from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.evidence import CHANCE, EACH, NOISE_LIKE
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
-from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.free_form import Reading, described, probe_all
 from fibrefit.discover.refit import Subset, refit, standard_errors
 from fibrefit.discover.search import BEAM, Progress, Search
@@ -222,7 +221,7 @@ def _verdict(
 ) -> tuple[str, str, Unexplained]:
     noise_like = search.is_noise(best)
     if noise_like and reading is None:
-        plain = search.gap(best) <= NOISE_LIKE * search.expected_gap
+        plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE * search.expected_gap
         left = (
             "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
         )
@@ -251,13 +250,11 @@ def _looks_like(search: Search, before: Identification, best: Hypothesis, readin
 
 
 def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
-    task = frame_of(search.task, best.effects).task
-    layout = task.problem.layout
-    local = carried(Frame(task), np.zeros((len(layout.records), len(layout.names))), best.frame, best.fit.local)
+    task, values = alone(search.task, best)
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
-        start=layout.pack({name: local[:, j] for j, name in enumerate(layout.names)}),
+        start=values,
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )

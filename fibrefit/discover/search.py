@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, fit_all, scouted
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, fit_all, scouted
 from fibrefit.discover.evidence import NOISE_LIKE, alike, significant
 from fibrefit.discover.frame import Frame, frame_of, group_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
+from fibrefit.fit.joint import expected_gap, joint
+from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -26,6 +29,22 @@ SCOUTS_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
+
+
+class Corrected(NamedTuple):
+    """A hypothesis fitted together with the errors of measured inputs.
+
+    Parameters
+    ----------
+    cost : float
+        Sum of squared residuals and of the errors over their size.
+    gap, expected_gap : float
+        Left, and of a perfect model.
+    """
+
+    cost: float
+    gap: float
+    expected_gap: float
 
 
 @dataclass
@@ -52,6 +71,8 @@ class Search:
         Compiled so far.
     scatter : dict of tuple of str to Refit
         Refits with scatter made so far, by the names of their effects.
+    corrected : dict of tuple of str to Corrected
+        The same for refits together with the errors of measured inputs.
     """
 
     task: Task
@@ -64,6 +85,7 @@ class Search:
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
+    corrected: dict[tuple[str, ...], Corrected | None] = field(default_factory=dict)
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -137,7 +159,22 @@ class Search:
         added = hypothesis.size - over.size
         if not significant(over.fit.cost - hypothesis.fit.cost, added, self.kappa, over.fit.cost):
             return False
-        return significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost)
+        if not significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost):
+            return False
+        here, there = self.with_inputs_corrected(hypothesis), self.with_inputs_corrected(over)
+        return here is None or there is None or significant(there.cost - here.cost, added, self.kappa, there.cost)
+
+    def with_inputs_corrected(self, hypothesis: Hypothesis) -> Corrected | None:
+        """A hypothesis whose measured inputs may be wrong within their noise; None where no input has any."""
+        if hypothesis.names not in self.corrected:
+            task, values = alone(self.task, hypothesis)
+            known, found = input_errors(task), None
+            if known:
+                self.tell("allowing for the noise of measured inputs", None)
+                best = joint(task, known, values)
+                found = Corrected(best.cost, best.gap, expected_gap(task, known, best)[0])
+            self.corrected[hypothesis.names] = found
+        return self.corrected[hypothesis.names]
 
     def alike(self, best: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Those of `others` that explain the records as well as the best one."""
@@ -149,7 +186,10 @@ class Search:
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left, or noise and base parameters that scatter a little from record to record."""
-        return self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap or self.only_scatters(hypothesis)
+        if self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap or self.only_scatters(hypothesis):
+            return True
+        found = self.with_inputs_corrected(hypothesis)
+        return found is not None and found.gap <= NOISE_LIKE * found.expected_gap
 
     def only_scatters(self, hypothesis: Hypothesis) -> bool:
         """Whether base parameters that scatter no more than usual between records leave only noise."""

@@ -46,6 +46,8 @@ class Joint:
         At these values.
     waves : mapping of input to (n_record, n_wave)
         The errors, before they are given their colour.
+    cost : float
+        Sum of squared residuals and waves.
     promised : float
         Fall of the cost that one more step promises.
     error_rms : mapping of input to float, in SI units
@@ -55,8 +57,14 @@ class Joint:
     values: np.ndarray
     linear: Eliminated
     waves: Waves
+    cost: float
     promised: float
     error_rms: Mapping[str, float]
+
+    @property
+    def gap(self) -> float:
+        """Rms of the residuals in units of the noise."""
+        return float(np.sqrt(np.sum(self.linear.residuals**2) / self.problem.n_measured))
 
     @property
     def prior(self) -> np.ndarray:
@@ -88,7 +96,7 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) -> J
         linear = eliminate(problem, known, *place)
     rms = error_rms(problem, known, place.waves)
     promised = cost - _goal(problem.layout, place, linear)[1]
-    return Joint(corrected(problem, known, place.waves), place.values, linear, place.waves, promised, rms)
+    return Joint(corrected(problem, known, place.waves), place.values, linear, place.waves, cost, promised, rms)
 
 
 def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, seed: int = 0) -> tuple[float, np.ndarray]:

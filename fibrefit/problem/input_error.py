@@ -27,7 +27,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from fibrefit.problem.drive import smoother
 from fibrefit.problem.layout import Layout
@@ -145,7 +144,7 @@ def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.nda
         residuals, slopes, reactions = _linear(problem, known, values, waves, r)
         flat = np.concatenate([waves[name][r] for name in known])
         rows = np.concatenate([slopes, (residuals.ravel() - flat @ reactions)[None]])
-        imitated, left = _without(reactions, rows)
+        imitated, left = without(reactions, rows)
         slopes_left = np.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
         return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
 
@@ -180,11 +179,28 @@ def left_over(
         residuals, slopes, reactions = _linear(problem, known, values, quiet, r)
         flat = np.concatenate([waves[name][:, r] for name in known], axis=1)
         draws = np.where(residuals != 0.0, noise[:, r], 0.0).reshape(len(noise), -1) + flat @ reactions
-        left, free = _without(reactions, np.concatenate([slopes, draws]))[1], len(slopes)
+        left, free = without(reactions, np.concatenate([slopes, draws]))[1], len(slopes)
         share = np.linalg.lstsq(_scaled(left[:free].T), left[free:].T, rcond=1e-9)[0]
         return (left[free:].T - _scaled(left[:free].T) @ share).T.reshape(len(noise), *residuals.shape)
 
     return np.stack(_each_record(problem, one), axis=1)
+
+
+def expanded(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> list[tuple]:
+    """Residuals of each record and how they move with its values and with the waves of its inputs.
+
+    Parameters
+    ----------
+    problem, known, values, waves
+        As in `eliminate`.
+
+    Returns
+    -------
+    list of (residuals, slopes, reactions)
+        ``(n_channel, n_time)``, ``(n_local_free, n_channel * n_time)`` and ``(n_wave, n_channel * n_time)``, the waves
+        of all inputs one after the other.
+    """
+    return _each_record(problem, lambda r: _linear(problem, known, values, waves, r))
 
 
 def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
@@ -197,11 +213,17 @@ def _scaled(columns: np.ndarray) -> np.ndarray:
     return columns / np.where(size > 0.0, size, 1.0)
 
 
-def _without(reactions: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def without(reactions: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Waves ``(n_wave, n_row)`` that imitate rows of residuals as far as their prior lets them, and what is left."""
-    normal = reactions @ reactions.T
-    normal[np.diag_indices_from(normal)] += 1.0
-    waves = cho_solve(cho_factor(normal), reactions @ rows.T)
+    waves, left = _without(reactions, rows)
+    return np.asarray(waves), np.asarray(left)
+
+
+# Compiled, as the threads of NumPy's matrix products get in the way of those that carry out the records.
+@jax.jit
+def _without(reactions: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
+    normal = reactions @ reactions.T + jnp.eye(reactions.shape[0])
+    waves = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), reactions @ rows.T)
     return waves, rows - waves.T @ reactions
 
 
