@@ -54,33 +54,34 @@ def pieces_of(
         ``n_time + ARCS`` of them.
     """
 
-    def cubic(step: jax.Array, mode: Mode, first: Any, last: Any) -> Cubic:
-        def value_and_rate(time: jax.Array, state: State) -> tuple[jax.Array, jax.Array]:
-            def at(time: jax.Array, state: State) -> jax.Array:
-                return observe(state, mode, inputs_at(inputs, times, step, time))
+    def value_and_rate(step: jax.Array, mode: Mode, time: jax.Array, state: State) -> tuple[jax.Array, jax.Array]:
+        def at(time: jax.Array, state: State) -> jax.Array:
+            return observe(state, mode, inputs_at(inputs, times, step, time))
 
-            change = system.derivative(state, mode, inputs_at(inputs, times, step, time))
-            return jax.jvp(at, (time, state), (jnp.ones(()), change))
+        change = system.derivative(state, mode, inputs_at(inputs, times, step, time))
+        return jax.jvp(at, (time, state), (jnp.ones(()), change))
 
-        length = last[0] - first[0]
-        (p0, m0), (p1, m1) = value_and_rate(*first), value_and_rate(*last)
-        m0, m1 = m0 * length, m1 * length
-        return p0, m0, 3.0 * (p1 - p0) - 2.0 * m0 - m1, 2.0 * (p0 - p1) + m0 + m1
-
-    def of_step(step: jax.Array) -> Cubic:
-        ends = ((times[step + i], take(solution.states, step + i)) for i in (0, 1))
-        return cubic(step, take(solution.modes, step), *ends)
-
-    def of_arc(arc: Any) -> Cubic:
-        return cubic(arc.step, arc.mode, (arc.start, arc.state), (arc.end, arc.reached))
-
-    steps = jnp.arange(times.shape[0] - 1)
-    first = solution.arcs.step[0]
-    of_steps, of_arcs = jax.vmap(of_step)(steps), jax.vmap(of_arc)(solution.arcs)
-    held = (steps < first) | (steps >= count - 1)
+    n_steps, arcs = times.shape[0] - 1, solution.arcs
+    steps = jnp.arange(n_steps, dtype=arcs.step.dtype)
+    grid, modes = (times, solution.states), take(solution.modes, slice(None, -1))
+    at_start = _joined((take(grid, slice(None, -1)), modes), ((arcs.start, arcs.state), arcs.mode))
+    at_end = _joined(take(grid, slice(1, None)), (arcs.end, arcs.reached))
+    which = jnp.concatenate([steps, arcs.step])
+    # In a loop, so that the law is in the program once, and its values in memory before they are used.
+    ends = jax.tree.map(lambda *both: jnp.stack(both), at_start[0], at_end)
+    (p0, p1), (m0, m1) = jax.lax.map(lambda end: jax.vmap(value_and_rate)(which, at_start[1], *end), ends)
+    length = at_end[0] - at_start[0][0]
+    m0, m1 = m0 * length, m1 * length
+    cubics = p0, m0, 3.0 * (p1 - p0) - 2.0 * m0 - m1, 2.0 * (p0 - p1) + m0 + m1
+    of_steps, of_arcs = (tuple(term[part] for term in cubics) for part in (slice(None, n_steps), slice(n_steps, None)))
+    held = (steps < arcs.step[0]) | (steps >= count - 1)
     of_steps = (of_steps[0], *(jnp.where(held, 0.0, term) for term in of_steps[1:]))
     waiting = _constant(of_arcs[0][0])
     return _in_order(solution, times, of_steps, of_arcs, waiting)
+
+
+def _joined(steps: Any, arcs: Any) -> Any:
+    return jax.tree.map(lambda a, b: jnp.concatenate([a, b]), steps, arcs)
 
 
 def _in_order(solution: Solution, times: jax.Array, of_steps: Cubic, of_arcs: Cubic, waiting: Cubic) -> Pieces:
