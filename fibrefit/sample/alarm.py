@@ -15,7 +15,6 @@ from fibrefit.core.check import Check
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Linearised
 from fibrefit.problem.whitening import Whitening, innovations
-from fibrefit.sample.inputs import Steps
 
 UNLIKELY = 1e-3
 """Probability below which the difference of the two estimates is not taken for chance."""
@@ -42,9 +41,7 @@ class Parting:
     efficiency: np.ndarray
 
 
-def parting(
-    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, steps: Steps | None = None
-) -> Parting:
+def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Parting:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
     Law
@@ -60,8 +57,29 @@ def parting(
     whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
-    steps : Steps or None
-        By which the noise of measured inputs moves both.
+
+    Returns
+    -------
+    Parting
+    """
+    slopes = np.asarray(linear.slopes)
+    sharp = np.asarray(innovations(whitening, jnp.asarray(slopes))) / level[:, None, None]
+    fresh = np.asarray(innovations(whitening, jnp.asarray(linear.residuals))) / level[:, None]
+    bread = inverse(assembled(layout, _products(slopes, slopes)))
+    middle = assembled(layout, _products(slopes, correlated(slopes, whitening, level)))
+    best = inverse(assembled(layout, _products(sharp, sharp)))
+    step = -best @ gathered(layout, np.einsum("rcti,rct->ri", sharp, fresh))
+    return parted(step, bread @ middle @ bread, best)
+
+
+def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> Parting:
+    """Judge the difference of two estimates, the second of which is efficient.
+
+    Parameters
+    ----------
+    difference : (n_free,)
+    of_plain, of_whitened : (n_free, n_free)
+        Their covariances, if the model is right.
 
     Returns
     -------
@@ -73,65 +91,55 @@ def parting(
     """
     from scipy.stats import chi2
 
-    slopes, level = np.asarray(linear.slopes), level[:, None, None]
-    sharp = np.asarray(innovations(whitening, jnp.asarray(slopes))) / level
-    fresh = np.asarray(innovations(whitening, jnp.asarray(linear.residuals)))[..., None] / level
-    normal = _assembled(layout, slopes, slopes)
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
-    bread = _inverse(normal / np.outer(scale, scale))
-    middle = _assembled(layout, slopes, _correlated(slopes, whitening, level)) / np.outer(scale, scale)
-    best = _inverse(_assembled(layout, sharp, sharp) / np.outer(scale, scale))
-    difference = -best @ (_gathered(layout, np.sum(sharp * fresh, axis=(1, 2))) / scale)
-    of_plain = bread @ middle @ bread
     seen = np.diag(of_plain) > 0.0
     unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
-    excess, difference = (of_plain - best) * np.outer(unit, unit), difference * unit
-    shares = np.diag(best) * unit**2, np.diag(of_plain) * unit**2
-    if steps is not None:
-        whitened, plain = steps.whitened * scale * unit, steps.plain * scale * unit
-        excess += np.cov((whitened - plain).T)
-        shares = shares[0] + whitened.var(axis=0), shares[1] + plain.var(axis=0)
-    known = np.diag(excess) > SLIGHT
-    scores = np.where(known, difference / np.sqrt(np.where(known, np.diag(excess), 1.0)), np.nan)
+    excess, difference = (of_plain - of_whitened) * np.outer(unit, unit), difference * unit
+    spare = np.diag(excess) > SLIGHT
+    scores = np.where(spare, difference / np.sqrt(np.where(spare, np.diag(excess), 1.0)), np.nan)
     values, vectors = np.linalg.eigh(excess)
     used = values > SLIGHT
     statistic = np.sum((vectors[:, used].T @ difference) ** 2 / values[used])
     chance = float(chi2.sf(statistic, max(used.sum(), 1)))
-    return Parting(scores, chance, np.sqrt(shares[0] / np.where(seen, shares[1], np.inf)))
+    return Parting(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
 
 
 SLIGHT = 0.02
 """Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
-    return np.linalg.pinv(matrix, rcond=1e-10, hermitian=True)
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """Pseudo-inverse of a symmetric matrix whose rows may have any units; nil where there is nothing."""
+    scale = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+    return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
 
 
-def _assembled(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Sum of ``left' right`` of all records in the places of the free values, ``(n_free, n_free)``."""
+def assembled(layout: Layout, local: np.ndarray) -> np.ndarray:
+    """Sum of matrices ``(n_record, n_local, n_local)`` in the places of the free values, ``(n_free, n_free)``."""
     total = np.zeros((layout.size + 2, layout.size + 2))
-    for record, place in enumerate(layout.local_columns):
-        local = np.einsum("cti,ctj->ij", left[record], right[record])
-        np.add.at(total, (place[:, None], place[None, :]), local)
+    for own, place in zip(local, layout.local_columns, strict=True):
+        np.add.at(total, (place[:, None], place[None, :]), own)
     return total[: layout.size, : layout.size]
 
 
-def _gathered(layout: Layout, local: np.ndarray) -> np.ndarray:
+def gathered(layout: Layout, local: np.ndarray) -> np.ndarray:
     """Sum of vectors ``(n_record, n_local)`` in the places of the free values, ``(n_free,)``."""
     total = np.zeros(layout.size + 2)
     np.add.at(total, layout.local_columns, local)
     return total[: layout.size]
 
 
-def _correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
-    """Covariance of the noise times the slopes, by convolution with its autocovariance."""
+def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
+    """Covariance of the noise times columns ``(n_record, n_channel, n_time, n)``, by convolution."""
     size = slopes.shape[2]
-    lags = whitening.autocovariance(size) * level[..., 0] ** 2
+    lags = whitening.autocovariance(size) * level[:, None] ** 2
     wrapped = np.concatenate([lags, np.zeros_like(lags[..., :1]), lags[..., :0:-1]], axis=-1)
     spectrum = np.fft.rfft(wrapped, axis=-1)[..., None] * np.fft.rfft(slopes, 2 * size, axis=2)
     seen = np.any(slopes != 0.0, axis=-1, keepdims=True)
     return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
+
+
+def _products(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    return np.einsum("rcti,rctj->rij", left, right)
 
 
 def parting_check(names: tuple[str, ...], found: Parting) -> Check:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,18 +13,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.likelihood import TAIL_START, Likelihood, noise_priors, unit_of
 from fibrefit.problem.log_posterior import LogPosterior
 from fibrefit.problem.noise_model import NoiseModel, choose_noise_model
 from fibrefit.problem.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.problem import Linearised, Problem
-from fibrefit.problem.propagated import propagated
 from fibrefit.problem.task import Task
 from fibrefit.problem.whitening import innovations
 from fibrefit.sample import judge
-from fibrefit.sample.alarm import loudness_check, parting, parting_check
+from fibrefit.sample.alarm import Parting, loudness_check, parting, parting_check
 from fibrefit.sample.ensembles import Progress
-from fibrefit.sample.inputs import covariance_of, input_steps
+from fibrefit.sample.inputs import Settled, cleaned, settled
 from fibrefit.sample.mode import climb
 from fibrefit.sample.modes import Mode, distinct, sample_modes
 from fibrefit.sample.posterior import Posterior, marginals
@@ -85,21 +86,40 @@ def sample_posterior(
         If the checkpoint belongs to another run, or the settings cannot work.
     """
     began, settings = time.perf_counter(), settings or Settings()
+    start = np.asarray(start, dtype=float)
     ready = _prepare(task, start, stated or {}, noise, heavy, settings)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
-    found = [climb(ready.density, place(ready.density, values), every)[0] for values in (start, *basins)]
+    found = [climb(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
     modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
-    return _concluded(task, np.asarray(start, dtype=float), ready, modes, settings, began)
+    return _concluded(task, start, ready, modes, settings, began)
 
 
 class _Ready(NamedTuple):
-    """All that is known before the first draw."""
+    """All that is known before the first draw.
+
+    Parameters
+    ----------
+    linear : Linearised
+        At the plain estimate, the errors of inputs taken off.
+    model : NoiseModel
+    priors : Priors
+    density : LogPosterior
+    target : Target
+    values : (n_free,) in SI units
+        Where the walkers begin.
+    widening : (n_free, n_free)
+        See `Posterior`.
+    parting : Parting
+    """
 
     linear: Linearised
     model: NoiseModel
     priors: Priors
     density: LogPosterior
     target: Target
+    values: np.ndarray
+    widening: np.ndarray
+    parting: Parting
 
 
 def _prepare(
@@ -110,47 +130,70 @@ def _prepare(
     heavy: bool,
     settings: Settings,
 ) -> _Ready:
-    problem = task.problem
-    linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(start)))
-    model = noise_model_of(task, linear, noise, heavy)
-    priors = priors_of(problem.layout, problem.model, start, stated)
-    density = density_of(problem, priors, model.likelihood)
-    return _Ready(linear, model, priors, density, _target(task, priors, density, settings))
+    known, layout = input_errors(task), task.problem.layout
+    plain, waves = cleaned(task, known, start) if known else (task, {})
+    linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
+    model = noise_model_of(plain, linear, noise, heavy, bool(known))
+    whitening, level = model.likelihood.whitening, _level(model, linear, _counts(task))
+    if known:
+        there = settled(task, known, start, waves, whitening, level)
+    else:
+        still = np.zeros((layout.size, layout.size))
+        there = Settled(task, start, still, parting(layout, linear, whitening, level))
+    priors = priors_of(layout, task.problem.model, there.values, stated)
+    density = density_of(there.task.problem, priors, model.likelihood)
+    target = _target(task, priors, density, settings)
+    return _Ready(linear, model, priors, density, target, there.values, there.widening, there.parting)
 
 
 def _concluded(
     task: Task, start: np.ndarray, ready: _Ready, modes: list[Mode], settings: Settings, began: float
 ) -> Posterior:
-    problem, model, target = task.problem, ready.model, ready.target
-    whitening, level = model.likelihood.whitening, _level(model, ready.linear, _counts(task))
-    steps = input_steps(task, start, ready.linear, whitening, level, settings.seed)
-    widening = covariance_of(steps, problem, start)
-    course = modes[0].course
+    target, course = ready.target, modes[0].course
     assert course is not None  # the heaviest one is always sampled
-    summary = marginals(target, course, settings.interval, widening)
-    parted = parting(problem.layout, ready.linear, whitening, level, steps)
-    loudness = loudness_check(problem.model.rig.channels, _loudness(task, start, ready.linear))
-    checks = judge.assess(target, modes, summary, place(ready.density, start), settings)
+    summary = marginals(target, course, settings.interval, ready.widening)
+    loudness = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
+    checks = judge.assess(target, modes, summary, place(ready.density, ready.values), settings)
     return Posterior(
         target=target,
         density=ready.density,
-        noise_model=model,
+        noise_model=ready.model,
         priors=ready.priors.says() + _noise_priors_say(target, ready.priors),
         modes=tuple(modes),
         marginals=summary,
-        checks=(*checks, parting_check(target.names, parted), loudness),
-        parting=parted,
+        checks=(
+            *checks,
+            parting_check(target.names, ready.parting),
+            loudness_check(task.problem.model.rig.channels, loudness),
+        ),
+        parting=ready.parting,
         start=start,
-        widening=widening,
+        widening=ready.widening,
         settings=settings,
         channel_units=task.units,
         seconds=time.perf_counter() - began,
     )
 
 
-def noise_model_of(task: Task, linear: Linearised, noise: str = "auto", heavy: bool = False) -> NoiseModel:
-    """Noise model of a task, given the residuals at its fit; levels the study states are not learnt."""
-    known = tuple(channel in task.noise_given for channel in task.problem.model.rig.channels)
+def noise_model_of(
+    task: Task, linear: Linearised, noise: str = "auto", heavy: bool = False, from_rests: bool = False
+) -> NoiseModel:
+    """Noise model of a task, given the residuals at its fit; levels the study states are not learnt.
+
+    Parameters
+    ----------
+    task : Task
+    linear : Linearised
+    noise : str
+    heavy : bool
+    from_rests : bool
+        Whether the residuals have lost what errors of the inputs imitate: their colour is then that of the rests.
+    """
+    channels = task.problem.model.rig.channels
+    known = tuple(channel in task.noise_given for channel in channels)
+    if from_rests and noise == "auto":
+        model = choose_noise_model(task.problem, linear, "coloured", known, heavy, task.noise)
+        return replace(model, says=model.says.replace("as asked for", "as in the parts at rest"))
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(task.problem, linear, noise, known, heavy, measured)
 
@@ -184,15 +227,6 @@ def _noise_priors_say(target: Target, priors: Priors) -> tuple[str, ...]:
     rest = slice(len(priors.each), None)
     named = zip(target.names[rest], target.units[rest], target.priors[rest], strict=True)
     return tuple(f"{name}: {prior.says(unit)} (default)" for name, unit, prior in named)
-
-
-def _loudness(task: Task, values: np.ndarray, linear: Linearised) -> np.ndarray:
-    """Rms of the residuals ``(n_channel,)`` over what noise of channels and inputs accounts for."""
-    squares = np.sum(np.square(linear.residuals), axis=(0, 2)) / _counts(task)
-    from_inputs = propagated(task, values, linear.slopes)
-    if len(from_inputs):
-        return np.sqrt(squares / (1.0 + np.sum(from_inputs**2, axis=(1, 3)).mean(axis=0) / _counts(task)))
-    return np.sqrt(squares)
 
 
 def _counts(task: Task) -> np.ndarray:
