@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -59,7 +59,7 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
         here = (states == state) & np.isfinite(values)
         if here.any():
             bars = 2.0 * np.nan_to_num(errors[here]) / worth
-            style = {"fmt": ".", "color": colour, "markersize": 3, "elinewidth": 0.6, "label": state}
+            style: dict[str, Any] = {"fmt": ".", "color": colour, "markersize": 3, "elinewidth": 0.6, "label": state}
             axes.errorbar(numbers[here], values[here] / worth, bars, **style)
     label(axes, y=axis_label(name.rpartition(".")[2], unit))
 

@@ -25,14 +25,14 @@ class Table(NamedTuple):
     ----------
     caption : str
     head : tuple of str
-    rows : list of tuple of str
+    rows : sequence of tuple of str
     right : set of int
         Columns that are flush right.
     """
 
     caption: str
     head: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]
     right: frozenset[int] = frozenset()
 
 

@@ -154,7 +154,7 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator
     try:
         futures = {client.submit(work, argument, pure=False): n for n, argument in enumerate(arguments)}
         for future in as_completed(list(futures), loop=client.loop):
-            error = future.exception()
-            yield Done(futures[future], None if error else future.result(), error)
+            failed = future.exception()
+            yield Done(futures[future], None if failed else future.result(), failed)
     finally:
         client.close()
