@@ -107,12 +107,22 @@ def test_densities_a_second(measured: tuple[Task, np.ndarray]) -> None:
     assert found["white"] > ASKED * slow
 
 
-def test_growth_with_walkers_and_records(measured: tuple[Task, np.ndarray]) -> None:
+def test_growth_with_walkers(measured: tuple[Task, np.ndarray]) -> None:
     task, values = measured
     evaluate, point = density(task, values, "coloured")
     print("\nlog densities a second by points at once")
     for count in (16, 64, 256, 1024):
         print(f"  {count:5d}  {rate(evaluate, point, count):9.1f}")
+
+
+def test_growth_with_records() -> None:
+    study = load_study(STUDY)
+    print("\nlog densities a second by records, times the records")
+    for count in (1, 2, 5):
+        task = task_of(study.model_copy(update={"records": study.records[:count]}))
+        evaluate, point = density(task, fitted(task), "coloured")
+        found = rate(evaluate, point, 64)
+        print(f"  {count:5d}  {found:9.1f}  {count * found:9.1f}")
 
 
 def test_effective_draws_a_second(measured: tuple[Task, np.ndarray]) -> None:
