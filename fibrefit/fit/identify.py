@@ -70,9 +70,7 @@ def identify(
         If it is stopped before anything is known.
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
-    if robust:
-        softened = Problem(task.problem.model, task.problem.layout, task.problem.observations, SOFT_BEYOND)
-        task = replace(task, problem=softened)
+    task = _softened(task) if robust else task
     problem = task.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
@@ -94,6 +92,11 @@ def identify(
 
 
 SOFT_BEYOND = 3.0
+
+
+def _softened(task: Task) -> Task:
+    problem = task.problem
+    return replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
 
 
 def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:

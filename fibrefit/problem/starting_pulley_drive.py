@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem.noise import rests
@@ -120,4 +119,6 @@ def _friction(traces: Sequence[Trace]) -> float:
 def _derivative(trace: Trace, order: int) -> np.ndarray:
     step = float(np.diff(trace.times).mean())
     window = max(5, round(SMOOTHING / step) | 1)
+    from scipy.signal import savgol_filter  # half a second to load, and only this rig needs it
+
     return savgol_filter(trace.channels["position"], window, 3, deriv=order, delta=step)

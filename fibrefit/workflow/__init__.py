@@ -1,12 +1,19 @@
-"""From a study to a result on disk: the only floor that knows all the others."""
+"""From a study to a result on disk: the only floor that knows all the others.
+
+What each part needs takes a while to load, and comes with the first use of that part.
+"""
 
 from __future__ import annotations
 
-from fibrefit.workflow.discover import Discovery, discover_study
-from fibrefit.workflow.fit import Fit, fit_study
-from fibrefit.workflow.prepare import model_of, read_records, task_of
-from fibrefit.workflow.sample import Sampled, sample_study
-from fibrefit.workflow.simulate import Simulation, simulate_study
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fibrefit.workflow.discover import Discovery, discover_study
+    from fibrefit.workflow.fit import Fit, fit_study
+    from fibrefit.workflow.prepare import model_of, read_records, task_of
+    from fibrefit.workflow.sample import Sampled, sample_study
+    from fibrefit.workflow.simulate import Simulation, simulate_study
 
 __all__ = [
     "Discovery",
@@ -21,3 +28,19 @@ __all__ = [
     "simulate_study",
     "task_of",
 ]
+
+PARTS = {
+    "discover": ("Discovery", "discover_study"),
+    "fit": ("Fit", "fit_study"),
+    "prepare": ("model_of", "read_records", "task_of"),
+    "sample": ("Sampled", "sample_study"),
+    "simulate": ("Simulation", "simulate_study"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """A part of the package, loaded when it is first asked for."""
+    for part, names in PARTS.items():
+        if name in names:
+            return getattr(importlib.import_module(f"{__name__}.{part}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
