@@ -79,10 +79,16 @@ class Job:
             If a file cannot be read.
         """
         study = self.study
-        parts = [study.resolved_toml(), repr((self.starts, self.seed, self.robust)), repr(sorted(versions().items()))]
+        parts = [study.resolved_toml(), repr((self.starts, self.seed, self.robust)), _versions()]
         # The study's own file may hold a thousand other records: what of it counts is in the resolved study.
         parts += [sha256_of(study.path_of(record.file)) for record in study.records if record.file]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _versions() -> str:
+    """All packages a result depends on; they do not change while a process runs."""
+    return repr(sorted(versions().items()))
 
 
 @lru_cache(maxsize=8)
