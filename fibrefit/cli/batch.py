@@ -56,7 +56,9 @@ def command(
     from fibrefit.workflow.batch_jobs import jobs_of, origins_of
     from fibrefit.workflow.growing import growing_folder
 
-    origins = origins_of(series, rig, overrides)
+    # Workers elsewhere have a working folder of their own.
+    words = [os.path.abspath(word) for word in series] if scheduler else series
+    origins = origins_of(words, rig, overrides)
     work = jobs_of(origins, each, starts, seed, robust)  # type: ignore[arg-type]
     name = work[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(work)} studies"
     folder = out or default_directory(name, "batch", *(repr(job) for job in work))

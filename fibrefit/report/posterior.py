@@ -126,7 +126,9 @@ def _priors(summary: PosteriorSummary) -> list[str]:
         for name, found in everything.items()
         if found.prior_share is not None and found.prior_share >= MATTERS
     ]
-    return items(told) if told else [paragraph("No prior matters: the data say far more of every parameter.")]
+    assumed = "; ".join(f"{name}: {found.prior}" for name, found in everything.items() if found.prior)
+    lines = [paragraph(f"Priors: {assumed}.")] if assumed else []
+    return lines + (items(told) or [paragraph("No prior matters: the data say far more of every parameter.")])
 
 
 def _learnt(summary: PosteriorSummary) -> list[str]:

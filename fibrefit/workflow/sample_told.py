@@ -38,14 +38,14 @@ def share_of(progress: Progress, settings: Settings) -> float | None:
 
 
 def line_of(progress: Progress, settings: Settings) -> str:
-    """``sampling: step 75, about 20 s left, acceptance 0.45, R-hat 1.013 (< 1.01), ESS 311 (> 400)``."""
-    said = [f"sampling: step {progress.steps}"]
+    """``step 75, 20 s left, accepted 45 %, R-hat 1.013, ESS 311/400``: short enough for a terminal with a bar."""
+    said = [f"step {progress.steps}"]
     if not math.isnan(progress.seconds_left):
-        said.append(f"about {spoken(progress.seconds_left)} left")
+        said.append(f"{spoken(progress.seconds_left)} left")
     if not math.isnan(progress.acceptance):
-        said.append(f"acceptance {progress.acceptance:.2f}")
+        said.append(f"accepted {100 * progress.acceptance:.0f} %")
     if not math.isnan(progress.r_hat):
-        said += [f"R-hat {progress.r_hat:.3f} (< {settings.r_hat:g})", f"ESS {progress.ess:.0f} (> {settings.ess:g})"]
+        said += [f"R-hat {progress.r_hat:.3f}", f"ESS {progress.ess:.0f}/{settings.ess:g}"]
     return ", ".join(said)
 
 
