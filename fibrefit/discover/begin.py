@@ -9,16 +9,14 @@ import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
 from fibrefit.discover.evidence import colour
-from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.frame import Frame, frame_of, reactions_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 
 
-def begun(
-    task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress, expected_gap: float = 1.0
-) -> Search:
+def begun(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress) -> Search:
     """Search over measured records.
 
     Parameters
@@ -30,16 +28,12 @@ def begun(
         That may be missing.
     tell : callable
         Told what is being done.
-    expected_gap : float
-        Of a perfect model.
     """
     wanted = _wanted(task, effects)
-    frame = frame_of(task, ())
+    frame = frame_of(task, (), reactions_of(task, values))
     ground, local = _ground(task), _local(frame, task, values)
     tell("polishing the fit without more effects", None)
-    return _search(
-        task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell, expected_gap
-    )
+    return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
 
 
 def laid_out(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress) -> Search:
@@ -47,7 +41,7 @@ def laid_out(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], te
     wanted = _wanted(task, effects)
     frame = frame_of(task, wanted)
     fit = Refit(_local(frame, task, values), float(task.problem.n_measured), 0.0, {}, 0)
-    return _search(task, wanted, frame, _ground(task), fit, tell, 1.0)
+    return _search(task, wanted, frame, _ground(task), fit, tell)
 
 
 def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
@@ -78,7 +72,6 @@ def _search(
     ground: Ground,
     fit: Refit,
     tell: Progress,
-    expected_gap: float,
 ) -> Search:
     trace = task.traces[0]
     rate = float(1.0 / np.diff(trace.times).mean())
@@ -89,7 +82,6 @@ def _search(
         base=Hypothesis((), fit, frame),
         kappa=colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])),
         samples=float(task.problem.n_measured),
-        expected_gap=expected_gap,
         tell=tell,
         frames=[frame],
     )

@@ -19,7 +19,6 @@ from fibrefit.discover.search import BEAM, Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Identification, total
-from fibrefit.problem.propagated import expected_gap
 from fibrefit.problem.task import Task
 
 STARTS = 8
@@ -71,7 +70,7 @@ def discover(
     if before.status == "failed":
         reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
         return _not_trusted(before, reasons, began)
-    search = begun(task, before.values, effects, tell, expected_gap(task, before.values))
+    search = begun(task, before.values, effects, tell)
     path, rounds, looked = _climb(search, before, limits)
     return _concluded(search, before, path, rounds, looked, limits, began)
 
@@ -221,7 +220,7 @@ def _verdict(
 ) -> tuple[str, str, Unexplained]:
     noise_like = search.is_noise(best)
     if noise_like and reading is None:
-        plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE * search.expected_gap
+        plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE
         left = (
             "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
         )

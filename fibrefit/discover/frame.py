@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,6 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
+from fibrefit.problem.input_error import expanded, input_errors, no_waves
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -24,12 +26,39 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
 from fibrefit.simulate.model import Model
 
-WIDTHS = (24, 64, 256)
+WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
 
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
+
+
+class Reactions(NamedTuple):
+    """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
+
+    They are those of the model a search begins with: effects change them at second order.
+
+    Parameters
+    ----------
+    rows : (n_record, n_wave, n_channel * n_time)
+        In single precision, as they are many.
+    inverse : (n_record, n_wave, n_wave)
+        Of ``I + A'A``.
+    """
+
+    rows: jax.Array
+    inverse: jax.Array
+
+
+def reactions_of(task: Task, values: np.ndarray) -> Reactions | None:
+    """Reactions of a task's model at values ``(n_free,)`` in SI units; None where no input is noisy."""
+    if not (known := input_errors(task)):
+        return None
+    parts = [rows for _, _, rows in expanded(task.problem, known, values, no_waves(known))]
+    normal = np.stack([np.asarray(jnp.asarray(rows) @ jnp.asarray(rows).T) for rows in parts])
+    inverse = np.linalg.inv(normal + np.eye(normal.shape[1]))
+    return Reactions(jnp.asarray(np.stack(parts), dtype=jnp.float32), jnp.asarray(inverse))
 
 
 @dataclass(frozen=True)
@@ -40,9 +69,11 @@ class Frame:
     ----------
     task : Task
         Its layout frees all values; which are active is decided at each call.
+    reactions : Reactions, optional
     """
 
     task: Task
+    reactions: Reactions | None = None
 
     @property
     def problem(self) -> Problem:
@@ -92,7 +123,7 @@ class Frame:
         values = np.zeros((len(local), width))
         values[:, :active] = targets
         arrays = (local, padded, values, np.int32(active), np.asarray(counts, dtype=np.int32))
-        found = _grams(self.problem, *map(jnp.asarray, arrays))
+        found = _grams(self.problem, *map(jnp.asarray, arrays), self.reactions)
         keep = np.r_[np.arange(active), width]
         return np.asarray(found)[:, keep][:, :, keep]
 
@@ -122,7 +153,7 @@ def _kind(effect: type[Effect]) -> tuple[str, bool]:
     return place if place in OWN_KIND else "", late
 
 
-def frame_of(task: Task, effects: Sequence[type[Effect]]) -> Frame:
+def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions | None = None) -> Frame:
     """Frame with the effects of a task's model and more.
 
     Parameters
@@ -130,6 +161,7 @@ def frame_of(task: Task, effects: Sequence[type[Effect]]) -> Frame:
     task : Task
     effects : sequence of Effect classes
         Added to those the model has already.
+    reactions : Reactions, optional
     """
     old = task.problem.model
     model = Model(old.rig, tuple(dict.fromkeys((*old.effects, *effects))), old.tension_law)
@@ -137,7 +169,7 @@ def frame_of(task: Task, effects: Sequence[type[Effect]]) -> Frame:
     slots = [known.get(p.name) or Slot(p.name, p.unit, Range.of(p)) for p in model.parameters]
     slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
     layout = Layout(tuple(slots), task.problem.layout.records)
-    return Frame(replace(task, problem=Problem(model, layout, task.problem.observations)))
+    return Frame(replace(task, problem=Problem(model, layout, task.problem.observations)), reactions)
 
 
 def _residuals(problem: Problem, local: jax.Array, data: Observations, count: jax.Array) -> jax.Array:
@@ -151,10 +183,16 @@ def _residuals(problem: Problem, local: jax.Array, data: Observations, count: ja
 
 @eqx.filter_jit
 def _grams(
-    problem: Problem, local: jax.Array, columns: jax.Array, targets: jax.Array, active: jax.Array, counts: jax.Array
+    problem: Problem,
+    local: jax.Array,
+    columns: jax.Array,
+    targets: jax.Array,
+    active: jax.Array,
+    counts: jax.Array,
+    reactions: Reactions | None,
 ) -> jax.Array:
     def one(row: tuple) -> jax.Array:
-        local, target, data, count = row
+        local, target, data, count, reactions = row
         here = _residuals(problem, local, data, count)
 
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
@@ -163,6 +201,13 @@ def _grams(
 
         rows = jnp.zeros((len(columns) + 1, here.size)).at[-1].set(here)
         rows = jax.lax.fori_loop(0, active, vary, rows)
-        return rows @ rows.T
+        gram = rows @ rows.T
+        if reactions is None:
+            return gram
+        # Rows differ by many orders of magnitude: single precision is that of each row.
+        size = jnp.sqrt(jnp.diag(gram))
+        size = jnp.where(size > 0.0, size, 1.0)
+        pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
+        return gram - pulled @ reactions.inverse @ pulled.T
 
-    return jax.lax.map(one, (local, targets, problem.observations, counts))
+    return jax.lax.map(one, (local, targets, problem.observations, counts, reactions))

@@ -59,7 +59,9 @@ def probe_all(
     tell : callable
         Told the share that is done.
     """
-    frame = frame_of(parent.frame.task, PROBES) if not parent.frame.holds(PROBES) else parent.frame
+    frame = (
+        frame_of(parent.frame.task, PROBES, parent.frame.reactions) if not parent.frame.holds(PROBES) else parent.frame
+    )
     ranges = _ranges(found)
     start = _prepared(frame, parent, ranges)
     jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in PROBES]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,22 +30,6 @@ BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
 
 
-class Corrected(NamedTuple):
-    """A hypothesis fitted together with the errors of measured inputs.
-
-    Parameters
-    ----------
-    cost : float
-        Sum of squared residuals and of the errors over their size.
-    gap, expected_gap : float
-        Left, and of a perfect model.
-    """
-
-    cost: float
-    gap: float
-    expected_gap: float
-
-
 @dataclass
 class Search:
     """State of a search over hypotheses.
@@ -64,15 +47,13 @@ class Search:
         Colour of the noise.
     samples : float
         Number of measured samples.
-    expected_gap : float
-        Of a perfect model.
     tell : callable
     frames : list of Frame
         Compiled so far.
     scatter : dict of tuple of str to Refit
         Refits with scatter made so far, by the names of their effects.
-    corrected : dict of tuple of str to Corrected
-        The same for refits together with the errors of measured inputs.
+    corrected : dict of tuple of str to float
+        Gap over that of a perfect model, of refits together with the errors of measured inputs.
     """
 
     task: Task
@@ -81,11 +62,10 @@ class Search:
     base: Hypothesis
     kappa: float
     samples: float
-    expected_gap: float
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
-    corrected: dict[tuple[str, ...], Corrected | None] = field(default_factory=dict)
+    corrected: dict[tuple[str, ...], float] = field(default_factory=dict)
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -104,7 +84,7 @@ class Search:
         for frame in self.frames:
             if set(frame.effects) == {*self.task.problem.model.effects, *held}:
                 return frame
-        frame = frame_of(self.task, held)
+        frame = frame_of(self.task, held, self.base.frame.reactions)
         self.frames.append(frame)
         return frame
 
@@ -159,22 +139,19 @@ class Search:
         added = hypothesis.size - over.size
         if not significant(over.fit.cost - hypothesis.fit.cost, added, self.kappa, over.fit.cost):
             return False
-        if not significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost):
-            return False
-        here, there = self.with_inputs_corrected(hypothesis), self.with_inputs_corrected(over)
-        return here is None or there is None or significant(there.cost - here.cost, added, self.kappa, there.cost)
+        return significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost)
 
-    def with_inputs_corrected(self, hypothesis: Hypothesis) -> Corrected | None:
-        """A hypothesis whose measured inputs may be wrong within their noise; None where no input has any."""
+    def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
+        """Whether only noise is left once the errors of noisy inputs are found anew, for the motion it leads to."""
+        if self.base.frame.reactions is None:
+            return False
         if hypothesis.names not in self.corrected:
+            self.tell("finding the errors of measured inputs", None)
             task, values = alone(self.task, hypothesis)
-            known, found = input_errors(task), None
-            if known:
-                self.tell("allowing for the noise of measured inputs", None)
-                best = joint(task, known, values)
-                found = Corrected(best.cost, best.gap, expected_gap(task, known, best)[0])
-            self.corrected[hypothesis.names] = found
-        return self.corrected[hypothesis.names]
+            known = input_errors(task)
+            best = joint(task, known, values)
+            self.corrected[hypothesis.names] = best.gap / expected_gap(task, known, best)[0]
+        return self.corrected[hypothesis.names] <= NOISE_LIKE
 
     def alike(self, best: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Those of `others` that explain the records as well as the best one."""
@@ -186,17 +163,16 @@ class Search:
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left, or noise and base parameters that scatter a little from record to record."""
-        if self.gap(hypothesis) <= NOISE_LIKE * self.expected_gap or self.only_scatters(hypothesis):
+        if self.gap(hypothesis) <= NOISE_LIKE or self.only_scatters(hypothesis):
             return True
-        found = self.with_inputs_corrected(hypothesis)
-        return found is not None and found.gap <= NOISE_LIKE * found.expected_gap
+        return self.is_noise_with_inputs(hypothesis)
 
     def only_scatters(self, hypothesis: Hypothesis) -> bool:
         """Whether base parameters that scatter no more than usual between records leave only noise."""
         found = self.scattered(hypothesis)
         deviations = len(self.ground.base) * len(found.local)
         gap = np.sqrt(found.cost / self.samples)
-        return bool(gap <= NOISE_LIKE * self.expected_gap and found.penalty <= USUAL_SCATTER * deviations)
+        return bool(gap <= NOISE_LIKE and found.penalty <= USUAL_SCATTER * deviations)
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""
