@@ -34,6 +34,10 @@ REMEDIES = {
     "parameters are told apart": "Hold one of the parameters that stand for one another, give it a prior, or measure "
     "under other conditions.",
     "the data taught every parameter": "Hold what the data do not see at a known value, or measure what shows it.",
+    "no posterior leans against a limit": "Try the model without what leans against nil, and set the two against each "
+    "other with --compare: these records may not show it at all.",
+    "the posterior lies at the fit": "Look at the records of fibrefit fit: where plain and whitened residuals want "
+    "different values, something is missing or the search ended elsewhere.",
     "every prior is proper": "Give the parameters without an end a prior of the study, or bounds on both sides.",
     "NUTS finds the same posterior": "Resume with a larger --ess and ask for --nuts again; if they still differ, "
     "believe neither.",
