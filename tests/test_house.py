@@ -33,7 +33,6 @@ FLOORS = {
 SOLE_IMPORTERS = {
     "h5py": {"store", "records.matlab"},
     "matplotlib": {"plots"},
-    "corner": {"plots"},
     "optimistix": {"fit"},
     "emcee": {"sample"},
     "jinja2": {"report"},
