@@ -120,11 +120,12 @@ def carry_tangents(
         until = jnp.where(now.arc < n_arcs, row(arcs.step, now.arc), last)
         return jax.lax.while_loop(lambda p: (p.step < until) & ~p.settled, through_step, now)
 
-    now = _Pass(arcs.step[0], jnp.int32(0), told.start, told.start_time, jnp.array(False), _blank(times, told))
+    blank = _blank(times, told, number)
+    now = _Pass(arcs.step[0], jnp.int32(0), told.start, told.start_time, jnp.array(False), blank)
     now = jax.lax.while_loop(lambda p: (p.step < last) & ~p.settled, stretch, now)
     # At rest, and in the padding, nothing moves.
     held = jnp.arange(times.shape[0])[:, None] > now.step
-    states = [jnp.where(held, d, rows) for d, rows in zip(now.now, now.found.states, strict=True)]
+    states = [jnp.where(held, d[:number], rows) for d, rows in zip(now.now, now.found.states, strict=True)]
     return jax.tree.map(lambda rows: rows.T[:number], now.found._replace(states=states))
 
 
@@ -133,16 +134,17 @@ def _padded(tangent: jax.Array) -> jax.Array:
     return jnp.concatenate([tangent, jnp.zeros((short, *tangent.shape[1:]), tangent.dtype)]) if short else tangent
 
 
-def _blank(times: jax.Array, told: Told) -> Carried:
+def _blank(times: jax.Array, told: Told, number: int) -> Carried:
     """Until it is let go, a motion has the tangents of its start."""
-    states = [jnp.broadcast_to(d, (times.shape[0], d.size)) for d in told.start]
+    states = [jnp.broadcast_to(d[:number], (times.shape[0], number)) for d in told.start]
     arcs = jnp.zeros((ARCS, told.start_time.size))
     return Carried(states, arcs, [arcs for _ in states], arcs, [arcs for _ in states])
 
 
 def _at_point(now: _Pass) -> _Pass:
     """The next point of the grid is reached."""
-    states = write(now.found.states, now.step + 1, now.now)
+    number = now.found.states[0].shape[1]
+    states = write(now.found.states, now.step + 1, [d[:number] for d in now.now])
     return now._replace(step=now.step + 1, found=now.found._replace(states=states))
 
 

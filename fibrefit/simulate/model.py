@@ -14,6 +14,7 @@ from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulate.inputs import courses, inputs_at
 from fibrefit.simulate.jumps import Jumps, jumps_of
+from fibrefit.simulate.lanes import in_turn, parted, tangent_of, that_move, that_vary
 from fibrefit.simulate.pieces import pieces_of
 from fibrefit.simulate.sensing import behind, chain_of
 from fibrefit.simulate.sensitivity import solve
@@ -100,7 +101,12 @@ class Model:
         Returns
         -------
         Response
+            Differentiable in forward mode. A batch of records under vmap is gone through one by one.
         """
+        return _in_turn(self, values, experiment)
+
+    def answer(self, values: Values, experiment: Experiment) -> Response:
+        """As `respond`, for one record only, in a program that takes less time to make."""
         response = self._respond(values, experiment)
         if not any(effect.singular for effect in self.effects):
             return response
@@ -137,6 +143,33 @@ class Model:
         if "position_zero" in values:
             channels["position"] = channels["position"] + values["position_zero"]
         return Response(channels, solution, jumps)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _in_turn(model: Model, values: Values, experiment: Experiment) -> Response:
+    """What belongs to one record stays in the fast memory of a processor while it is worked on."""
+    return in_turn(lambda given, _: (model.answer(*given), ()))((values, experiment), ())[0]
+
+
+@partial(_in_turn.defjvp, symbolic_zeros=True)
+def _in_turn_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Response, Response]:
+    which, leaves = that_move(tangents), jax.tree.leaves(tangents)
+    response, moved = in_turn(partial(_both, model, which))(primals, [leaves[i][None] for i in which])
+    return response, tangent_of(response, [d[0] for d in moved])
+
+
+def _both(model: Model, which: tuple[int, ...], given: tuple, tangents: list[jax.Array]) -> tuple[Response, list]:
+    some, with_ = parted(given, which)
+
+    def floats(some: list[jax.Array]) -> tuple[list[jax.Array], Response]:
+        response = model.answer(*with_(some))
+        return that_vary(response), response
+
+    def push(told: list[jax.Array]) -> tuple[Response, list]:
+        _, moved, response = jax.jvp(floats, (some,), (told,), has_aux=True)
+        return response, moved
+
+    return jax.vmap(push, out_axes=(None, 0))(tangents)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache
@@ -33,7 +36,6 @@ EFFECTS = (
     "fibre.rate_dependent_damping",
 )
 """Seven parameters more: twelve in all."""
-LANES_AT_ONCE = 8
 MASS, LIFT, INCLINATION, STEP, GRAVITY = 3.096, 0.012, math.pi / 2, 5e-4, 9.81
 
 Channels = dict[str, jax.Array]
@@ -68,15 +70,15 @@ def programs(n_time: int, effects: tuple[str, ...] = ()) -> dict[str, Callable]:
     slopes = jax.jacfwd(one)
 
     def in_turn(function: Callable) -> Callable:
-        return lambda rows: jax.lax.map(function, rows, batch_size=LANES_AT_ONCE)
+        return lambda rows: jax.lax.map(function, rows)
 
     return {
         "run": jax.jit(one),
         "jacobian": jax.jit(slopes),
         "run, vmap": jax.jit(jax.vmap(one)),
         "jacobian, vmap": jax.jit(jax.vmap(slopes)),
-        "run, in eights": jax.jit(in_turn(one)),
-        "jacobian, in eights": jax.jit(in_turn(slopes)),
+        "run, in turn": jax.jit(in_turn(one)),
+        "jacobian, in turn": jax.jit(in_turn(slopes)),
     }
 
 
@@ -103,17 +105,23 @@ def whole_fit(starts: int) -> Callable[[], object]:
 
 def command_line(cache_folder: Path) -> Callable[[], object]:
     """`fibrefit fit` from a cold prompt with the compile cache in a folder."""
-    import os
-    import subprocess
-    import sys
 
     def run() -> None:
         with tempfile.TemporaryDirectory() as out:
-            command = [sys.executable, "-m", "fibrefit", "fit", str(STUDY), "--out", f"{out}/fit"]
-            environment = {**os.environ, "FIBREFIT_CACHE": str(cache_folder)}
-            environment.pop("JAX_COMPILATION_CACHE_DIR", None)
-            done = subprocess.run(command, env=environment, capture_output=True, cwd=STUDY.parents[2], check=False)
-            if done.returncode not in (0, 5):
-                raise RuntimeError(done.stderr.decode())
+            _in_a_process(["fibrefit", "fit", str(STUDY), "--out", f"{out}/fit"], cache_folder, (0, 5))
 
     return run
+
+
+def alone(cache_folder: Path) -> Callable[[], object]:
+    """One fit from one start in a process of its own."""
+    return lambda: _in_a_process(["tests.benchmarks.alone"], cache_folder, (0,))
+
+
+def _in_a_process(command: list[str], cache_folder: Path, expected: tuple[int, ...]) -> None:
+    environment = {**os.environ, "FIBREFIT_CACHE": str(cache_folder)}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    whole = [sys.executable, "-m", *command]
+    done = subprocess.run(whole, env=environment, capture_output=True, cwd=STUDY.parents[2], check=False)
+    if done.returncode not in expected:
+        raise RuntimeError(done.stderr.decode())
