@@ -13,25 +13,26 @@ from fibrefit.discover.frame import Frame, frame_of, reactions_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Progress, Search
 from fibrefit.effects.law import Effect
+from fibrefit.fit.result import Identification
 from fibrefit.problem.task import Task
 
 
-def begun(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
     """Search over measured records.
 
     Parameters
     ----------
     task : Task
-    values : (n_free,) in SI units
-        Of the fitted model.
+    before : Identification
+        Of its model.
     effects : sequence of Effect classes
         That may be missing.
     tell : callable
         Told what is being done.
     """
     wanted = _wanted(task, effects)
-    frame = frame_of(task, (), reactions_of(task, values))
-    ground, local = _ground(task), _local(frame, task, values)
+    frame = frame_of(task, (), reactions_of(task, before.values, before.waves))
+    ground, local = _ground(task), _local(frame, task, before.values)
     tell("polishing the fit without more effects", None)
     return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
 

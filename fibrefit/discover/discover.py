@@ -70,7 +70,7 @@ def discover(
     if before.status == "failed":
         reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
         return _not_trusted(before, reasons, began)
-    search = begun(task, before.values, effects, tell)
+    search = begun(task, before, effects, tell)
     path, rounds, looked = _climb(search, before, limits)
     return _concluded(search, before, path, rounds, looked, limits, began)
 
@@ -257,7 +257,7 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )
-    return identify(nearby, FINAL_STARTS, seed, progress=search.tell)
+    return identify(nearby, FINAL_STARTS, seed, waves=search.waves, progress=search.tell)
 
 
 def _classes(

@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.input_error import expanded, input_errors, no_waves
+from fibrefit.problem.input_error import Waves, corrected, expanded, input_errors
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -37,28 +37,36 @@ OWN_KIND = ("guide", "fibre", "sensor")
 class Reactions(NamedTuple):
     """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
 
-    They are those of the model a search begins with: effects change them at second order.
+    They are those of the model a search begins with, and of the errors found with it: effects change them at second
+    order.
 
     Parameters
     ----------
+    waves : mapping of input to (n_record, n_wave)
+        The errors; they are taken off the inputs.
+    offset : (n_record, n_channel * n_time)
+        What the readings would be without that.
     rows : (n_record, n_wave, n_channel * n_time)
         In single precision, as they are many.
     inverse : (n_record, n_wave, n_wave)
         Of ``I + A'A``.
     """
 
+    waves: Waves
+    offset: jax.Array
     rows: jax.Array
     inverse: jax.Array
 
 
-def reactions_of(task: Task, values: np.ndarray) -> Reactions | None:
-    """Reactions of a task's model at values ``(n_free,)`` in SI units; None where no input is noisy."""
+def reactions_of(task: Task, values: np.ndarray, waves: Waves) -> Reactions | None:
+    """Reactions of a task's model at values ``(n_free,)`` in SI units and waves; None where no input is noisy."""
     if not (known := input_errors(task)):
         return None
-    parts = [rows for _, _, rows in expanded(task.problem, known, values, no_waves(known))]
-    normal = np.stack([np.asarray(jnp.asarray(rows) @ jnp.asarray(rows).T) for rows in parts])
-    inverse = np.linalg.inv(normal + np.eye(normal.shape[1]))
-    return Reactions(jnp.asarray(np.stack(parts), dtype=jnp.float32), jnp.asarray(inverse))
+    parts = [jnp.asarray(rows) for _, _, rows in expanded(task.problem, known, values, waves)]
+    flat = np.concatenate([waves[name] for name in known], axis=1)
+    offset = jnp.stack([-wave @ rows for wave, rows in zip(flat, parts, strict=True)])
+    inverse = jnp.stack([jnp.linalg.inv(rows @ rows.T + jnp.eye(len(rows))) for rows in parts])
+    return Reactions(waves, offset, jnp.stack([rows.astype(jnp.float32) for rows in parts]), inverse)
 
 
 @dataclass(frozen=True)
@@ -122,8 +130,9 @@ class Frame:
         padded[:active] = columns
         values = np.zeros((len(local), width))
         values[:, :active] = targets
-        arrays = (local, padded, values, np.int32(active), np.asarray(counts, dtype=np.int32))
-        found = _grams(self.problem, *map(jnp.asarray, arrays), self.reactions)
+        varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(active, dtype=jnp.int32)
+        horizon = jnp.asarray(counts, dtype=jnp.int32)
+        found = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
         keep = np.r_[np.arange(active), width]
         return np.asarray(found)[:, keep][:, :, keep]
 
@@ -169,7 +178,10 @@ def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions |
     slots = [known.get(p.name) or Slot(p.name, p.unit, Range.of(p)) for p in model.parameters]
     slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
     layout = Layout(tuple(slots), task.problem.layout.records)
-    return Frame(replace(task, problem=Problem(model, layout, task.problem.observations)), reactions)
+    problem = Problem(model, layout, task.problem.observations)
+    if reactions is not None:
+        problem = corrected(problem, input_errors(task), reactions.waves)
+    return Frame(replace(task, problem=problem), reactions)
 
 
 def _residuals(problem: Problem, local: jax.Array, data: Observations, count: jax.Array) -> jax.Array:
@@ -194,12 +206,17 @@ def _grams(
     def one(row: tuple) -> jax.Array:
         local, target, data, count, reactions = row
         here = _residuals(problem, local, data, count)
+        marginal = here
+        if reactions is not None:
+            channels = [data.weight[channel] for channel in problem.model.rig.channels]
+            counted = jnp.stack(channels) * (jnp.arange(channels[0].size) < count) > 0.0
+            marginal = here + jnp.where(counted.ravel(), reactions.offset, 0.0)
 
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
             there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
             return rows.at[i].set(there - here)
 
-        rows = jnp.zeros((len(columns) + 1, here.size)).at[-1].set(here)
+        rows = jnp.zeros((len(columns) + 1, here.size)).at[-1].set(marginal)
         rows = jax.lax.fori_loop(0, active, vary, rows)
         gram = rows @ rows.T
         if reactions is None:

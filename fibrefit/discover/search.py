@@ -14,7 +14,7 @@ from fibrefit.discover.frame import Frame, frame_of, group_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.joint import expected_gap, joint
-from fibrefit.problem.input_error import input_errors
+from fibrefit.problem.input_error import Waves, input_errors
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -66,6 +66,12 @@ class Search:
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], float] = field(default_factory=dict)
+
+    @property
+    def waves(self) -> Waves | None:
+        """Errors of measured inputs the search began with."""
+        reactions = self.base.frame.reactions
+        return None if reactions is None else reactions.waves
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -143,13 +149,13 @@ class Search:
 
     def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left once the errors of noisy inputs are found anew, for the motion it leads to."""
-        if self.base.frame.reactions is None:
+        if self.waves is None:
             return False
         if hypothesis.names not in self.corrected:
             self.tell("finding the errors of measured inputs", None)
             task, values = alone(self.task, hypothesis)
             known = input_errors(task)
-            best = joint(task, known, values)
+            best = joint(task, known, values, self.waves)
             self.corrected[hypothesis.names] = best.gap / expected_gap(task, known, best)[0]
         return self.corrected[hypothesis.names] <= NOISE_LIKE
 

@@ -21,6 +21,7 @@ from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Start
 from fibrefit.fit.second_opinion import second_opinion
 from fibrefit.fit.solve import descend, gram_at, widths
 from fibrefit.fit.structure import Residuals, structure_checks
+from fibrefit.problem.input_error import Waves, corrected, input_errors
 from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem, gram_root
 from fibrefit.problem.task import Task
@@ -37,6 +38,7 @@ def identify(
     *,
     robust: bool = False,
     profile: bool = False,
+    waves: Waves | None = None,
     progress: Progress | None = None,
     stop: Stop = lambda: False,
 ) -> Identification:
@@ -53,6 +55,8 @@ def identify(
         Let residuals beyond `SOFT_BEYOND` times the noise count less than quadratically.
     profile : bool
         Give shared parameters profile-likelihood intervals.
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs from an earlier identification, to begin with.
     progress : callable, optional
         Told what is being done and the share that is finished.
     stop : callable
@@ -71,18 +75,21 @@ def identify(
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     task = _softened(task) if robust else task
-    problem = task.problem
+    searched = task
+    if waves:
+        searched = replace(task, problem=corrected(task.problem, input_errors(task), waves))
+    problem = searched.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
-    found = _search(task, width, starts, seed, tell, stop)
+    found = _search(searched, width, starts, seed, tell, stop)
     if not np.isfinite(found.cost).any():
         names = ", ".join(problem.layout.records[:3])
         do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
         raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
     tell("second solver", 0.87)
-    values, agreed = _settled(task, width, found, stop)
+    values, agreed = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, agreed)
+    found_all = _concluded(task, found, values, agreed, waves)
     if profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -118,8 +125,8 @@ def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progres
     return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told, stop))
 
 
-def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) -> Identification:
-    at = optimum(task, values)
+def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:
+    at = optimum(task, values, waves)
     problem, values, scores, linear = at.problem, at.values, at.scores, at.linear
     rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
     covariances = _covariances(scores, rate)
@@ -156,6 +163,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check) ->
         gap=gap,
         expected_gap=at.expected_gap,
         input_errors=at.input_errors,
+        waves=at.waves,
         record_gaps=record_gaps,
         noise=task.noise,
         readings=moved.readings,

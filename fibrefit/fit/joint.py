@@ -72,7 +72,7 @@ class Joint:
         return sum(np.einsum("rwi,rwj->rij", slopes, slopes) for slopes in self.linear.wave_slopes.values())
 
 
-def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) -> Joint:
+def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves | None = None) -> Joint:
     """Best values and input errors, from the values that suit the inputs as they were measured.
 
     Parameters
@@ -80,9 +80,11 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) -> J
     task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
+    waves : mapping of input to (n_record, n_wave), optional
+        Where to begin; inputs as they were measured by default.
     """
     problem = task.problem
-    place = _Place(values, no_waves(known))
+    place = _Place(values, no_waves(known) if waves is None else waves)
     linear = eliminate(problem, known, *place)
     cost = _cost(problem, known, place)
     for _ in range(STEPS):

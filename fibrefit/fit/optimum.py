@@ -12,7 +12,7 @@ from fibrefit.fit.joint import expected_gap, joint
 from fibrefit.fit.result import InputError
 from fibrefit.fit.solve import linearised
 from fibrefit.problem.formulate import UNITS
-from fibrefit.problem.input_error import input_errors
+from fibrefit.problem.input_error import Waves, input_errors
 from fibrefit.problem.noise import Noise
 from fibrefit.problem.problem import Linearised, Problem
 from fibrefit.problem.task import Task
@@ -36,6 +36,8 @@ class Optimum:
     input_errors : dict of input to InputError
     joint : float, optional
         Fall of the cost that one more step of values and input errors together promises.
+    waves : mapping of input to (n_record, n_wave)
+        Errors of the inputs, see `input_error`.
     """
 
     problem: Problem
@@ -45,6 +47,7 @@ class Optimum:
     expected_gap: float = 1.0
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     joint: float | None = None
+    waves: Waves = field(default_factory=dict)
 
     def promised(self, moving: Sequence[bool]) -> float:
         """Fall of the cost that one more step of the values that are not stopped by a bound promises.
@@ -54,7 +57,7 @@ class Optimum:
         return _promised(self.scores, np.array(moving[: self.scores.size])) if self.joint is None else self.joint
 
 
-def optimum(task: Task, values: np.ndarray) -> Optimum:
+def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optimum:
     """What is known at the best values of a task; noisy inputs are corrected first, which moves the values a little.
 
     Parameters
@@ -62,6 +65,8 @@ def optimum(task: Task, values: np.ndarray) -> Optimum:
     task : Task
     values : (n_free,) in SI units
         Best for the inputs as they were measured.
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors of the inputs to begin with.
     """
     problem, known = task.problem, input_errors(task)
     counts, layout = np.asarray(problem.observations.experiment.count), problem.layout
@@ -70,7 +75,7 @@ def optimum(task: Task, values: np.ndarray) -> Optimum:
         return Optimum(
             problem, values, linear, uncertainty.Scores.of(linear, counts, layout.local_columns, layout.size)
         )
-    found = joint(task, known, values)
+    found = joint(task, known, values, waves)
     expected, parts = expected_gap(task, known, found)
     linear = Linearised(found.linear.residuals, found.linear.slopes)
     # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
@@ -82,7 +87,7 @@ def optimum(task: Task, values: np.ndarray) -> Optimum:
         name: InputError(rms, _mean_rms(task.input_noise[name], task), UNITS[name])
         for name, rms in found.error_rms.items()
     }
-    return Optimum(found.problem, found.values, linear, scores, expected, errors, max(found.promised, 0.0))
+    return Optimum(found.problem, found.values, linear, scores, expected, errors, max(found.promised, 0.0), found.waves)
 
 
 def _mean_rms(noise: Noise, task: Task) -> float:

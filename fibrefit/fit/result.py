@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.problem.input_error import Waves
 from fibrefit.problem.noise import Noise
 from fibrefit.problem.phases import Motion
 from fibrefit.problem.problem import Problem
@@ -155,6 +156,8 @@ class Identification:
     expected_gap : float
         Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
     input_errors : dict of input to InputError
+    waves : dict of input to (n_record, n_wave)
+        The errors themselves, see `fibrefit.problem.input_error`.
     record_gaps : dict of record to Gap
     noise : dict of channel to Noise
     readings : dict of channel to (n_record, n_time)
@@ -176,6 +179,7 @@ class Identification:
     gap: Gap
     expected_gap: float
     input_errors: Mapping[str, InputError]
+    waves: Waves
     record_gaps: Mapping[str, Gap]
     noise: Mapping[str, Noise]
     readings: Mapping[str, np.ndarray]
