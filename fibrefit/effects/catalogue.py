@@ -17,6 +17,7 @@ from fibrefit.effects.fibre_free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre_hardening import Hardening
 from fibrefit.effects.fibre_hysteresis import Hysteresis
 from fibrefit.effects.fibre_maxwell_branch import MaxwellBranch
+from fibrefit.effects.fibre_point_masses import PointMasses, point_masses
 from fibrefit.effects.fibre_rate_dependent_damping import RateDependentDamping
 from fibrefit.effects.fibre_rate_dependent_stiffness import RateDependentStiffness
 from fibrefit.effects.fibre_toe_region import ToeRegion
@@ -60,6 +61,7 @@ _CLASSES: tuple[type[Effect], ...] = (
     RateDependentStiffness,
     Hysteresis,
     FreeLengthOffset,
+    PointMasses,
     PulleyInertia,
     BearingFriction,
     CapstanFriction,
@@ -114,7 +116,9 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
 LIST_THEM = "`fibrefit effects` lists the catalogue."
 
 
-def select_effects(names: Iterable[str], kind: str, directory: Path | str = ".") -> tuple[type[Effect], ...]:
+def select_effects(
+    names: Iterable[str], kind: str, directory: Path | str = ".", points: int | None = None
+) -> tuple[type[Effect], ...]:
     """Effects of a model, fit for its rig and for each other.
 
     Parameters
@@ -125,6 +129,8 @@ def select_effects(names: Iterable[str], kind: str, directory: Path | str = ".")
         Kind of rig.
     directory : path
         Directory of the study.
+    points : int, optional
+        Number of points of a fibre with mass.
 
     Returns
     -------
@@ -137,6 +143,8 @@ def select_effects(names: Iterable[str], kind: str, directory: Path | str = ".")
         Where one is not known, makes no sense on this rig, is named twice, or lacks another it builds upon.
     """
     effects = tuple(find_effect(name, directory) for name in names)
+    if points is not None:
+        effects = tuple(point_masses(points) if effect is PointMasses else effect for effect in effects)
     known = [effect.name for effect in effects]
     for effect in effects:
         where = f'effect "{effect.name}"'
@@ -145,6 +153,9 @@ def select_effects(names: Iterable[str], kind: str, directory: Path | str = ".")
             raise StudyError(where, f"makes no sense on the rig {kind}", f"one of {fitting}", "Take it off the list.")
         if known.count(effect.name) > 1:
             raise StudyError(where, "named twice", "each effect once", "Take one of the two off the list.")
+        for other in effect.excludes:
+            if other in known:
+                raise StudyError(where, f'stands beside "{other}"', "one of the two", f'Take "{other}" off the list.')
         for other in effect.needs:
             if other not in known:
                 raise StudyError(where, f'stands without "{other}"', "both", f'Add "{other}" to the list.')

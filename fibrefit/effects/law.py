@@ -53,6 +53,10 @@ class Effect(eqx.Module):
         Kinds of rig the effect makes sense for.
     needs : tuple of str
         Effects that must be present too.
+    excludes : tuple of str
+        Effects that must not.
+    sought : bool
+        Whether a search for what a model lacks tries it without being asked to.
     singular : float
         Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
@@ -66,6 +70,8 @@ class Effect(eqx.Module):
     strength: ClassVar[tuple[str, ...]] = ()
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
+    excludes: ClassVar[tuple[str, ...]] = ()
+    sought: ClassVar[bool] = True
     singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()

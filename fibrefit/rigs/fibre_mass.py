@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
+from fibrefit.rigs.chain import Chain, ChainState, End
 from fibrefit.rigs.fibre import Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
@@ -20,21 +21,26 @@ from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
 class FibreMassState(NamedTuple):
     """Position u [m] and velocity [m/s] of the weight, away from the frame; u = 0 where the fibre is just taut.
 
-    Memories of the fibre's laws; force [N] of the guide's bristles where the model has them.
+    Memories of the fibre's laws; force [N] of the guide's bristles, and the fibre's points, where the model has them.
     """
 
     position: jax.Array
     velocity: jax.Array
     memories: Memories
     bristle: jax.Array | None
+    chain: ChainState | None = None
 
 
 class FibreMassMode(NamedTuple):
-    """Modes of the fibre and of the guide; band of speed, None in a model without one."""
+    """Modes of the fibre and of the guide; band of speed, and modes of the fibre's segments, None where there are none.
+
+    A fibre with segments of its own is only told to be longer than its free length or not.
+    """
 
     fibre: jax.Array
     guide: jax.Array
     band: Any
+    chain: Any = None
 
 
 class FibreMass(eqx.Module):
@@ -67,7 +73,7 @@ class FibreMass(eqx.Module):
 
     def tension(self, state: FibreMassState, mode: FibreMassMode) -> jax.Array:
         """Tension of the fibre, in N: what the gauge at the frame feels."""
-        return self.fibre.tension(state.position, state.velocity, state.memories, mode.fibre)
+        return self._tensions(state, mode)[0]
 
     def derivative(self, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> FibreMassState:
         """Rate of the state."""
@@ -77,6 +83,7 @@ class FibreMass(eqx.Module):
             self.guide.net_force(drive, mode.guide, now) / self.mass,
             self.fibre.memory_rates(state.position, state.velocity, state.memories, mode.fibre),
             self.guide.bristle_rate(mode.guide, now),
+            self._chain_rate(state, mode),
         )
 
     def margins(self, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> FibreMassMode:
@@ -85,7 +92,11 @@ class FibreMass(eqx.Module):
         fibre = self.fibre.margin(state.position, state.velocity, state.memories, mode.fibre)
         bands = Bands.of(self.guide.laws)
         band = None if bands is None else bands.margin(mode.band, state.velocity)
-        return FibreMassMode(fibre, self.guide.margin(drive, mode.guide, now), band)
+        segments = None
+        if (chain := self._chain()) is not None:
+            segments = chain.margins(state.chain, mode.chain, *_ends(state.position, state.velocity))
+            fibre = jnp.where(chain.there(), self.fibre.margin_of_length(state.position, mode.fibre), fibre)
+        return FibreMassMode(fibre, self.guide.margin(drive, mode.guide, now), band, segments)
 
     def switch(
         self, state: FibreMassState, mode: FibreMassMode, crossed: FibreMassMode, inputs: Any
@@ -97,6 +108,10 @@ class FibreMass(eqx.Module):
         state, mode = state._replace(velocity=velocity, memories=memories), mode._replace(fibre=taut)
         if (bands := Bands.of(self.guide.laws)) is not None:
             mode = mode._replace(band=bands.switch(mode.band, velocity, crossed.band))
+        if (chain := self._chain()) is not None:
+            ends = _ends(state.position, velocity)
+            points, segments = chain.switch(state.chain, mode.chain, crossed.chain, *ends)
+            state, mode = state._replace(chain=points), mode._replace(chain=segments)
         now, drive = self._sliding(state, mode)
         return state, mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, now))
 
@@ -104,17 +119,43 @@ class FibreMass(eqx.Module):
         """State and mode of a weight let go at `position`."""
         nil = jnp.zeros(())
         bristle = nil if self.guide.may_creep else None
-        state = FibreMassState(position, nil, self.fibre.memories(position), bristle)
+        chain = self._chain()
+        points = None if chain is None else chain.at_rest(*_ends(position, nil))
+        state = FibreMassState(position, nil, self.fibre.memories(position), bristle, points)
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
         band = None if Bands.of(self.guide.laws) is None else jnp.int32(0)
-        mode = FibreMassMode(taut, jnp.int32(0), band)
-        stopped = FibreMassMode(jnp.array(False), jnp.array(True), None if band is None else jnp.array(False))
+        segments = None if chain is None else chain.modes(points, *_ends(position, nil))
+        mode = FibreMassMode(taut, jnp.int32(0), band, segments)
+        stopped = jax.tree.map(lambda _: jnp.array(False), mode)._replace(guide=jnp.array(True))
         return self.switch(state, mode, stopped, None)
+
+    def _chain(self) -> Chain | None:
+        return Chain.of(self.fibre, self.pull_of_gravity / self.mass)
+
+    def _tensions(self, state: FibreMassState, mode: FibreMassMode) -> tuple[jax.Array, jax.Array]:
+        """At the frame and at the weight, in N."""
+        plain = self.fibre.tension(state.position, state.velocity, state.memories, mode.fibre)
+        if state.chain is None:
+            return plain, plain
+        chain = self._chain()
+        at_frame, at_weight = chain.tensions(state.chain, mode.chain, *_ends(state.position, state.velocity))
+        return jnp.where(chain.there(), at_frame, plain), jnp.where(chain.there(), at_weight, plain)
+
+    def _chain_rate(self, state: FibreMassState, mode: FibreMassMode) -> ChainState | None:
+        if state.chain is None:
+            return None
+        return self._chain().derivative(state.chain, mode.chain, *_ends(state.position, state.velocity))
 
     def _sliding(self, state: FibreMassState, mode: FibreMassMode) -> tuple[Sliding, jax.Array]:
         """What the guide feels, and the force on the weight besides the guide's, in N."""
-        tension = self.tension(state, mode)
+        tension = self._tensions(state, mode)[1]
         return Sliding(state.position, state.velocity, tension, state.bristle), self.pull_of_gravity - tension
+
+
+def _ends(position: jax.Array, velocity: jax.Array) -> tuple[End, End]:
+    """The fibre from the frame to the weight."""
+    nil = jnp.zeros(())
+    return End(nil, nil), End(position, velocity)
 
 
 PARAMETERS = (

@@ -11,24 +11,35 @@ import jax.numpy as jnp
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, fast, laws_of
+from fibrefit.rigs.chain import Chain, ChainState, End
 from fibrefit.rigs.fibre import LOADED, SLACK, Fibre, Memories
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
 
 
 class InvertedPendulumState(NamedTuple):
-    """Angle φ [rad] from upright, towards the first fibre, and its rate [rad/s]; memories of both fibres."""
+    """Angle φ [rad] from upright, towards the first fibre, and its rate [rad/s]; memories of both fibres.
+
+    Points of both fibres where the model gives them a mass.
+    """
 
     angle: jax.Array
     rate: jax.Array
     memories_1: Memories
     memories_2: Memories
+    chain_1: ChainState | None = None
+    chain_2: ChainState | None = None
 
 
 class InvertedPendulumMode(NamedTuple):
-    """Modes of the two fibres."""
+    """Modes of the two fibres, and of their segments where they have any.
+
+    A fibre with segments of its own is only told to be longer than its free length or not.
+    """
 
     fibre_1: jax.Array
     fibre_2: jax.Array
+    chain_1: Any = None
+    chain_2: Any = None
 
 
 class Leg(NamedTuple):
@@ -96,33 +107,41 @@ class InvertedPendulum(eqx.Module):
     def tensions(
         self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
     ) -> tuple[jax.Array, jax.Array]:
-        """Tension of each fibre, in N."""
-        first, second = self.legs(state, inputs)
-        return (
-            self.fibre.tension(first.length, first.rate, state.memories_1, mode.fibre_1),
-            self.fibre.tension(second.length, second.rate, state.memories_2, mode.fibre_2),
-        )
+        """Tension of each fibre where it is driven, in N: what its gauge feels."""
+        first, second = self._loads(state, mode, inputs)
+        return first[0], second[0]
 
     def derivative(
         self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
     ) -> InvertedPendulumState:
         """Rate of the state."""
         first, second = self.legs(state, inputs)
-        pull_1, pull_2 = self.tensions(state, mode, inputs)
+        (_, pull_1), (_, pull_2) = self._loads(state, mode, inputs)
         moment = pull_1 * first.lever - pull_2 * second.lever + self.tipping * jnp.sin(state.angle)
         return InvertedPendulumState(
             state.rate,
             moment / self.moment_of_inertia,
             self.fibre.memory_rates(first.length, first.rate, state.memories_1, mode.fibre_1),
             self.fibre.memory_rates(second.length, second.rate, state.memories_2, mode.fibre_2),
+            self._chain_rate(state.chain_1, mode.chain_1, self._ends(1.0, first, inputs)),
+            self._chain_rate(state.chain_2, mode.chain_2, self._ends(-1.0, second, inputs)),
         )
 
     def margins(self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any) -> InvertedPendulumMode:
         """Margins of each mode."""
         first, second = self.legs(state, inputs)
-        return InvertedPendulumMode(
+        plain = InvertedPendulumMode(
             self.fibre.margin(first.length, first.rate, state.memories_1, mode.fibre_1),
             self.fibre.margin(second.length, second.rate, state.memories_2, mode.fibre_2),
+        )
+        if (chain := self._chain()) is None:
+            return plain
+        there = chain.there()
+        return InvertedPendulumMode(
+            jnp.where(there, self.fibre.margin_of_length(first.length, mode.fibre_1), plain.fibre_1),
+            jnp.where(there, self.fibre.margin_of_length(second.length, mode.fibre_2), plain.fibre_2),
+            chain.margins(state.chain_1, mode.chain_1, *self._ends(1.0, first, inputs)),
+            chain.margins(state.chain_2, mode.chain_2, *self._ends(-1.0, second, inputs)),
         )
 
     def switch(
@@ -137,24 +156,69 @@ class InvertedPendulum(eqx.Module):
             second.length, second.rate, state.memories_2, mode.fibre_2, crossed.fibre_2
         )
         state = state._replace(memories_1=memories_1, memories_2=memories_2)
-        return state, InvertedPendulumMode(mode_1, mode_2)
+        after = InvertedPendulumMode(mode_1, mode_2)
+        if (chain := self._chain()) is None:
+            return state, after
+        ends = self._ends(1.0, first, inputs), self._ends(-1.0, second, inputs)
+        points_1, segments_1 = chain.switch(state.chain_1, mode.chain_1, crossed.chain_1, *ends[0])
+        points_2, segments_2 = chain.switch(state.chain_2, mode.chain_2, crossed.chain_2, *ends[1])
+        return state._replace(chain_1=points_1, chain_2=points_2), after._replace(
+            chain_1=segments_1, chain_2=segments_2
+        )
 
     def begin(
         self, angle: jax.Array, rate: jax.Array, inputs: Any
     ) -> tuple[InvertedPendulumState, InvertedPendulumMode]:
         """State and mode of a pendulum that has stood still and is now at `angle` [rad] with `rate` [rad/s]."""
         first, second = (self.leg(side, angle, rate, inputs["drive"]) for side in (1.0, -1.0))
-        state = InvertedPendulumState(
-            angle, rate, self.fibre.memories(first.length), self.fibre.memories(second.length)
-        )
-        return state, InvertedPendulumMode(
-            self._carries(first, state.memories_1), self._carries(second, state.memories_2)
-        )
+        chain, chains = self._chain(), [None, None]
+        if chain is not None:
+            still = [leg._replace(rate=jnp.zeros(())) for leg in (first, second)]
+            at_rest = {"drive": (inputs["drive"][0], jnp.zeros(()))}
+            sides = zip((1.0, -1.0), still, strict=True)
+            chains = [chain.at_rest(*self._ends(side, leg, at_rest)) for side, leg in sides]
+        memories = self.fibre.memories(first.length), self.fibre.memories(second.length)
+        state = InvertedPendulumState(angle, rate, *memories, *chains)
+        return state, self.mode_of(state, inputs)
 
     def mode_of(self, state: InvertedPendulumState, inputs: Any) -> InvertedPendulumMode:
         """The mode a state is in by itself, without what was before."""
         first, second = self.legs(state, inputs)
-        return InvertedPendulumMode(self._carries(first, state.memories_1), self._carries(second, state.memories_2))
+        mode = InvertedPendulumMode(self._carries(first, state.memories_1), self._carries(second, state.memories_2))
+        if (chain := self._chain()) is None:
+            return mode
+        ends = self._ends(1.0, first, inputs), self._ends(-1.0, second, inputs)
+        return mode._replace(chain_1=chain.modes(state.chain_1, *ends[0]), chain_2=chain.modes(state.chain_2, *ends[1]))
+
+    def _chain(self) -> Chain | None:
+        return Chain.of(self.fibre, jnp.zeros(()))
+
+    def _ends(self, side: float, leg: Leg, inputs: Any) -> tuple[End, End]:
+        """A fibre from its driven end to the rod, along the line it has where the rod stands upright."""
+        x, x_rate = inputs["drive"]
+        share = -side * self.distance * _root(self.distance**2 + self.height**2)[1]
+        near = End(share * x, share * x_rate)
+        return near, End(near.place + leg.length, near.rate + leg.rate)
+
+    def _loads(
+        self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
+    ) -> tuple[tuple[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]:
+        """Tension of each fibre at its driven end and at the rod, in N."""
+        first, second = self.legs(state, inputs)
+        one = self.fibre.tension(first.length, first.rate, state.memories_1, mode.fibre_1)
+        two = self.fibre.tension(second.length, second.rate, state.memories_2, mode.fibre_2)
+        chain = self._chain()
+        if chain is None:
+            return (one, one), (two, two)
+        loads_1 = chain.tensions(state.chain_1, mode.chain_1, *self._ends(1.0, first, inputs))
+        loads_2 = chain.tensions(state.chain_2, mode.chain_2, *self._ends(-1.0, second, inputs))
+        there = chain.there()
+        with_mass = lambda loads, plain: tuple(jnp.where(there, load, plain) for load in loads)  # noqa: E731
+        return with_mass(loads_1, one), with_mass(loads_2, two)
+
+    def _chain_rate(self, state: ChainState | None, modes: Any, ends: tuple[End, End]) -> ChainState | None:
+        chain = self._chain()
+        return None if chain is None else chain.derivative(state, modes, *ends)
 
     def _carries(self, leg: Leg, memories: Memories) -> jax.Array:
         taut = self.fibre.stretch(leg.length) > 0.0

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
+from fibrefit.rigs.chain import Chain, ChainState, End
 from fibrefit.rigs.fibre import LOADED, Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.mount import Mount
@@ -30,7 +31,8 @@ class Rim(NamedTuple):
 class PulleyDriveState(NamedTuple):
     """Position u [m] and velocity [m/s] of the weight, up the slope; memories of the fibre, as far as a rim.
 
-    The rim, and the forces [N] in a mount that yields and of bristles, are there only in a model that has them.
+    The rim, the forces [N] in a mount that yields and of bristles, and the points of a fibre with a mass of its own are
+    there only in a model that has them.
     """
 
     position: jax.Array
@@ -39,12 +41,13 @@ class PulleyDriveState(NamedTuple):
     rim: Rim | None
     mount_force: jax.Array | None
     bristle: jax.Array | None
+    chain: ChainState | None = None
 
 
 class PulleyDriveMode(NamedTuple):
     """Modes of the fibre, as far as a rim; of the guide; of the fibre behind a rim; of its bearing; band of speed.
 
-    Each is a (); those that a model lacks are None.
+    Each is a (), and one for each segment of a fibre with a mass of its own; those that a model lacks are None.
     """
 
     fibre: jax.Array
@@ -52,6 +55,7 @@ class PulleyDriveMode(NamedTuple):
     behind: Any
     bearing: Any
     band: Any
+    chain: Any = None
 
 
 class Side(NamedTuple):
@@ -130,11 +134,16 @@ class PulleyDrive(eqx.Module):
         at_gauge = self.fibre.tension(*near, mode.fibre)
         if state.mount_force is not None:
             at_gauge = jnp.where(self._mount_is_loaded(mode), state.mount_force, at_gauge)
+        if (chain := self._chain()) is not None:
+            loads = chain.tensions(state.chain, mode.chain, *self._ends(state, near))
+            at_gauge, whole = (jnp.where(chain.there(), load, at_gauge) for load in loads)
+        else:
+            whole = at_gauge
         if state.rim is None:
-            return at_gauge, at_gauge
+            return at_gauge, whole
         # What is not there is not computed: the laws of a fibre are the dearest part of a step.
         behind = lambda: self.fibre.tension(*far, mode.behind)  # noqa: E731
-        return at_gauge, jax.lax.cond(self.pulley.turning(), behind, lambda: at_gauge)
+        return at_gauge, jax.lax.cond(self.pulley.turning(), behind, lambda: whole)
 
     def derivative(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveState:
         """Rate of the state."""
@@ -148,6 +157,9 @@ class PulleyDrive(eqx.Module):
             None if state.rim is None else self._rim_rate(state.rim, far, at_gauge - behind, mode),
             None if state.mount_force is None else self._mount_rate(state, near, mode, inputs),
             self.guide.bristle_rate(mode.guide, now),
+            None
+            if (chain := self._chain()) is None
+            else chain.derivative(state.chain, mode.chain, *self._ends(state, near)),
         )
 
     def margins(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveMode:
@@ -169,7 +181,11 @@ class PulleyDrive(eqx.Module):
                 bearing = jnp.where(there, bearing, 1.0)
         if (bands := self._bands()) is not None:
             band = bands.margin(mode.band, state.velocity)
-        return PulleyDriveMode(fibre, guide, fibre_behind, bearing, band)
+        segments = None
+        if (chain := self._chain()) is not None:
+            fibre = jnp.where(chain.there(), self.fibre.margin_of_length(near.length, mode.fibre), fibre)
+            segments = chain.margins(state.chain, mode.chain, *self._ends(state, near))
+        return PulleyDriveMode(fibre, guide, fibre_behind, bearing, band, segments)
 
     def switch(
         self, state: PulleyDriveState, mode: PulleyDriveMode, crossed: PulleyDriveMode, inputs: Any
@@ -182,6 +198,9 @@ class PulleyDrive(eqx.Module):
         if state.mount_force is not None:
             state = state._replace(mount_force=jnp.where(crossed.fibre, 0.0, state.mount_force))
         after = mode._replace(fibre=taut)
+        if (chain := self._chain()) is not None:
+            points, segments = chain.switch(state.chain, mode.chain, crossed.chain, *self._ends(state, near))
+            state, after = state._replace(chain=points), after._replace(chain=segments)
         if state.rim is not None:
             memories, taut = self.fibre.switch(*far, mode.behind, crossed.behind)
             speed, after = state.rim.speed, after._replace(behind=taut)
@@ -215,8 +234,21 @@ class PulleyDrive(eqx.Module):
             none if self.pulley.rubs else None,
             None if self._bands() is None else none,
         )
+        if (chain := self._chain()) is not None:
+            ends = self._ends(state, Side(length, nil, memories))
+            points = chain.at_rest(*ends)
+            state, mode = state._replace(chain=points), mode._replace(chain=chain.modes(points, *ends))
         nowhere = jax.tree.map(lambda _: jnp.array(False), mode)
         return state, self._settle(state, mode, nowhere, inputs)
+
+    def _chain(self) -> Chain | None:
+        return Chain.of(self.fibre, jnp.zeros(()))
+
+    def _ends(self, state: PulleyDriveState, near: Side) -> tuple[End, End]:
+        """The fibre from the drive to the weight."""
+        y, cosine = self.path.follow(state.position)
+        far = End(-y, -cosine * state.velocity)
+        return End(far.place - near.length, far.rate - near.rate), far
 
     def _bands(self) -> Bands | None:
         return Bands.of((*self.guide.laws, *self.pulley.laws))

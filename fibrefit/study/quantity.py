@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, StrictFloat
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, StrictFloat, StrictInt
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
@@ -127,6 +127,7 @@ Pause = Annotated[float, Unit("s", "0.5 s", lower=0)]
 Frequency = Annotated[float, Unit("Hz", "2 kHz", lower=0, lower_allowed=False)]
 Speed = Annotated[float, Unit("m/s", "200 mm/s", lower=0, lower_allowed=False)]
 Inertia = Annotated[float, Unit("kg m^2", "3.288 kg m^2", lower=0, lower_allowed=False)]
+Points = Annotated[StrictInt, Field(ge=1, le=32)]
 Gain = Annotated[StrictFloat, Field(gt=0)]
 Load = Annotated[float, Unit("N", "200 N", lower=0)]
 ForceNoise = Annotated[float, Unit("N", "0.4 N", lower=0, lower_allowed=False)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, Self
 
-from pydantic import Field, StrictInt, StrictStr, model_validator
+from pydantic import Field, StrictStr, model_validator
 
 from fibrefit.study.quantity import (
     Angle,
@@ -26,6 +26,7 @@ from fibrefit.study.quantity import (
     Mass,
     MassOrNone,
     Pause,
+    Points,
     Position,
     Speed,
     Turn,
@@ -71,6 +72,7 @@ class FibreMass(Table):
     inclination: Angle = needed("Angle of the guide to the horizontal; 90 deg is free fall.")
     fibre_length: Length | None = optional("Free length of the fibre.")
     fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
+    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
 
 
 class FibreMassRecord(FibreMass, Record):
@@ -96,6 +98,7 @@ class PulleyDrive(Table):
     inclination: Angle = needed("Angle of the incline to the horizontal.")
     fibre_length: Length | None = optional("Free length of the fibre.")
     fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
+    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
     pulley_diameter: Length | None = optional("Diameter of the pulley.")
     wrap_angle: Turn | None = optional("Angle over which the fibre lies on the pulley.")
     lateral_offset: Distance | None = optional("Distance of the weight from the plane of the pulley.")
@@ -130,7 +133,7 @@ class InvertedPendulum(Table):
     preload: Load | None = optional("Tension of both fibres at rest; none when absent.")
     amplitude: Distance | None = optional("Amplitude of the driven ends, x0.")
     frequency: Frequency | None = optional("Frequency of the driven ends.")
-    masses_per_fibre: StrictInt | None = Field(default=None, ge=0, description="Point masses of each fibre.")
+    masses_per_fibre: Points | None = optional("Points of each fibre with a mass of its own; 2 when absent.")
 
 
 class InvertedPendulumRecord(InvertedPendulum, Record):

@@ -61,10 +61,11 @@ def candidates_of(
 
 
 def _offered(study: Study, present: Iterable[str]) -> Candidates:
-    """Effects of the catalogue and of installed packages that suit the rig and are not in the model."""
+    """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
-    return {name: effect for name, effect in known.items() if study.kind in effect.rigs and effect.name not in present}
+    fitting = {name: effect for name, effect in known.items() if effect.sought and study.kind in effect.rigs}
+    return {name: effect for name, effect in fitting.items() if effect.name not in present}
 
 
 def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: Candidates) -> Candidates:

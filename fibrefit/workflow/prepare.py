@@ -23,7 +23,8 @@ def model_of(study: Study) -> Model:
     StudyError
         If an effect is unknown or does not suit the rig.
     """
-    effects = select_effects(study.model.effects, study.kind, study.source.parent)
+    points = getattr(study.rig, "masses_per_fibre", None)
+    effects = select_effects(study.model.effects, study.kind, study.source.parent, points)
     return Model(RIGS[study.kind], effects, study.model.tension_law)
 
 

@@ -46,8 +46,9 @@ ON_RIGS += [
     for case in on("inverted_pendulum", CATALOGUE.values())
 ]
 EVERYWHERE = [case for kind in RIGS for case in on(kind, CATALOGUE.values())]
+QUICK_SINGULAR = ("fibre_mass-guide.presliding",)
 SINGULAR = [
-    pytest.param(*case.values, id=case.id, marks=() if case.values[0] == "fibre_mass" else pytest.mark.slow)
+    pytest.param(*case.values, id=case.id, marks=() if case.id in QUICK_SINGULAR else pytest.mark.slow)
     for case in EVERYWHERE
     if case.values[1][-1].singular
 ]
@@ -74,6 +75,9 @@ NOTHING = 1e-12
 ALIKE = 0.9
 #: At its null this law is not told when a fibre without load is still stretched; a few late bounces differ by that.
 AT_NULL = {"fibre.hysteresis.hysteretic_stiffness": 5e-2}
+
+#: What the points of a fibre take from the weight at a snap is over in a small part of a step, and its slope is lost.
+UNRESOLVED = ("fibre.mass.fibre_mass",)
 
 STRETCHES = (-1e-3, 0.0, 1e-5, 2e-3)
 SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
@@ -316,7 +320,7 @@ def test_derivatives_are_those_of_the_readings(kind: str, effects: tuple[type[Ef
     for name, role, slope, difference in slopes_and_differences(kind, effects, choose):
         allowed = AT_NULL.get(name, STIFF if any(e.stiff for e in effects) else DIFFERENCES)
         assert np.isfinite(slope).all()
-        if not any(name.startswith(other.name) for other in others):
+        if name not in UNRESOLVED and not any(name.startswith(other.name) for other in others):
             assert relative_error(slope, difference) < allowed, f"d {role} / d {name}"
 
 
