@@ -13,6 +13,8 @@ from types import ModuleType
 
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.effects.drive_compliance import Compliance
+from fibrefit.effects.fibre_damping_power_law import DampingPowerLaw
+from fibrefit.effects.fibre_damping_speed_curve import DampingSpeedCurve
 from fibrefit.effects.fibre_free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre_hardening import Hardening
 from fibrefit.effects.fibre_hysteresis import Hysteresis
@@ -20,9 +22,13 @@ from fibrefit.effects.fibre_maxwell_branch import MaxwellBranch
 from fibrefit.effects.fibre_point_masses import PointMasses, point_masses
 from fibrefit.effects.fibre_rate_dependent_damping import RateDependentDamping
 from fibrefit.effects.fibre_rate_dependent_stiffness import RateDependentStiffness
+from fibrefit.effects.fibre_stiffness_power_law import StiffnessPowerLaw
+from fibrefit.effects.fibre_stiffness_speed_curve import StiffnessSpeedCurve
 from fibrefit.effects.fibre_toe_region import ToeRegion
 from fibrefit.effects.guide_asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide_asymmetric_viscous_friction import AsymmetricViscousFriction
+from fibrefit.effects.guide_friction_power_law import FrictionPowerLaw
+from fibrefit.effects.guide_friction_speed_curve import FrictionSpeedCurve
 from fibrefit.effects.guide_load_dependent_friction import LoadDependentFriction
 from fibrefit.effects.guide_presliding import Presliding
 from fibrefit.effects.guide_quadratic_drag import QuadraticDrag
@@ -54,11 +60,17 @@ _CLASSES: tuple[type[Effect], ...] = (
     AsymmetricFriction,
     AsymmetricViscousFriction,
     Presliding,
+    FrictionSpeedCurve,
+    FrictionPowerLaw,
     Hardening,
     ToeRegion,
     MaxwellBranch,
     RateDependentDamping,
     RateDependentStiffness,
+    StiffnessSpeedCurve,
+    StiffnessPowerLaw,
+    DampingSpeedCurve,
+    DampingPowerLaw,
     Hysteresis,
     FreeLengthOffset,
     PointMasses,
