@@ -6,6 +6,7 @@ import inspect
 import math
 import re
 import textwrap
+from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ _INDENT = "  "
 @click.argument("name", required=False)
 @with_terminal
 def command(terminal: Terminal, name: str | None) -> None:
-    """List the effects, or tell all about NAME: law, parameters, units, source."""
+    """List the effects, or tell all about NAME: law, parameters, units, source, and a small picture."""
     from fibrefit.core.errors import StudyError, UsageError
     from fibrefit.effects.catalogue import CATALOGUE, find_effect
 
@@ -37,7 +38,7 @@ def command(terminal: Terminal, name: str | None) -> None:
         effect = find_effect(name)
     except StudyError as error:
         raise UsageError(error.where, error.got, error.expected, error.do) from None
-    terminal.answer(_page(effect), _described(effect))
+    terminal.answer(_page(effect, () if terminal.json else _picture(effect)), _described(effect))
 
 
 def _list(effects: list[type[Effect]]) -> str:
@@ -52,7 +53,23 @@ def _list(effects: list[type[Effect]]) -> str:
     return "\n".join([*lines[1:], "", "fibrefit effects NAME tells more."])
 
 
-def _page(effect: type[Effect]) -> str:
+def _picture(effect: type[Effect]) -> list[str]:
+    """What it does at its typical values, in letters; empty where no curve says it."""
+    from fibrefit.report.text_plot import CHANGED, PLAIN, text_plot
+    from fibrefit.rigs.picture import picture_of
+
+    found = picture_of(effect)
+    if found is None:
+        return []
+    lines = text_plot(found.across, found.up, found.x, found.without, found.with_it)
+    return [
+        "",
+        f"At its typical values ({CHANGED}), beside the base model ({PLAIN})",
+        *(_INDENT + line for line in lines),
+    ]
+
+
+def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
     """All about one effect."""
     told = _sections(effect)
     lines = [
@@ -70,6 +87,7 @@ def _page(effect: type[Effect]) -> str:
     lines += ["", _filled(f"Rigs: {', '.join(sorted(effect.rigs))}")]
     if effect.needs:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
+    lines += picture
     for title in ("Valid range", "Source"):
         if title in told:
             lines += ["", title, _filled(told[title], _INDENT)]

@@ -51,6 +51,18 @@ def test_a_page_tells_law_parameters_units_and_source(fibrefit: Run, name: str) 
     assert [p["unit"] for p in told["parameters"]] == [p.unit for p in CATALOGUE[name].parameters]
 
 
+def test_a_page_has_a_picture_where_a_curve_says_what_the_effect_does(fibrefit: Run) -> None:
+    page = fibrefit("effects", "guide.quadratic_drag").out
+    picture = page[page.index("At its typical values") : page.index("Valid range")].splitlines()
+    assert "force of the guide / N" in picture[1]
+    drawn = "".join(picture[2:])
+    assert drawn.count("#") > 30
+    assert drawn.count(".") > 20
+    assert max(map(len, page.splitlines())) <= 80
+    assert "At its typical values" not in fibrefit("effects", "rig.inclination_error").out
+    assert "At its typical values" not in fibrefit("effects", "guide.quadratic_drag", "--json").out
+
+
 def test_a_misspelt_effect_suggests_its_neighbour(fibrefit: Run) -> None:
     done = fibrefit("effects", "guide.viscus_friction")
     assert done.code == 2
