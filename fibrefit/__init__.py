@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from fibrefit.records import Record
     from fibrefit.study import Study
-    from fibrefit.workflow import Discovery, Fit, Sampled, Simulation
+    from fibrefit.workflow import Discovery, Fit, Sampled, Simulation, Sweep
 
-__all__ = ["discover", "fit", "load_study", "read_record", "sample", "simulate"]
+__all__ = ["discover", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
 
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
@@ -291,6 +291,38 @@ def simulate(study: Study) -> Simulation:
     from fibrefit.workflow import simulate_study
 
     return simulate_study(study)
+
+
+def sweep(study: Study, *, progress: Callable[[str, float | None], None] | None = None) -> Sweep:
+    """Swing the inverted pendulum of a study over the frequencies of its ``[sweep]``.
+
+    Parameters
+    ----------
+    study : Study
+        Of an inverted pendulum whose base parameters have initial values.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Sweep
+        With ``curves``, ``summary()``, ``report()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    UsageError
+        If the study is of another rig.
+    StudyError
+        If a parameter has no initial value, or a curve no amplitude.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/pendulum", ["sweep.lowest=4 Hz", "sweep.highest=5 Hz"])
+    >>> print(fibrefit.sweep(study).report())
+    """
+    from fibrefit.workflow import sweep_study
+
+    return sweep_study(study, progress=progress)
 
 
 class _Root(ModuleType):

@@ -14,18 +14,21 @@ if TYPE_CHECKING:
     from fibrefit.workflow.prepare import model_of, read_records, task_of
     from fibrefit.workflow.sample import Sampled, sample_study
     from fibrefit.workflow.simulate import Simulation, simulate_study
+    from fibrefit.workflow.sweep import Sweep, sweep_study
 
 __all__ = [
     "Discovery",
     "Fit",
     "Sampled",
     "Simulation",
+    "Sweep",
     "discover_study",
     "fit_study",
     "model_of",
     "read_records",
     "sample_study",
     "simulate_study",
+    "sweep_study",
     "task_of",
 ]
 
@@ -35,6 +38,7 @@ PARTS = {
     "prepare": ("model_of", "read_records", "task_of"),
     "sample": ("Sampled", "sample_study"),
     "simulate": ("Simulation", "simulate_study"),
+    "sweep": ("Sweep", "sweep_study"),
 }
 
 
