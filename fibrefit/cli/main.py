@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import sys
@@ -110,6 +111,8 @@ def run(args: Sequence[str]) -> int:
 
 def main() -> None:
     """Entry point of the command line."""
+    # Tracing makes hundreds of thousands of objects that stay; to look through them for garbage took a tenth of a fit.
+    gc.set_threshold(100_000, 50, 50)
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks a letter shows a question mark in its place, and the run goes on.
         if hasattr(stream, "reconfigure"):
