@@ -28,7 +28,7 @@ class FibreMassState(NamedTuple):
     velocity: jax.Array
     memories: Memories
     bristle: jax.Array | None
-    chain: ChainState | None = None
+    chain: Any = None
 
 
 class FibreMassMode(NamedTuple):
@@ -120,7 +120,7 @@ class FibreMass(eqx.Module):
         nil = jnp.zeros(())
         bristle = nil if self.guide.may_creep else None
         chain = self._chain()
-        points = None if chain is None else chain.at_rest(*_ends(position, nil))
+        points: Any = None if chain is None else chain.at_rest(*_ends(position, nil))
         state = FibreMassState(position, nil, self.fibre.memories(position), bristle, points)
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
         band = None if Bands.of(self.guide.laws) is None else jnp.int32(0)
@@ -135,16 +135,15 @@ class FibreMass(eqx.Module):
     def _tensions(self, state: FibreMassState, mode: FibreMassMode) -> tuple[jax.Array, jax.Array]:
         """At the frame and at the weight, in N."""
         plain = self.fibre.tension(state.position, state.velocity, state.memories, mode.fibre)
-        if state.chain is None:
+        if (chain := self._chain()) is None:
             return plain, plain
-        chain = self._chain()
         at_frame, at_weight = chain.tensions(state.chain, mode.chain, *_ends(state.position, state.velocity))
         return jnp.where(chain.there(), at_frame, plain), jnp.where(chain.there(), at_weight, plain)
 
     def _chain_rate(self, state: FibreMassState, mode: FibreMassMode) -> ChainState | None:
-        if state.chain is None:
+        if (chain := self._chain()) is None:
             return None
-        return self._chain().derivative(state.chain, mode.chain, *_ends(state.position, state.velocity))
+        return chain.derivative(state.chain, mode.chain, *_ends(state.position, state.velocity))
 
     def _sliding(self, state: FibreMassState, mode: FibreMassMode) -> tuple[Sliding, jax.Array]:
         """What the guide feels, and the force on the weight besides the guide's, in N."""

@@ -123,7 +123,8 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
 
 def start(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The mass is where it was measured at the first sample, and as fast."""
-    return Start(*system.begin(*inputs["anchor"], inputs))
+    position, velocity = inputs["anchor"]
+    return Start(*system.begin(position, velocity, inputs))
 
 
 def observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> dict[str, jax.Array]:

@@ -26,8 +26,8 @@ class InvertedPendulumState(NamedTuple):
     rate: jax.Array
     memories_1: Memories
     memories_2: Memories
-    chain_1: ChainState | None = None
-    chain_2: ChainState | None = None
+    chain_1: Any = None
+    chain_2: Any = None
 
 
 class InvertedPendulumMode(NamedTuple):
@@ -171,7 +171,8 @@ class InvertedPendulum(eqx.Module):
     ) -> tuple[InvertedPendulumState, InvertedPendulumMode]:
         """State and mode of a pendulum that has stood still and is now at `angle` [rad] with `rate` [rad/s]."""
         first, second = (self.leg(side, angle, rate, inputs["drive"]) for side in (1.0, -1.0))
-        chain, chains = self._chain(), [None, None]
+        chain = self._chain()
+        chains: list[Any] = [None, None]
         if chain is not None:
             still = [leg._replace(rate=jnp.zeros(())) for leg in (first, second)]
             at_rest = {"drive": (inputs["drive"][0], jnp.zeros(()))}
@@ -200,10 +201,8 @@ class InvertedPendulum(eqx.Module):
         near = End(share * x, share * x_rate)
         return near, End(near.place + leg.length, near.rate + leg.rate)
 
-    def _loads(
-        self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
-    ) -> tuple[tuple[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]:
-        """Tension of each fibre at its driven end and at the rod, in N."""
+    def _loads(self, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any) -> Any:
+        """Pair of tensions of each fibre, at its driven end and at the rod, in N."""
         first, second = self.legs(state, inputs)
         one = self.fibre.tension(first.length, first.rate, state.memories_1, mode.fibre_1)
         two = self.fibre.tension(second.length, second.rate, state.memories_2, mode.fibre_2)
@@ -216,7 +215,7 @@ class InvertedPendulum(eqx.Module):
         with_mass = lambda loads, plain: tuple(jnp.where(there, load, plain) for load in loads)  # noqa: E731
         return with_mass(loads_1, one), with_mass(loads_2, two)
 
-    def _chain_rate(self, state: ChainState | None, modes: Any, ends: tuple[End, End]) -> ChainState | None:
+    def _chain_rate(self, state: Any, modes: Any, ends: tuple[End, End]) -> ChainState | None:
         chain = self._chain()
         return None if chain is None else chain.derivative(state, modes, *ends)
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
-from fibrefit.rigs.chain import Chain, ChainState, End
+from fibrefit.rigs.chain import Chain, End
 from fibrefit.rigs.fibre import LOADED, Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.mount import Mount
@@ -41,7 +41,7 @@ class PulleyDriveState(NamedTuple):
     rim: Rim | None
     mount_force: jax.Array | None
     bristle: jax.Array | None
-    chain: ChainState | None = None
+    chain: Any = None
 
 
 class PulleyDriveMode(NamedTuple):

@@ -207,7 +207,7 @@ def _advance(system: InvertedPendulum, drive: Drive, patience: jax.Array, course
         state=select(jumped, goal, end),
         mode=select(jumped, system.mode_of(goal, at_start), end_mode),
         first=_wider(course.first, extremes),
-        recent=tuple(map(pushed, course.recent, extremes)),
+        recent=(pushed(course.recent[0], extremes[0]), pushed(course.recent[1], extremes[1])),
         begun=jax.tree.map(pushed, course.begun, start),
         number=course.number + 1,
         tries=course.tries + near,

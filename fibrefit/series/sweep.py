@@ -151,7 +151,8 @@ def sweep(
         one = jax.tree.map(lambda leaf, i=i: leaf[i], (stacked, amplitudes))
         jobs += [partial(follow, *one, up), partial(follow, *one, up[::-1])]
     parts = _parts(stacked, amplitudes, up)
-    jobs += [partial(_from_rest, *part, rate=plan.rate, size=plan.size, patience=plan.settle) for part in parts]
+    rest_of = partial(_from_rest, rate=plan.rate, size=plan.size, patience=plan.settle)
+    jobs += [partial(rest_of, systems, amplitudes, frequencies) for systems, amplitudes, frequencies in parts]
     results = _all(jobs, told or (lambda share: None))
     followed, rested = results[: 2 * len(curves)], results[2 * len(curves) :]
     rest = jax.tree.map(lambda *rows: np.concatenate(rows), *rested)
@@ -254,7 +255,7 @@ def _rest(system: InvertedPendulum, drive: Drive) -> tuple[Any, Any]:
     return system.begin(nil, nil, drive.at(jnp.int32(0), drive.times[0]))
 
 
-def _branch(found: Swing) -> Branch:
+def _branch(found: Any) -> Branch:
     fallen = found.overturned[:, None]
     return Branch(
         lowest=np.where(fallen, np.nan, found.lowest),

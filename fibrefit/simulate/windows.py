@@ -58,6 +58,7 @@ class WindowedModel(Model):
         times, inputs = cut(experiment.times), cut(experiment.inputs)
         counted = cut(jnp.arange(experiment.times.shape[0]) < experiment.count)
         position, solution = jax.vmap(partial(self._window, system))(times, inputs, counted)
+        assert self.rig.anchor is not None, "a rig whose motion begins where it was measured"
         channels = {self.rig.anchor: position.reshape(-1)[:size]}
         for sensor in laws_of(SensorLaw, laws):
             channels = sensor.measure(channels, experiment.times)
