@@ -75,17 +75,12 @@ def identify(
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     task = _softened(task) if robust else task
-    searched = task
-    if waves:
-        searched = replace(task, problem=corrected(task.problem, input_errors(task), waves))
+    searched = replace(task, problem=corrected(task.problem, input_errors(task), waves)) if waves else task
     problem = searched.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
     found = _search(searched, width, starts, seed, tell, stop)
-    if not np.isfinite(found.cost).any():
-        names = ", ".join(problem.layout.records[:3])
-        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
-        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
+    _refuse_if_lost(found, problem.layout.records)
     tell("second solver", 0.87)
     values, agreed = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
@@ -99,6 +94,13 @@ def identify(
 
 
 SOFT_BEYOND = 3.0
+
+
+def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
+    if not np.isfinite(found.cost).any():
+        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
+        names = ", ".join(records[:3])
+        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
 
 
 def _softened(task: Task) -> Task:

@@ -99,13 +99,7 @@ def carry_tangents(
     def through_arc(now: _Pass) -> _Pass:
         arc: Arcs = jax.tree.map(lambda rows: row(rows, now.arc), arcs)
         after, end, moved = flow.through_arc(now.arc, arc, now.now, now.instant)
-        at = functools.partial(write, index=now.arc)
-        found = now.found._replace(
-            start=at(now.found.start, item=now.instant),
-            state=at(now.found.state, item=now.now),
-            end=at(now.found.end, item=end),
-            reached=at(now.found.reached, item=moved),
-        )
+        found = _noted(now, end, moved)
         return now._replace(arc=now.arc + 1, now=after, instant=end, found=found)
 
     def through_step(now: _Pass) -> _Pass:
@@ -139,6 +133,17 @@ def _blank(times: jax.Array, told: Told, number: int) -> Carried:
     states = [jnp.broadcast_to(d[:number], (times.shape[0], number)) for d in told.start]
     arcs = jnp.zeros((ARCS, told.start_time.size))
     return Carried(states, arcs, [arcs for _ in states], arcs, [arcs for _ in states])
+
+
+def _noted(now: _Pass, end: jax.Array, moved: Leaves) -> Carried:
+    """What is found, with the row of the present arc."""
+    at, found = functools.partial(write, index=now.arc), now.found
+    return found._replace(
+        start=at(found.start, item=now.instant),
+        state=at(found.state, item=now.now),
+        end=at(found.end, item=end),
+        reached=at(found.reached, item=moved),
+    )
 
 
 def _at_point(now: _Pass) -> _Pass:
