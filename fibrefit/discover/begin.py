@@ -82,7 +82,7 @@ def _search(
         ground=ground,
         base=Hypothesis((), fit, frame),
         kappa=colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])),
-        samples=float(task.problem.n_measured),
+        samples=float(frame.samples.sum()),
         tell=tell,
         frames=[frame],
     )

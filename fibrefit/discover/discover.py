@@ -294,9 +294,7 @@ def _predicted(search: Search, hypothesis: Hypothesis, record: int) -> float:
     others[record], alone[record] = 0, ground.whole[record]
     fitted = refit(hypothesis.frame, ground.subset(hypothesis.effects), hypothesis.fit.local, others, 15)
     own = refit(hypothesis.frame, Subset((), ground.each), fitted.local, alone, 15)
-    weights = search.task.problem.observations.weight.values()
-    samples = sum(float(np.sum(np.asarray(weight)[record] > 0.0)) for weight in weights)
-    return float(np.sqrt(own.cost / samples))
+    return float(np.sqrt(own.cost / search.base.frame.samples[record]))
 
 
 def _not_trusted(before: Identification, reason: str, began: float) -> Finding:

@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.input_error import Waves, corrected, expanded, input_errors
+from fibrefit.problem.input_error import Waves, corrected, expanded, fade_of, faded, input_errors
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -44,6 +44,8 @@ class Reactions(NamedTuple):
     ----------
     waves : mapping of input to (n_record, n_wave)
         The errors; they are taken off the inputs.
+    fade : (n_record, n_channel, n_time)
+        Factor on each sample's weight, see `fade_of`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
     rows : (n_record, n_wave, n_channel * n_time)
@@ -53,6 +55,7 @@ class Reactions(NamedTuple):
     """
 
     waves: Waves
+    fade: np.ndarray
     offset: jax.Array
     rows: jax.Array
     inverse: jax.Array
@@ -62,11 +65,19 @@ def reactions_of(task: Task, values: np.ndarray, waves: Waves) -> Reactions | No
     """Reactions of a task's model at values ``(n_free,)`` in SI units and waves; None where no input is noisy."""
     if not (known := input_errors(task)):
         return None
-    parts = [jnp.asarray(rows) for _, _, rows in expanded(task.problem, known, values, waves)]
-    flat = np.concatenate([waves[name] for name in known], axis=1)
-    offset = jnp.stack([-wave @ rows for wave, rows in zip(flat, parts, strict=True)])
-    inverse = jnp.stack([jnp.linalg.inv(rows @ rows.T + jnp.eye(len(rows))) for rows in parts])
-    return Reactions(waves, offset, jnp.stack([rows.astype(jnp.float32) for rows in parts]), inverse)
+    fades, offsets, parts, inverses = [], [], [], []
+    for wave, (residuals, _, rows) in zip(
+        np.concatenate([waves[name] for name in known], axis=1),
+        expanded(task.problem, known, values, waves),
+        strict=True,
+    ):
+        fade = fade_of(rows)
+        weaker = jnp.asarray(rows * fade)
+        fades.append(fade.reshape(residuals.shape))
+        offsets.append(-wave @ weaker)
+        inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
+        parts.append(weaker.astype(jnp.float32))
+    return Reactions(waves, np.stack(fades), jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
 
 
 @dataclass(frozen=True)
@@ -87,6 +98,13 @@ class Frame:
     def problem(self) -> Problem:
         """The problem with all effects."""
         return self.task.problem
+
+    @cached_property
+    def samples(self) -> np.ndarray:
+        """Number of samples that count of each record, ``(n_record,)``."""
+        weights = [np.asarray(weight) > 0.0 for weight in self.task.problem.observations.weight.values()]
+        counted = np.stack(weights, axis=1).astype(float)
+        return np.sum(counted * (1.0 if self.reactions is None else self.reactions.fade**2), axis=(1, 2))
 
     @cached_property
     def effects(self) -> tuple[type[Effect], ...]:
@@ -180,7 +198,7 @@ def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions |
     layout = Layout(tuple(slots), task.problem.layout.records)
     problem = Problem(model, layout, task.problem.observations)
     if reactions is not None:
-        problem = corrected(problem, input_errors(task), reactions.waves)
+        problem = faded(corrected(problem, input_errors(task), reactions.waves), reactions.fade)
     return Frame(replace(task, problem=problem), reactions)
 
 

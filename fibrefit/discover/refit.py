@@ -7,7 +7,7 @@ zero. Deviations cost no simulation, since their columns are those of the parame
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from fibrefit.discover.frame import Frame
 
 SCATTER = 0.005
 """Standard deviation of a base parameter between records, as a share of it."""
+NO_SCATTER = 0.0005
+"""The same where records agree."""
 STEP = 1e-6
 """Difference step, as a share of a value's size."""
 
@@ -53,6 +55,8 @@ class Refit:
     shared : dict of str to float
         Active shared values, in SI units.
     steps : int
+    deviations : (n_record, n_scattering)
+        Of each record's own values from the shared ones, as a share of them.
     """
 
     local: np.ndarray
@@ -60,11 +64,17 @@ class Refit:
     penalty: float
     shared: Mapping[str, float]
     steps: int
+    deviations: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
-    def objective(self) -> float:
-        """Cost and penalty."""
-        return self.cost + self.penalty
+    def surprise(self) -> float:
+        """Cost, and what it says against a model that its records need values of their own.
+
+        Twice the negative log likelihood where how much records scatter is not known beforehand: a model that makes
+        records agree is worth more than one that lets each have its way.
+        """
+        spread = np.mean(self.deviations**2, axis=0) if len(self.deviations) else np.zeros(0)
+        return self.cost + len(self.deviations) * float(np.sum(np.log1p(spread / NO_SCATTER**2)))
 
 
 class _Map:
@@ -145,7 +155,8 @@ class _Map:
     def refit(self, unknowns: np.ndarray, cost: float, steps: int) -> Refit:
         """Result at the given unknowns."""
         shared = dict(zip(self.subset.shared, self.split(unknowns)[0].tolist(), strict=True))
-        return Refit(self.local(unknowns), cost, self.penalty(unknowns), shared, steps)
+        deviations = self.split(unknowns)[1][:, len(self.each) :]
+        return Refit(self.local(unknowns), cost, self.penalty(unknowns), shared, steps, deviations)
 
 
 def refit(

@@ -137,8 +137,8 @@ class Search:
                     j = frame.names.index(f"{effect.name}.{parameter.name}")
                     rebased[:, j] = blank[:, j]
         subset = self.ground.subset(over.effects, scattering=True)
-        again = refit(frame, subset, rebased, self.ground.whole).objective
-        return min(again, self.scattered(over).objective) - self.scattered(hypothesis).objective
+        again = refit(frame, subset, rebased, self.ground.whole).surprise
+        return min(again, self.scattered(over).surprise) - self.scattered(hypothesis).surprise
 
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
         """Whether a hypothesis is better than another by more than chance."""

@@ -17,6 +17,9 @@ from fibrefit.problem.input_error import (
     corrected,
     eliminate,
     error_rms,
+    expanded,
+    fade_of,
+    faded,
     left_over,
     no_waves,
 )
@@ -24,11 +27,18 @@ from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 
-STEPS = 12
+STEPS = 20
 SETTLED = 0.005
 """Fall of the cost a further step promises below which the search ends, in units where 1 is one standard error."""
-TRIALS = 4
-GOOD = 0.3
+STUCK = 1.0
+"""Promised fall of the cost beyond which a descent has not arrived."""
+LENGTHS = (1.0, 0.5, 0.25, 0.12, 0.06, 0.03)
+"""Shares of a step that are tried for each record by itself."""
+SETTLING = 2
+FAR = (1.0, 0.3)
+"""Shares of a step of the shared values after which records are brought to their best again, one by one."""
+TRIALS = 3
+GOOD = 0.2
 """Share of the promised fall that makes a step good enough."""
 DRAWS = 2
 
@@ -82,23 +92,34 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
     values : (n_free,) in SI units
     waves : mapping of input to (n_record, n_wave), optional
         Where to begin; inputs as they were measured by default.
+
+    Returns
+    -------
+    Joint
     """
     problem = task.problem
-    place = _Place(values, no_waves(known) if waves is None else waves)
-    linear = eliminate(problem, known, *place)
-    cost = _cost(problem, known, place)
-    for _ in range(STEPS):
-        goal, lowest = _goal(problem.layout, place, linear)
-        found = None
-        if cost - lowest > SETTLED:
-            found = _towards(goal, place, cost, cost - lowest, lambda trial: _cost(problem, known, trial))
-        if found is None:
-            break
-        place, cost = found
-        linear = eliminate(problem, known, *place)
+    start = _Place(values, no_waves(known) if waves is None else waves)
+    shape = np.shape(next(iter(problem.observations.weight.values())))
+    fade = np.stack([fade_of(rows).reshape(-1, shape[1]) for _, _, rows in expanded(problem, known, *start)])
+    end = _descended(faded(problem, fade), known, start)
+    whole = _descended(problem, known, _settled(problem, known, end.place)[0])
+    if whole.promised < STUCK:
+        end = whole
+    else:
+        # What is known of the values comes from what can be foretold; the residuals are those of all samples.
+        residuals = np.asarray(_residuals(corrected(problem, known, whole.place.waves), whole.place.values))
+        end = whole._replace(linear=end.linear._replace(residuals=residuals), promised=end.promised)
+    place = end.place
     rms = error_rms(problem, known, place.waves)
-    promised = cost - _goal(problem.layout, place, linear)[1]
-    return Joint(corrected(problem, known, place.waves), place.values, linear, place.waves, cost, promised, rms)
+    return Joint(
+        problem=corrected(problem, known, place.waves),
+        values=place.values,
+        linear=end.linear,
+        waves=place.waves,
+        cost=end.cost,
+        promised=end.promised,
+        error_rms=rms,
+    )
 
 
 def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, seed: int = 0) -> tuple[float, np.ndarray]:
@@ -139,11 +160,52 @@ class _Place(NamedTuple):
     waves: Waves
 
 
-def _cost(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> float:
-    """Sum of squared residuals and waves; infinite where the simulation breaks down."""
-    residuals = _residuals(corrected(problem, known, place.waves), place.values)
-    cost = float(np.sum(residuals**2)) + sum(float(np.sum(wave**2)) for wave in place.waves.values())
-    return cost if np.isfinite(cost) else np.inf
+class _End(NamedTuple):
+    """Where a descent ended: the linearised problem there, its cost, and what one more step promises."""
+
+    place: _Place
+    linear: Eliminated
+    cost: float
+    promised: float
+
+
+def _descended(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> _End:
+    """Gauss-Newton steps on values and waves."""
+    layout = problem.layout
+    costs = lambda trial: _costs(problem, known, trial)  # noqa: E731
+    linear, cost = eliminate(problem, known, *place), float(costs(place).sum())
+    goal, lowest = _goal(layout, place, linear)
+    for _ in range(STEPS):
+        promised = cost - lowest
+        if promised <= SETTLED:
+            break
+        found = _towards(goal, place, cost, promised, lambda trial: float(costs(trial).sum()))
+        found = found or _each_by_itself(layout, place, linear, costs)
+        if not found[1] < cost - max(GOOD * GOOD * promised, SETTLED):
+            # Shared values may be right while a record that bounces has lost its way to where they lead.
+            trials = [_settled(problem, known, _between(place, goal, share)) for share in FAR]
+            found = min((found, *trials), key=lambda end: end[1])
+        if not found[1] < cost - SETTLED:
+            break
+        place, cost = found
+        linear = eliminate(problem, known, *place)
+        goal, lowest = _goal(layout, place, linear)
+    return _End(place, linear, cost, cost - lowest)
+
+
+def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> tuple[_Place, float]:
+    """Records brought to their best, each by itself, with shared values held; and the cost there."""
+    for _ in range(SETTLING):
+        linear = eliminate(problem, known, *place)
+        place, cost = _each_by_itself(problem.layout, place, linear, lambda trial: _costs(problem, known, trial))
+    return place, cost
+
+
+def _costs(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> np.ndarray:
+    """Sum of squared residuals and waves of each record; infinite where its simulation breaks down."""
+    residuals = np.asarray(_residuals(corrected(problem, known, place.waves), place.values))
+    costs = np.sum(residuals**2, axis=(1, 2)) + sum(np.sum(wave**2, axis=1) for wave in place.waves.values())
+    return np.where(np.isfinite(costs), costs, np.inf)
 
 
 @eqx.filter_jit
@@ -194,7 +256,7 @@ def bounded_step(normal: np.ndarray, slope: np.ndarray, lower: np.ndarray, upper
 def _towards(
     goal: _Place, place: _Place, cost: float, promised: float, cost_at: Callable[[_Place], float]
 ) -> tuple[_Place, float] | None:
-    """The lowest place found on the way to the goal, and its cost; None where the cost only rises."""
+    """A place on the way to the goal that keeps some of what is promised, and its cost; None where none is found."""
     length = 1.0
     for _ in range(TRIALS):
         trial = _between(place, goal, length)
@@ -203,8 +265,43 @@ def _towards(
             return trial, there
         # Lowest point of the parabola through the cost and its slope here, and the cost there.
         bend = there - cost + 2.0 * length * promised
-        length *= float(np.clip(length * promised / bend, 0.1, 0.7)) if np.isfinite(bend) and bend > 0.0 else 0.3
+        length *= float(np.clip(length * promised / bend, 0.2, 0.7)) if np.isfinite(bend) and bend > 0.0 else 0.3
     return None
+
+
+def _each_by_itself(
+    layout: Layout, place: _Place, linear: Eliminated, costs: Callable[[_Place], np.ndarray]
+) -> tuple[_Place, float]:
+    """The same with shared values held, and for each record a length of its own.
+
+    A motion that bounces is hard to foretell: one such record would keep all others from moving.
+    """
+    goal = _goal_of_each(layout, place, linear)
+    best, lowest = place, costs(place)
+    for length in LENGTHS:
+        trial = _between(place, goal, length)
+        there = costs(trial)
+        better = there < lowest
+        own = np.array([record is not None and better[record] for _, record in layout.entries])
+        waves = {name: np.where(better[:, None], trial.waves[name], wave) for name, wave in best.waves.items()}
+        best = _Place(np.where(own, trial.values, best.values), waves)
+        lowest = np.minimum(there, lowest)
+    return best, float(lowest.sum())
+
+
+def _goal_of_each(layout: Layout, place: _Place, linear: Eliminated) -> _Place:
+    """Where each record's own values and waves are best with the shared values held."""
+    shared = sum(record is None for _, record in layout.entries)
+    values, waves = place.values.copy(), {name: best.copy() for name, best in linear.best.items()}
+    lower, upper = _room(layout, place.values)
+    for r, columns in enumerate(layout.local_columns):
+        own = np.flatnonzero((columns >= shared) & (columns < layout.size))
+        gram, places = linear.gram[r], columns[own]
+        step = bounded_step(gram[np.ix_(own, own)], gram[own, -1], lower[places], upper[places])
+        values[places] += step
+        for name, slopes in linear.wave_slopes.items():
+            waves[name][r] += slopes[r][:, own] @ step
+    return _Place(values, waves)
 
 
 def _between(place: _Place, goal: _Place, share: float) -> _Place:

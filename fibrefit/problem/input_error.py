@@ -42,6 +42,8 @@ FASTEST = 60.0
 """Highest frequency in Hz of an error that is looked for: beyond it the smoother and the rig let little through."""
 MOST = 1024
 """Most cosines for a record; a longer one has a lower highest frequency."""
+FORETOLD = 5.0
+"""What the noise of the inputs may do to a sample, in units of its own noise, beyond which it counts less and less."""
 LINE_WIDTH = 1.0
 """Half width in Hz of the band in which the line of the mains may lie."""
 CHUNK = 16
@@ -201,6 +203,22 @@ def expanded(problem: Problem, known: Mapping[str, InputErrors], values: np.ndar
         of all inputs one after the other.
     """
     return _each_record(problem, lambda r: _linear(problem, known, values, waves, r))
+
+
+def fade_of(rows: np.ndarray) -> np.ndarray:
+    """Factor ``(n,)`` on the weights of a record's samples, from its reactions ``(n_wave, n)``.
+
+    It is low where the noise of the inputs leaves it open what the model would say: a motion that bounces may depend
+    on it so strongly that such samples say nothing of the model, and only bar the way of a search.
+    """
+    return 1.0 / np.sqrt(1.0 + (np.linalg.norm(rows, axis=0) / FORETOLD) ** 4)
+
+
+def faded(problem: Problem, fade: np.ndarray) -> Problem:
+    """The problem with factors ``(n_record, n_channel, n_time)`` on the weights of its samples."""
+    weights = problem.observations.weight
+    weaker = {channel: weights[channel] * fade[:, c] for c, channel in enumerate(problem.model.rig.channels)}
+    return eqx.tree_at(lambda p: p.observations.weight, problem, weaker)
 
 
 def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
