@@ -155,9 +155,6 @@ class Identification:
     gap : Gap
     expected_gap : float
         Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
-    input_errors : dict of input to InputError
-    waves : dict of input to (n_record, n_wave)
-        The errors themselves, see `fibrefit.problem.input_error`.
     record_gaps : dict of record to Gap
     noise : dict of channel to Noise
     readings : dict of channel to (n_record, n_time)
@@ -168,6 +165,9 @@ class Identification:
     advice : tuple of str
         What to measure or try next.
     seconds : float
+    input_errors : dict of input to InputError
+    waves : dict of input to (n_record, n_wave)
+        The errors themselves, see `fibrefit.problem.input_error`.
     """
 
     problem: Problem
@@ -178,8 +178,6 @@ class Identification:
     estimates: tuple[Estimate, ...]
     gap: Gap
     expected_gap: float
-    input_errors: Mapping[str, InputError]
-    waves: Waves
     record_gaps: Mapping[str, Gap]
     noise: Mapping[str, Noise]
     readings: Mapping[str, np.ndarray]
@@ -189,6 +187,8 @@ class Identification:
     checks: tuple[Check, ...]
     advice: tuple[str, ...]
     seconds: float
+    input_errors: Mapping[str, InputError] = field(default_factory=dict)
+    waves: Waves = field(default_factory=dict)
 
     @property
     def status(self) -> str:
