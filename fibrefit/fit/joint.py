@@ -28,8 +28,11 @@ from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 
 STEPS = 20
-SETTLED = 0.005
-"""Fall of the cost a further step promises below which the search ends, in units where 1 is one standard error."""
+SETTLED = 0.05
+"""Fall of the cost a further step promises below which the search ends, in units where 1 is one standard error.
+
+At this scale the cost of a motion that sticks and bounces is rough.
+"""
 STUCK = 1.0
 """Promised fall of the cost beyond which a descent has not arrived."""
 LENGTHS = (1.0, 0.5, 0.25, 0.12, 0.06, 0.03)
