@@ -182,7 +182,7 @@ def _start(
 
 def first_size(parameter: Parameter) -> float:
     """Where an effect's parameter starts, in its unit."""
-    if parameter.log:
+    if parameter.log or parameter.reciprocal:
         return parameter.typical
     return parameter.null + FIRST_SIZE * (parameter.typical - parameter.null)
 
