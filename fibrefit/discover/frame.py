@@ -24,7 +24,6 @@ from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.transform import Range
-from fibrefit.simulate.model import Model
 
 WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
@@ -191,7 +190,7 @@ def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions |
     reactions : Reactions, optional
     """
     old = task.problem.model
-    model = Model(old.rig, tuple(dict.fromkeys((*old.effects, *effects))), old.tension_law)
+    model = replace(old, effects=tuple(dict.fromkeys((*old.effects, *effects))))
     known = {slot.name: slot for slot in task.problem.layout.slots}
     slots = [known.get(p.name) or Slot(p.name, p.unit, Range.of(p)) for p in model.parameters]
     slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
