@@ -195,6 +195,8 @@ def _shared(problem: Problem) -> list[int]:
 
 def _size(problem: Problem, covariance: np.ndarray) -> float:
     variance = np.diag(covariance)[_shared(problem)]
+    # What the data do not see is infinite by every method, and would make them all alike.
+    variance = variance[np.isfinite(variance)]
     return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
 
 

@@ -59,8 +59,6 @@ class Joint:
         At these values.
     waves : mapping of input to (n_record, n_wave)
         The errors, before they are given their colour.
-    cost : float
-        Sum of squared residuals and waves.
     promised : float
         Fall of the cost that one more step promises.
     error_rms : mapping of input to float, in SI units
@@ -70,7 +68,6 @@ class Joint:
     values: np.ndarray
     linear: Eliminated
     waves: Waves
-    cost: float
     promised: float
     error_rms: Mapping[str, float]
 
@@ -119,7 +116,6 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
         values=place.values,
         linear=end.linear,
         waves=place.waves,
-        cost=end.cost,
         promised=end.promised,
         error_rms=rms,
     )

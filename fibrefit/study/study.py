@@ -9,10 +9,10 @@ from typing import Any, Literal
 
 from pydantic import Field, PrivateAttr, StrictStr
 
+import fibrefit.study.rigs as rigs
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.units import to_si
-from fibrefit.study import rigs
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.reading import Files, reading_arguments

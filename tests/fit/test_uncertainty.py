@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fibrefit.fit import identify
 from fibrefit.fit.uncertainty import (
     MEMORY,
     Scores,
@@ -16,6 +18,8 @@ from fibrefit.fit.uncertainty import (
     stationary,
     white,
 )
+from fibrefit.problem.layout import Layout, Slot
+from fibrefit.problem.transform import Range
 from tests.fit import made
 
 RATE, SAMPLES, RECORDS = 2000.0, 512, 4
@@ -178,3 +182,11 @@ def test_values_that_only_act_together_get_infinite_errors_and_leave_the_others_
     variance = np.diag(sandwich(jacobian.T @ jacobian, jacobian.T @ jacobian))
     assert np.isinf(variance[[0, 2]]).all()
     assert variance[1] == pytest.approx(0.01, rel=0.4)
+
+
+def test_what_the_data_do_not_see_does_not_choose_the_error_bars() -> None:
+    """An infinite variance is infinite by every method; the widest of the others is still the one to be believed."""
+    slots = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b"))
+    problem = SimpleNamespace(layout=Layout(slots, ("r.csv",)))
+    sizes = [identify._size(problem, np.diag([np.inf, variance])) for variance in (1.0, 9.0)]
+    assert sizes[0] < sizes[1] < np.inf
