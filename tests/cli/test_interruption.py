@@ -17,16 +17,17 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT f
 STUDY = Path(__file__).resolve().parents[2] / "configs" / "drop_series" / "study.toml"
 LONGEST = 240.0
 
-#: The command, with a search that tells of its parts and takes its time over them.
+#: The command, with a search that tells of its parts and takes its time over them. Parts run side by side: one
+#: system call writes a whole line, where `print` would let the lines of two threads run into each other.
 SLOW = """
-import importlib, sys, time
+import importlib, os, sys, time
 from fibrefit.cli.main import run
 name, wait = sys.argv[1:3]
 module, _, function = name.rpartition(".")
 module = importlib.import_module(module)
 plain = getattr(module, function)
 def slowly(*given, **more):
-    print("at it", flush=True)
+    os.write(1, b"at it\\n")
     time.sleep(float(wait))
     return plain(*given, **more)
 setattr(module, function, slowly)
@@ -71,7 +72,7 @@ def fits(tmp_path: Path) -> Iterator[list[Fit]]:
     for fit in started:
         if fit.process.poll() is None:
             fit.process.kill()
-            fit.process.wait()
+        fit.process.communicate()
 
 
 def test_a_fit_concludes_with_what_there_is(tmp_path: Path, fits: list[Fit]) -> None:
