@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 
+from fibrefit.problem.layout import assembled
 from fibrefit.problem.problem import Linearised, Problem, gram_root
 
 MAX_STEPS = 60
@@ -90,9 +91,8 @@ def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
     columns = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
     columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
     places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])
-    whole = np.zeros((layout.size + 2, layout.size + 2))
-    np.add.at(whole, (places[:, :, None], places[:, None, :]), columns.transpose(0, 2, 1) @ columns)
-    return whole[:-1, :-1]
+    # A value held in a record has the place behind that of the residuals.
+    return assembled(columns.transpose(0, 2, 1) @ columns, places, layout.size + 1)
 
 
 def widths(problem: Problem, free: np.ndarray) -> np.ndarray:

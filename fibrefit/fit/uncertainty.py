@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.problem.layout import assembled, gathered
 from fibrefit.problem.noise import periodogram, whittle
 from fibrefit.problem.problem import Linearised
 
@@ -55,22 +56,19 @@ class Scores:
 
     def prior_matrix(self) -> np.ndarray:
         """The part of the normal matrix that is due to priors; as a score's variance it is the same."""
-        known = self.prior
-        return np.zeros((self.size, self.size)) if known is None else self.assembled(lambda r: known[r])
+        return np.zeros((self.size, self.size)) if self.prior is None else self._placed(self.prior)
 
     def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
         """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
-        total = np.zeros((self.size + 2, self.size + 2))
-        for record, columns in enumerate(self.columns):
-            np.add.at(total, (columns[:, None], columns[None, :]), local(record))
-        return total[: self.size, : self.size]
+        return self._placed(np.stack([local(record) for record in range(len(self.columns))]))
+
+    def _placed(self, local: np.ndarray) -> np.ndarray:
+        return assembled(local, self.columns, self.size)
 
     def gradient(self) -> np.ndarray:
         """``J'r``, ``(n_free,)``."""
-        total = np.zeros(self.size + 2)
-        for record, columns in enumerate(self.columns):
-            np.add.at(total, columns, self.of_record(record).sum(axis=0))
-        return total[: self.size]
+        local = np.stack([self.of_record(record).sum(axis=0) for record in range(len(self.columns))])
+        return gathered(local, self.columns, self.size)
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""

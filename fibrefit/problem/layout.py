@@ -13,6 +13,32 @@ from fibrefit.problem.arrays import functions_for
 from fibrefit.problem.transform import Range
 
 
+def assembled(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+    """Sum of the records' own matrices in the places of the free values.
+
+    Parameters
+    ----------
+    local : (n_record, n_local, n_local)
+    columns : (n_record, n_local) int
+        Places; one beyond `size` stands for nothing.
+    size : int
+
+    Returns
+    -------
+    (size, size)
+    """
+    whole = np.zeros((max(size, int(columns.max(initial=0)) + 1),) * 2)
+    np.add.at(whole, (columns[:, :, None], columns[:, None, :]), local)
+    return whole[:size, :size]
+
+
+def gathered(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+    """Sum of the records' own vectors ``(n_record, n_local)`` in the places of the free values, ``(size,)``."""
+    whole = np.zeros(max(size, int(columns.max(initial=0)) + 1))
+    np.add.at(whole, columns, local)
+    return whole[:size]
+
+
 @dataclass(frozen=True)
 class Slot:
     """What is known of one parameter before the data speak.

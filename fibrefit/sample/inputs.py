@@ -17,11 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.input_error import InputErrors, Waves, corrected, expanded, no_waves, without
-from fibrefit.problem.layout import Layout
+from fibrefit.problem.layout import Layout, assembled, gathered
+from fibrefit.problem.parting import Parting, correlated, parted
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.problem.whitened import inverse
 from fibrefit.problem.whitening import Whitening, innovations
-from fibrefit.sample.alarm import Parting, assembled, correlated, gathered, inverse, parted
 
 STEPS = 6
 SETTLED = 0.05
@@ -155,7 +156,8 @@ def _look(
     left = [rest for _, rest in kept]
     normal = _sum(layout, first, [rest[:size] for rest in left])
     covariance = inverse(normal)
-    step = -covariance @ gathered(layout, np.stack([own @ rest[-1] for own, rest in zip(first, left, strict=True)]))
+    pull = np.stack([own @ rest[-1] for own, rest in zip(first, left, strict=True)])
+    step = -covariance @ gathered(pull, layout.local_columns, layout.size)
     waved = [reactions @ own.T for (_, _, reactions), own in zip(rows, plain, strict=True)]
     middle = _sum(layout, plain, _coloured(plain, shape, whitening, level)) + _sum(
         layout, [w.T for w in waved], [w.T for w in waved]
@@ -168,7 +170,8 @@ def _look(
 
 def _sum(layout: Layout, left: list[np.ndarray], right: list[np.ndarray]) -> np.ndarray:
     """Products of rows ``(n_local, n)`` of all records in the places of the free values."""
-    return assembled(layout, np.stack([a @ b.T for a, b in zip(left, right, strict=True)]))
+    products = np.stack([a @ b.T for a, b in zip(left, right, strict=True)])
+    return assembled(products, layout.local_columns, layout.size)
 
 
 def _whitened(rows: list[np.ndarray], shape: tuple[int, ...], whitening: Whitening, level: np.ndarray) -> list:

@@ -24,6 +24,8 @@ UNTAUGHT = 0.8
 RIDGE = 0.995
 FAR = 4.0
 """Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
+LOUD = 1.1
+"""Noise in the residuals over the noise at rest that still passes."""
 PILED = 0.1
 """Distance of a lower or upper 2.5 % point from a limit, in standard deviations, at which draws pile up there."""
 
@@ -180,6 +182,26 @@ def inside_limits(found: Mapping[str, Marginal]) -> Check:
         else "No posterior leans against a limit."
     )
     return Check("no posterior leans against a limit", not piled, says, float(len(piled)), 0.0)
+
+
+def loudness(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
+    """Whether the residuals are as quiet as the records at rest.
+
+    Parameters
+    ----------
+    channels : tuple of str
+    ratio : (n_channel,)
+        Rms of the residuals over what the noise at rest, or stated by the study, and that of inputs account for.
+    """
+    worst = int(np.argmax(ratio))
+    passed = bool(ratio[worst] <= LOUD)
+    says = (
+        "The residuals are as quiet as the records at rest."
+        if passed
+        else f"The residuals of {channels[worst]} are {ratio[worst]:.3g} times as loud as the record at rest: what the "
+        "model lacks is counted as noise, and the intervals are those of a model that is wrong. Run discover."
+    )
+    return Check("the residuals are noise", passed, says, float(ratio[worst]), LOUD)
 
 
 def assess(

@@ -10,8 +10,8 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.problem.log_posterior import LogPosterior
 from fibrefit.problem.noise_model import NoiseModel
+from fibrefit.problem.parting import Parting
 from fibrefit.problem.prior import Prior
-from fibrefit.sample.alarm import Parting
 from fibrefit.sample.ensembles import Course
 from fibrefit.sample.evidence import Evidence
 from fibrefit.sample.modes import Mode

@@ -17,12 +17,12 @@ from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.likelihood import TAIL_START, Likelihood, noise_priors, unit_of
 from fibrefit.problem.log_posterior import LogPosterior
 from fibrefit.problem.noise_model import NoiseModel, choose_noise_model
+from fibrefit.problem.parting import Parting, parting, parting_check
 from fibrefit.problem.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.problem import Linearised, Problem
 from fibrefit.problem.task import Task
-from fibrefit.problem.whitening import innovations
+from fibrefit.problem.whitened import level_of
 from fibrefit.sample import judge
-from fibrefit.sample.alarm import Parting, loudness_check, parting, parting_check
 from fibrefit.sample.ensembles import Progress
 from fibrefit.sample.inputs import Settled, cleaned, settled
 from fibrefit.sample.mode import climb
@@ -33,10 +33,6 @@ from fibrefit.sample.target import Target, target_of
 
 if TYPE_CHECKING:
     from fibrefit.study.parameters import PriorSetting
-
-
-QUIETEST = 1e-6
-"""Level of a channel that says nothing."""
 
 
 def sample_posterior(
@@ -134,7 +130,8 @@ def _prepare(
     plain, waves = cleaned(task, known, start) if known else (task, {})
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
     model = noise_model_of(plain, linear, noise, heavy, bool(known))
-    whitening, level = model.likelihood.whitening, _level(model, linear, _counts(task))
+    whitening = model.likelihood.whitening
+    level = level_of(whitening, linear.residuals, _counts(task))
     if known:
         there = settled(task, known, start, waves, whitening, level)
     else:
@@ -164,7 +161,7 @@ def _concluded(
         checks=(
             *checks,
             parting_check(target.names, ready.parting),
-            loudness_check(task.problem.model.rig.channels, loudness),
+            judge.loudness(task.problem.model.rig.channels, loudness),
         ),
         parting=ready.parting,
         start=start,
@@ -233,12 +230,6 @@ def _counts(task: Task) -> np.ndarray:
     """Number of samples of each channel that count, ``(n_channel,)``; one where there are none."""
     data = task.problem.observations
     return np.array([max(np.count_nonzero(np.asarray(data.weight[c])), 1) for c in task.problem.model.rig.channels])
-
-
-def _level(model: NoiseModel, linear: Linearised, counts: np.ndarray) -> np.ndarray:
-    """Noise of the residuals over what the noise model assumes, ``(n_channel,)``."""
-    fresh = np.asarray(innovations(model.likelihood.whitening, jnp.asarray(linear.residuals)))
-    return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), QUIETEST)
 
 
 @eqx.filter_jit

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.problem.layout import Layout
+from fibrefit.problem.layout import Layout, assembled
 from fibrefit.problem.problem import Linearised
-from fibrefit.problem.whitening import Whitening, innovations
+from fibrefit.problem.whitened import inverse, whitened
+from fibrefit.problem.whitening import Whitening
 
 UNLIKELY = 1e-3
 """Probability below which the difference of the two estimates is not taken for chance."""
-LOUD = 1.1
-"""Noise in the residuals over the noise at rest that still passes."""
+SLIGHT = 0.02
+"""Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,10 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
     Parting
     """
     slopes = np.asarray(linear.slopes)
-    sharp = np.asarray(innovations(whitening, jnp.asarray(slopes))) / level[:, None, None]
-    fresh = np.asarray(innovations(whitening, jnp.asarray(linear.residuals))) / level[:, None]
-    bread = inverse(assembled(layout, _products(slopes, slopes)))
-    middle = assembled(layout, _products(slopes, correlated(slopes, whitening, level)))
-    best = inverse(assembled(layout, _products(sharp, sharp)))
-    step = -best @ gathered(layout, np.einsum("rcti,rct->ri", sharp, fresh))
-    return parted(step, bread @ middle @ bread, best)
+    bread = inverse(_products(layout, slopes, slopes))
+    middle = _products(layout, slopes, correlated(slopes, whitening, level))
+    there = whitened(layout, linear, whitening, level)
+    return parted(there.step, bread @ middle @ bread, there.covariance)
 
 
 def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> Parting:
@@ -103,31 +100,6 @@ def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray
     return Parting(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
 
 
-SLIGHT = 0.02
-"""Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
-
-
-def inverse(matrix: np.ndarray) -> np.ndarray:
-    """Pseudo-inverse of a symmetric matrix whose rows may have any units; nil where there is nothing."""
-    scale = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
-    return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
-
-
-def assembled(layout: Layout, local: np.ndarray) -> np.ndarray:
-    """Sum of matrices ``(n_record, n_local, n_local)`` in the places of the free values, ``(n_free, n_free)``."""
-    total = np.zeros((layout.size + 2, layout.size + 2))
-    for own, place in zip(local, layout.local_columns, strict=True):
-        np.add.at(total, (place[:, None], place[None, :]), own)
-    return total[: layout.size, : layout.size]
-
-
-def gathered(layout: Layout, local: np.ndarray) -> np.ndarray:
-    """Sum of vectors ``(n_record, n_local)`` in the places of the free values, ``(n_free,)``."""
-    total = np.zeros(layout.size + 2)
-    np.add.at(total, layout.local_columns, local)
-    return total[: layout.size]
-
-
 def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
     """Covariance of the noise times columns ``(n_record, n_channel, n_time, n)``, by convolution."""
     size = slopes.shape[2]
@@ -136,10 +108,6 @@ def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> n
     spectrum = np.fft.rfft(wrapped, axis=-1)[..., None] * np.fft.rfft(slopes, 2 * size, axis=2)
     seen = np.any(slopes != 0.0, axis=-1, keepdims=True)
     return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
-
-
-def _products(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    return np.einsum("rcti,rctj->rij", left, right)
 
 
 def parting_check(names: tuple[str, ...], found: Parting) -> Check:
@@ -157,21 +125,5 @@ def parting_check(names: tuple[str, ...], found: Parting) -> Check:
     return Check("plain and whitened estimates agree", passed, says, found.chance, UNLIKELY)
 
 
-def loudness_check(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
-    """Whether the residuals are as quiet as the records at rest.
-
-    Parameters
-    ----------
-    channels : tuple of str
-    ratio : (n_channel,)
-        Rms of the residuals over what the noise at rest, or stated by the study, and that of inputs account for.
-    """
-    worst = int(np.argmax(ratio))
-    passed = bool(ratio[worst] <= LOUD)
-    says = (
-        "The residuals are as quiet as the records at rest."
-        if passed
-        else f"The residuals of {channels[worst]} are {ratio[worst]:.3g} times as loud as the record at rest: what the "
-        "model lacks is counted as noise, and the intervals are those of a model that is wrong. Run discover."
-    )
-    return Check("the residuals are noise", passed, says, float(ratio[worst]), LOUD)
+def _products(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    return assembled(np.einsum("rcti,rctj->rij", left, right), layout.local_columns, layout.size)
