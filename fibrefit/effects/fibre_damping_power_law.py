@@ -35,7 +35,7 @@ class DampingPowerLaw(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.damping_power_law"
-    sought: ClassVar[bool] = False
+    sought: ClassVar[frozenset[str]] = frozenset()
     change: jax.Array = quantity("-", "relative change of damping at 0.1 m/s", 0.5, lower=-0.95, upper=20.0)
     exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0)
 

@@ -35,7 +35,7 @@ class StiffnessPowerLaw(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.stiffness_power_law"
-    sought: ClassVar[bool] = False
+    sought: ClassVar[frozenset[str]] = frozenset()
     change: jax.Array = quantity("-", "relative change of stiffness at 0.1 m/s", 0.03, lower=-0.1, upper=3.0)
     exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0)
 

@@ -38,7 +38,7 @@ class StiffnessSpeedCurve(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.stiffness_speed_curve"
-    sought: ClassVar[bool] = False
+    sought: ClassVar[frozenset[str]] = frozenset()
     change: jax.Array = quantity("-", "relative change of stiffness at 0.4 m/s", 0.05, lower=-0.5, upper=3.0)
     slow_share: jax.Array = quantity("-", "change at 0.03 m/s over that at 0.12 m/s", 0.4, lower=0.0, upper=1.0)
     medium_share: jax.Array = quantity("-", "change at 0.12 m/s over that at 0.4 m/s", 0.4, lower=0.0, upper=1.0)

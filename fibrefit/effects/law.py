@@ -55,8 +55,8 @@ class Effect(eqx.Module):
         Effects that must be present too.
     excludes : tuple of str
         Effects that must not.
-    sought : bool
-        Whether a search for what a model lacks tries it without being asked to.
+    sought : frozenset of str
+        Kinds of rig on which a search for what a model lacks tries it without being asked to.
     singular : float
         Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
@@ -71,7 +71,7 @@ class Effect(eqx.Module):
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
     excludes: ClassVar[tuple[str, ...]] = ()
-    sought: ClassVar[bool] = True
+    sought: ClassVar[frozenset[str]] = EVERY_RIG
     singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()

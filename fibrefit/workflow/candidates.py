@@ -8,10 +8,14 @@ from importlib.metadata import entry_points
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect
+from fibrefit.effects.fibre_point_masses import PointMasses, point_masses
 from fibrefit.effects.law import Effect
 from fibrefit.study import Study
 
 Candidates = dict[str, type[Effect]]
+
+POINTS = 5
+"""Points of a fibre whose mass is looked for, where the study does not say: fewer are no match for an even one."""
 
 
 def candidates_of(
@@ -64,8 +68,8 @@ def _offered(study: Study, present: Iterable[str]) -> Candidates:
     """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
-    fitting = {name: effect for name, effect in known.items() if effect.sought and study.kind in effect.rigs}
-    return {name: effect for name, effect in fitting.items() if effect.name not in present}
+    fitting = {name: effect for name, effect in known.items() if study.kind in effect.rigs & effect.sought}
+    return {name: _pointed(effect, study) for name, effect in fitting.items() if effect.name not in present}
 
 
 def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: Candidates) -> Candidates:
@@ -96,7 +100,14 @@ def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type
     if study.kind not in effect.rigs:
         fitting = ", ".join(sorted(effect.rigs))
         raise UsageError(where, f"makes no sense on the rig {study.kind}", f"one of {fitting}", "Take it off the list.")
-    return effect
+    return _pointed(effect, study)
+
+
+def _pointed(effect: type[Effect], study: Study) -> type[Effect]:
+    """The same with as many points as the study's fibre has, where it is the fibre's mass."""
+    if effect is not PointMasses:
+        return effect
+    return point_masses(getattr(study.rig, "masses_per_fibre", None) or POINTS)
 
 
 def _found(name: str, study: Study, option: str) -> type[Effect]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discover.finding import Candidate, Finding, Place, Unexplained
+from fibrefit.effects.fibre_point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
@@ -84,7 +85,13 @@ def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
             table = parameters.get(name, ParameterTable())
             parameters[name] = table.model_copy(update={"initial": _written(value, setting.unit)})
     model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
-    return study.model_copy(update={"model": model, "parameters": parameters})
+    rig = study.rig.model_copy(update=_points(finding))
+    return study.model_copy(update={"model": model, "rig": rig, "parameters": parameters})
+
+
+def _points(finding: Finding) -> dict[str, int]:
+    """Setting of the rig that says how many points a fibre has whose mass was found."""
+    return {"masses_per_fibre": effect.points for effect in finding.added if issubclass(effect, PointMasses)}
 
 
 def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:

@@ -8,6 +8,7 @@ import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
 from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.fibre_point_masses import point_masses
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.candidates import candidates_of
 from tests.discover.conftest import DATA
@@ -46,8 +47,14 @@ def own(tmp_path: Path) -> Study:
 
 def test_the_whole_catalogue_as_far_as_it_suits_the_rig(study: Study) -> None:
     tried = candidates_of(study)
-    assert set(tried) == {name for name, effect in CATALOGUE.items() if effect.sought and study.kind in effect.rigs}
-    assert all(tried[name] is CATALOGUE[name] for name in tried)
+    assert set(tried) == {name for name, effect in CATALOGUE.items() if study.kind in effect.rigs & effect.sought}
+    assert all(tried[name] is CATALOGUE[name] for name in tried if name != "fibre.mass")
+
+
+@pytest.mark.parametrize(("overrides", "points"), [((), 5), (("rig.masses_per_fibre=3",), 3)])
+def test_a_fibre_has_as_many_points_as_the_study_says(overrides: tuple[str, ...], points: int) -> None:
+    tried = candidates_of(load_study(DATA / "viscous", overrides), only=("fibre.mass",))
+    assert tried == {"fibre.mass": point_masses(points)}
 
 
 def test_what_the_model_has_already_is_not_tried() -> None:

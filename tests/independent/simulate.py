@@ -150,12 +150,20 @@ def _dropped(conditions: Conditions, laws: Laws, effects: Effects, n: int, step:
     start = (-conditions.lift, 0.0, 0.0)
     if CHAIN in effects:
         count, fibre_mass = conditions.point_masses, float(effects[CHAIN]["fibre_mass"])
-        places = -conditions.lift * np.arange(1, count + 2) / (count + 1)
         weight = fibre_mass * GRAVITY * math.sin(conditions.inclination)
+        places = hung(laws, count, weight, -conditions.lift)
         forces, positions = run_chain(places, count, nothing, nothing, 0.0, step, laws, fibre_mass, weight)
+        return forces, positions, (weight, -conditions.lift)
     else:
         forces, positions = run_direct(*start, nothing, nothing, conditions.release, step, laws)
     return forces, positions, (0.0, -conditions.lift)
+
+
+def hung(laws: Laws, count: int, weight: float, end: float) -> np.ndarray:
+    """Places of the points of a slack fibre that hangs at rest from the gauge, and of its lower end held at `end`."""
+    below = weight * np.arange(count, 0, -1) / count
+    stretches = below / ((count + 1) * laws.stiffness) + laws.length_offset / (count + 1)
+    return np.append(np.cumsum(stretches), end)
 
 
 def _driven(conditions: Conditions, laws: Laws, effects: Effects, n: int, step: float) -> tuple:
