@@ -91,7 +91,8 @@ def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
 
 def _points(finding: Finding) -> dict[str, int]:
     """Setting of the rig that says how many points a fibre has whose mass was found."""
-    return {"masses_per_fibre": effect.points for effect in finding.added if issubclass(effect, PointMasses)}
+    found = [effect.points for effect in finding.added if issubclass(effect, PointMasses)]
+    return {"masses_per_fibre": found[0]} if found else {}
 
 
 def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:

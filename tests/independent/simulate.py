@@ -154,8 +154,7 @@ def _dropped(conditions: Conditions, laws: Laws, effects: Effects, n: int, step:
         places = hung(laws, count, weight, -conditions.lift)
         forces, positions = run_chain(places, count, nothing, nothing, 0.0, step, laws, fibre_mass, weight)
         return forces, positions, (weight, -conditions.lift)
-    else:
-        forces, positions = run_direct(*start, nothing, nothing, conditions.release, step, laws)
+    forces, positions = run_direct(*start, nothing, nothing, conditions.release, step, laws)
     return forces, positions, (0.0, -conditions.lift)
 
 
