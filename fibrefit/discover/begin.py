@@ -31,8 +31,8 @@ def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], t
         Told what is being done.
     """
     wanted = _wanted(task, effects)
-    frame = frame_of(task, (), reactions_of(task, before.values, before.waves))
-    ground, local = _ground(task), _local(frame, task, before.values)
+    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves))
+    ground, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
 

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import DataError
-from fibrefit.fit import judge, uncertainty
+from fibrefit.fit import judge
 from fibrefit.fit.advice import advice
+from fibrefit.fit.error_bars import ErrorBars, error_bars, estimates, inflation
 from fibrefit.fit.identifiability import weaknesses
+from fibrefit.fit.look import Look, look, residuals_of
 from fibrefit.fit.multistart import scattered, search, table
-from fibrefit.fit.optimum import optimum
-from fibrefit.fit.profile import profile_interval
-from fibrefit.fit.result import ChannelGap, Estimate, Gap, Identification, Starts
+from fibrefit.fit.optimum import Optimum, optimum
+from fibrefit.fit.profile import Cost, plain_cost, profile_interval
+from fibrefit.fit.result import Identification, PlainEstimate, Starts
 from fibrefit.fit.second_opinion import second_opinion
+from fibrefit.fit.sharp import cost_with_one_held
 from fibrefit.fit.solve import descend, gram_at, widths
-from fibrefit.fit.structure import Residuals, structure_checks
+from fibrefit.fit.structure import structure_checks
+from fibrefit.fit.whitened import reported
 from fibrefit.problem.input_error import Waves, corrected, input_errors
-from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
 Stop = Callable[[], bool]
-Z_95 = 1.959964
 
 
 def identify(
@@ -109,15 +110,21 @@ def _softened(task: Task) -> Task:
 
 
 def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
-    estimates = list(found.estimates)
+    profiled = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
-        errors = estimates[i].std_errors
-        if record is None and np.isfinite(estimates[i].std_error) and not stop():
-            interval = profile_interval(
-                found.problem, found.values, i, errors["white"], estimates[i].std_error, width, whole
-            )
-            estimates[i] = replace(estimates[i], interval_95=interval, interval_kind="profile likelihood")
-    return replace(found, estimates=tuple(estimates))
+        if record is None and np.isfinite(profiled[i].std_error) and not stop():
+            cost, own = _cost_of(found, i, width, whole)
+            errors = profiled[i].std_errors[own], profiled[i].std_error
+            interval = profile_interval(found.problem, found.values, i, cost, *errors)
+            profiled[i] = replace(profiled[i], interval_95=interval, interval_kind="profile likelihood")
+    return replace(found, estimates=tuple(profiled))
+
+
+def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.ndarray) -> tuple[Cost, str]:
+    """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
+    if found.sharp is not None:
+        return cost_with_one_held(found.problem, found.sharp, index), "whitened"
+    return plain_cost(found.problem, index, width, whole), "white"
 
 
 def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
@@ -128,150 +135,65 @@ def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progres
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:
-    at = optimum(task, values, waves)
-    problem, values, scores, linear = at.problem, at.values, at.scores, at.linear
+    plain = optimum(task, values, waves)
+    problem, normal = plain.problem, plain.scores.normal_matrix()
     rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
-    covariances = _covariances(scores, rate)
-    # Whatever one of them sees is there: the largest is the one to be believed.
-    method = max(covariances, key=lambda name: _size(problem, covariances[name]))
-    covariance = covariances[method]
-    errors = {name: np.sqrt(np.diag(matrix)) for name, matrix in covariances.items()}
-    estimates = _estimates(problem, values, errors, method)
-    moved = motion(problem, jnp.asarray(values))
-    gap, record_gaps = _gaps(task, moved.readings)
-    residuals = _residuals(task, linear.residuals, moved)
-    weak = weaknesses(problem.layout, values, covariance, scores.normal_matrix())
+    bars, seen = error_bars(problem, plain.scores, rate), look(task, problem, plain.values)
+    sound = _sound(task, plain, bars, seen, bool(np.isfinite(starts.cost.min())))
+    best = reported(plain, bars, tuple(sound.values()), rate)
+    seen = seen if best.sharp is None else look(task, problem, best.values)
+    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     checks = (
-        judge.finite(linear.residuals, moved.trouble, problem.layout.records),
-        judge.converged(
-            at.promised([not estimate.at_bound for estimate in estimates]), bool(np.isfinite(starts.cost.min()))
-        ),
+        judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
+        sound.pop("converged"),
         agreed,
         judge.starts_agree(starts),
-        judge.inside_bounds([estimate.name for estimate in estimates if estimate.at_bound]),
+        sound.pop("inside"),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
-        judge.gap_is_noise(gap, at.expected_gap),
-        *judge.inputs_within_noise(at.input_errors),
-        *structure_checks(residuals),
+        sound.pop("gap"),
+        *judge.inputs_within_noise(plain.input_errors),
+        *sound.values(),
+        *best.checks,
     )
+    aside = PlainEstimate(plain.values, bars.errors[bars.method])
     return Identification(
         problem=problem,
-        values=values,
-        covariance=covariance,
-        method=method,
-        inflation=_inflation(problem, errors, method),
-        estimates=estimates,
-        gap=gap,
-        expected_gap=at.expected_gap,
-        input_errors=at.input_errors,
-        waves=at.waves,
-        record_gaps=record_gaps,
+        values=best.values,
+        covariance=best.bars.covariance,
+        method=best.bars.method,
+        inflation=inflation(problem, best.bars),
+        estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside),
+        gap=seen.gap,
+        expected_gap=plain.expected_gap,
+        input_errors=plain.input_errors,
+        waves=plain.waves,
+        record_gaps=seen.record_gaps,
         noise=task.noise,
-        readings=moved.readings,
-        residuals=linear.residuals,
-        motion=moved,
+        readings=seen.motion.readings,
+        residuals=best.residuals,
+        motion=seen.motion,
         starts=starts,
         checks=checks,
-        advice=advice(problem, values, scores.normal_matrix(), covariance, weak, checks),
+        advice=advice(problem, best.values, normal, best.bars.covariance, weak, checks),
         seconds=0.0,
+        estimator=best.estimator,
+        estimator_says=best.says,
+        plain=aside,
+        sharp=best.sharp,
     )
 
 
-def _covariances(scores: uncertainty.Scores, rate: float) -> dict[str, np.ndarray]:
-    normal, prior = scores.normal_matrix(), scores.prior_matrix()
-    middles = {
-        "white": uncertainty.white(scores),
-        "spectrum": uncertainty.stationary(scores, rate) + prior,
-        "newey_west": uncertainty.newey_west(scores) + prior,
-        "block_bootstrap": uncertainty.block_bootstrap(scores) + prior,
+def _sound(task: Task, plain: Optimum, bars: ErrorBars, seen: Look, success: bool) -> dict[str, Check]:
+    """Checks of the plain estimate that must hold before its residuals are taken for noise."""
+    found = estimates(plain.problem, plain.values, bars)
+    structure = structure_checks(residuals_of(task, plain.linear.residuals, seen.motion))
+    return {
+        "converged": judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success),
+        "inside": judge.inside_bounds([estimate.name for estimate in found if estimate.at_bound]),
+        "gap": judge.gap_is_noise(seen.gap, plain.expected_gap),
+        **{check.name: check for check in structure},
     }
-    return {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
-
-
-def _shared(problem: Problem) -> list[int]:
-    return [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
-
-
-def _size(problem: Problem, covariance: np.ndarray) -> float:
-    variance = np.diag(covariance)[_shared(problem)]
-    # What the data do not see is infinite by every method, and would make them all alike.
-    variance = variance[np.isfinite(variance)]
-    return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
-
-
-def _inflation(problem: Problem, errors: Mapping[str, np.ndarray], method: str) -> float:
-    shared = _shared(problem) or list(range(problem.layout.size))
-    white, honest = errors["white"][shared], errors[method][shared]
-    seen = np.isfinite(honest) & (white > 0.0)
-    return float(np.median(honest[seen] / white[seen])) if seen.any() else float("nan")
-
-
-def _estimates(
-    problem: Problem, values: np.ndarray, errors: Mapping[str, np.ndarray], method: str
-) -> tuple[Estimate, ...]:
-    found = []
-    layout = problem.layout
-    for i, (slot, record) in enumerate(layout.entries):
-        value, error, limits = float(values[i]), float(errors[method][i]), slot.range
-        low, high = max(value - Z_95 * error, limits.lower), min(value + Z_95 * error, limits.upper)
-        found.append(
-            Estimate(
-                name=slot.name,
-                unit=slot.unit,
-                record=None if record is None else layout.records[record],
-                value=value,
-                std_error=error,
-                interval_95=(low, high),
-                at_bound=judge.at_bound(value, error, limits),
-                std_errors={name: float(column[i]) for name, column in errors.items()},
-            )
-        )
-    return tuple(found + _held(problem))
-
-
-def _held(problem: Problem) -> list[Estimate]:
-    found = []
-    for slot in problem.layout.slots:
-        names = (None,) if len(slot.fixed) == 1 else problem.layout.records
-        for name, value in zip(names, slot.fixed, strict=False):
-            if value is not None:
-                found.append(Estimate(slot.name, slot.unit, name, value, float("nan"), (value, value), free=False))
-    return found
-
-
-def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[str, Gap]]:
-    data, names = task.problem.observations, task.problem.layout.records
-    gaps: dict[str, dict[str, ChannelGap]] = {name: {} for name in names}
-    whole: dict[str, ChannelGap] = {}
-    for channel, reading in readings.items():
-        weight = np.asarray(data.weight[channel])
-        counted = weight > 0.0
-        error = np.where(counted, np.asarray(data.measured[channel]) - reading, 0.0)
-        sigma = 1.0 / weight.max(axis=1)
-        for r, name in enumerate(names):
-            rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
-            gaps[name][channel] = ChannelGap(rms, float(sigma[r]), task.units[channel])
-        number = counted.sum(axis=1)
-        rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
-        whole[channel] = ChannelGap(rms, noise, task.units[channel])
-    return whole, gaps
-
-
-def _residuals(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
-    data, channels = task.problem.observations, task.problem.model.rig.channels
-    weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
-    times = np.asarray(data.experiment.times)
-    return Residuals(
-        scaled=scaled,
-        counted=weight > 0.0,
-        counts=np.asarray(data.experiment.count),
-        rate=float(1.0 / np.diff(times[0]).mean()),
-        channels=channels,
-        sigma=1.0 / weight.max(axis=2),
-        noise=task.noise,
-        motion=moved,
-    )
 
 
 def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, Check]:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fibrefit.fit.solve import descend, gram_at
+from fibrefit.fit.solve import descend
 from fibrefit.problem.problem import Problem
 
 CHI2_95 = 3.841459
@@ -20,8 +20,28 @@ FARTHEST = 8.0
 """Distance in standard errors beyond which an end of the interval is not searched."""
 
 
+Cost = Callable[[np.ndarray], float]
+"""Smallest sum of squares with one value held, from values ``(n_free,)`` in SI units to begin at."""
+
+
+def plain_cost(problem: Problem, index: int, width: np.ndarray, whole: np.ndarray) -> Cost:
+    """Cost of plain least squares with the value at `index` held.
+
+    Parameters
+    ----------
+    problem : Problem
+    index : int
+    width : (n_free,)
+        Unit of the solver's steps, see `solve.widths`.
+    whole : (1, n_record) int
+        Samples of each record.
+    """
+    held = np.where(np.arange(len(width)) == index, 0.0, width)
+    return lambda values: float(descend(problem, problem.layout.free(values), held, whole).cost)
+
+
 def profile_interval(
-    problem: Problem, values: np.ndarray, index: int, white: float, honest: float, width: np.ndarray, whole: np.ndarray
+    problem: Problem, values: np.ndarray, index: int, cost: Cost, own: float, honest: float
 ) -> tuple[float, float]:
     """95 % interval of one free value.
 
@@ -32,26 +52,21 @@ def profile_interval(
         Of the best fit.
     index : int
         The value's place.
-    white, honest : float
-        Its standard error for white noise and for the noise as it is, in SI units.
-    width : (n_free,)
-        Unit of the solver's steps, see `solve.widths`.
-    whole : (1, n_record) int
-        Samples of each record.
+    cost : callable
+        Sum of squares of the best fit with the value held.
+    own, honest : float
+        Its standard error if the noise were what this cost takes it for, and for the noise as it is, in SI units.
 
     Returns
     -------
     tuple of float
         In SI units; infinite where the cost never rises enough within reach.
     """
-    lowest = float(gram_at(problem, values)[-1, -1])
-    rise = CHI2_95 * (honest / white) ** 2 * lowest / problem.n_measured
-    held = np.where(np.arange(len(width)) == index, 0.0, width)
+    lowest = cost(values)
+    rise = CHI2_95 * (honest / own) ** 2 * lowest / problem.n_measured
 
     def excess(value: float) -> float:
-        start = problem.layout.free(np.where(np.arange(len(values)) == index, value, values))
-        found = descend(problem, start, held, whole)
-        return float(found.cost) - lowest - rise
+        return cost(np.where(np.arange(len(values)) == index, value, values)) - lowest - rise
 
     limits = problem.layout.entries[index][0].range
     low = _crossing(excess, values[index], -1.96 * honest, max(limits.lower, values[index] - FARTHEST * honest))

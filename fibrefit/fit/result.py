@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.fit.sharp import Sharp
 from fibrefit.problem.input_error import Waves
 from fibrefit.problem.noise import Noise
 from fibrefit.problem.phases import Motion
@@ -30,9 +32,12 @@ class Estimate:
         Clipped at the parameter's bounds.
     free, at_bound : bool
     std_errors : dict of str to float
-        By method: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``.
+        By method: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``; where the estimate is a whitened one,
+        also ``whitened``, and ``white`` is what noise without memory would leave the plain one.
     interval_kind : str
         ``"normal"`` or ``"profile likelihood"``.
+    plain_value, plain_error : float
+        What plain least squares says, and its honest error, where the value is a whitened one; nan elsewhere.
     """
 
     name: str
@@ -45,6 +50,8 @@ class Estimate:
     at_bound: bool = False
     std_errors: Mapping[str, float] = field(default_factory=dict)
     interval_kind: str = "normal"
+    plain_value: float = math.nan
+    plain_error: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -137,6 +144,14 @@ class Starts:
 
 
 @dataclass(frozen=True)
+class PlainEstimate:
+    """Where plain least squares ended, whatever is reported; values and honest errors ``(n_free,)`` in SI units."""
+
+    values: np.ndarray
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
 class Identification:
     """Result of a least-squares identification; all numbers in SI units.
 
@@ -165,6 +180,13 @@ class Identification:
     advice : tuple of str
         What to measure or try next.
     seconds : float
+    estimator : str
+        ``"plain least squares"`` or ``"whitened least squares"``.
+    estimator_says : str
+        Which of them the values are of, and why.
+    plain : PlainEstimate
+    sharp : Sharp or None
+        The whitened estimate, where it is the one reported.
     input_errors : dict of input to InputError
     waves : dict of input to (n_record, n_wave)
         The errors themselves, see `fibrefit.problem.input_error`.
@@ -187,6 +209,10 @@ class Identification:
     checks: tuple[Check, ...]
     advice: tuple[str, ...]
     seconds: float
+    estimator: str
+    estimator_says: str
+    plain: PlainEstimate
+    sharp: Sharp | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     waves: Waves = field(default_factory=dict)
 

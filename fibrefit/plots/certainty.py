@@ -19,6 +19,7 @@ Z_95 = 1.959964
 METHODS = {
     "white": "white noise",
     "spectrum": "noise spectrum",
+    "whitened": "whitened",
     "newey_west": "Newey-West",
     "block_bootstrap": "block bootstrap",
 }
@@ -104,14 +105,18 @@ def _intervals(axes: Axes, estimate: Estimate, chosen: str) -> None:
         for method, words in METHODS.items()
         if np.isfinite(error := estimate.std_errors.get(method, np.nan))
     ]
+    if np.isfinite(estimate.plain_error):
+        reach = Z_95 * estimate.plain_error
+        rows.append(("not whitened", estimate.plain_value - reach, estimate.plain_value + reach, False))
     if estimate.interval_kind == "profile likelihood":
         rows = [(*row[:3], False) for row in rows] + [("profile", *estimate.interval_95, True)]
     unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)
-    for i, (_, low, high, reported) in enumerate(rows):
+    for i, (words, low, high, reported) in enumerate(rows):
         colour, marker = KINDS[0] if reported else (GREY, "o")
         width = 1.8 if reported else 0.9
         axes.plot([low / worth, high / worth], [i, i], color=colour, linewidth=width, solid_capstyle="butt")
-        axes.plot(estimate.value / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
+        centre = estimate.plain_value if words == "not whitened" else estimate.value
+        axes.plot(centre / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
     axes.set_yticks(range(len(rows)), [f"{row[0]} (reported)" if row[3] else row[0] for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.margins(x=0.08)

@@ -54,6 +54,32 @@ def bank_of(rates: Sequence[float], duration: float, mains: float = MAINS[0]) ->
     return Bank(decay, variance, jnp.asarray(2.0 * np.pi * mains / rate), jnp.asarray(0.5 * rate))
 
 
+def bank_for(times: np.ndarray, counts: np.ndarray, residuals: np.ndarray) -> Bank:
+    """Bank for records whose residuals are known: the stronger mains line is theirs.
+
+    Parameters
+    ----------
+    times : (n_record, n_time) in s
+    counts : (n_record,)
+        Samples of each record.
+    residuals : (n_record, n_channel, n_time)
+    """
+    rates = [float(1.0 / np.diff(t[:n]).mean()) for t, n in zip(times, counts, strict=True)]
+    duration = longest(times, counts)
+    index = np.arange(residuals.shape[-1])
+
+    def power(line: float) -> float:
+        wave = np.exp(-2j * np.pi * line / np.array(rates)[:, None] * index)
+        return float(np.sum(np.abs(np.einsum("rct,rt->rc", residuals, wave)) ** 2))
+
+    return bank_of(rates, duration, max(MAINS, key=power))
+
+
+def longest(times: np.ndarray, counts: np.ndarray) -> float:
+    """Time the longest record lasts, in s."""
+    return float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True)))
+
+
 def _relaxations(rate: float, lowest: float) -> tuple[np.ndarray, np.ndarray]:
     """Decay factors and variances whose densities add up to 1/f from `lowest` to the band's end."""
     from scipy.optimize import nnls
@@ -118,6 +144,7 @@ class Coloured(eqx.Module):
         return wander + line + variance[..., -1, None] * (lags == 0)
 
 
+@jax.jit
 def coloured_of(bank: Bank, variance: jax.Array, valid: jax.Array) -> Coloured:
     """The filter, its gains computed by a Kalman filter's covariance recursion.
 

@@ -91,8 +91,17 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
             values = trace.channels[channel][rest]
             if np.isfinite(values).all() and np.ptp(values) > 0.0:
                 pieces.append((values, rate))
-    if not pieces:
-        return _from_differences(traces, channel)
+    return noise_of(pieces) if pieces else _from_differences(traces, channel)
+
+
+def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
+    """Noise of pieces that hold nothing else.
+
+    Parameters
+    ----------
+    pieces : sequence of ((n,), float)
+        Readings in SI units, and their rate in Hz.
+    """
     frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
     near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < 4.0
     white, pink = whittle(frequency[~near_mains], power[~near_mains])

@@ -17,9 +17,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.autoregression import order_and_covariance
-from fibrefit.problem.coloured import Bank, Coloured, bank_of, coloured_of, variances_of
+from fibrefit.problem.coloured import Bank, Coloured, bank_for, coloured_of, longest, variances_of
 from fibrefit.problem.likelihood import Likelihood, likelihood_of, unit_of
-from fibrefit.problem.noise import MAINS, Noise
+from fibrefit.problem.noise import Noise
 from fibrefit.problem.problem import Linearised, Problem
 from fibrefit.problem.whitening import Autoregressive, White, Whitening, innovations
 
@@ -118,7 +118,9 @@ def choose_noise_model(
         start = [(spectrum or {}).get(c) for c in channels]
         given = kind == "coloured" and all(n is not None for n in start)
         noise = tuple(n for n in start if n is not None) if given else _restricted_likelihood(evidence, start)
-        found["coloured"] = _coloured(evidence, noise, known, _duration(problem))
+        found["coloured"] = _coloured(
+            evidence, noise, known, longest(*map(np.asarray, problem.observations.experiment[:2]))
+        )
     white = _score(White(evidence.valid), evidence, len(channels))
     numbers = {"white": len(channels), "autoregressive": len(channels) + sum(orders), "coloured": 3 * len(channels)}
     scores = {name: _score(whitening, evidence, numbers[name]) - white for name, whitening in found.items()}
@@ -135,27 +137,8 @@ def _evidence(problem: Problem, linear: Linearised) -> _Evidence:
     length = jnp.sqrt(jnp.sum(linear.slopes**2, axis=(0, 1, 2), keepdims=True))
     slopes = linear.slopes / jnp.where(length > 0.0, length, 1.0)
     columns = jnp.asarray(problem.layout.local_columns)
-    rates = [1.0 / np.diff(t[:n]).mean() for t, n in zip(*map(np.asarray, data.experiment[:2]), strict=True)]
-    bank = bank_of(rates, _duration(problem))
-    bank = bank_of(rates, _duration(problem), _mains(np.asarray(linear.residuals), bank))
+    bank = bank_for(*map(np.asarray, (*data.experiment[:2], linear.residuals)))
     return _Evidence(linear.residuals, slopes, valid, columns, unit_of(data, channels), bank)
-
-
-def _duration(problem: Problem) -> float:
-    """Time the longest record lasts, in s."""
-    times, counts = (np.asarray(part) for part in problem.observations.experiment[:2])
-    return float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True)))
-
-
-def _mains(residuals: np.ndarray, bank: Bank) -> float:
-    """The mains frequency [Hz] whose line is the stronger one in the residuals."""
-    index = np.arange(residuals.shape[-1])
-
-    def power(line: float) -> float:
-        wave = np.exp(-1j * np.pi * line / np.asarray(bank.band)[:, None] * index)
-        return float(np.sum(np.abs(np.einsum("rct,rt->rc", residuals, wave)) ** 2))
-
-    return max(MAINS, key=power)
 
 
 def _autoregressive(evidence: _Evidence, known: tuple[bool, ...]) -> tuple[Autoregressive, tuple[int, ...]]:
@@ -173,10 +156,7 @@ def _coloured(evidence: _Evidence, noise: tuple[Noise, ...], known: tuple[bool, 
     for channel, fixed in enumerate(known):
         if fixed:  # the spectrum tells the colour only: its sum is what was given
             unit[:, channel] = noise[channel].rms(duration, 2.0 * band)
-    return _build(evidence.bank, variances_of(evidence.bank, noise, unit), evidence.valid)
-
-
-_build = jax.jit(coloured_of)
+    return coloured_of(evidence.bank, variances_of(evidence.bank, noise, unit), evidence.valid)
 
 
 def _score(whitening: Whitening, evidence: _Evidence, numbers: int) -> float:

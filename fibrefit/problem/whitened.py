@@ -31,15 +31,20 @@ class Whitened(NamedTuple):
         Products of the slopes of all records.
     covariance : (n_free, n_free)
         Inverse of `normal`, nil where nothing is seen: of the estimate, if the whitening is right.
-    step : (n_free,)
-        To where the whitened residuals are smallest.
+    gradient : (n_free,)
+        Products of slopes and residuals.
     """
 
     residuals: np.ndarray
     slopes: np.ndarray
     normal: np.ndarray
     covariance: np.ndarray
-    step: np.ndarray
+    gradient: np.ndarray
+
+    @property
+    def step(self) -> np.ndarray:
+        """To where the whitened residuals are smallest, ``(n_free,)``."""
+        return -self.covariance @ self.gradient
 
     @property
     def cost(self) -> float:
@@ -66,9 +71,8 @@ def whitened(layout: Layout, linear: Linearised, whitening: Whitening, level: np
     residuals = np.asarray(innovations(whitening, jnp.asarray(linear.residuals))) / level[:, None]
     columns, size = layout.local_columns, layout.size
     normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
-    covariance = inverse(normal)
-    step = -covariance @ gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
-    return Whitened(residuals, slopes, normal, covariance, step)
+    gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    return Whitened(residuals, slopes, normal, inverse(normal), gradient)
 
 
 def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -31,7 +31,15 @@ ERROR_METHODS = {
     "white": "The error bars assume noise without memory.",
     "spectrum": "The error bars follow from the spectrum of the residuals, as white and pink noise.",
     "newey_west": "The error bars allow for noise that is correlated in time (Newey-West).",
+    "whitened": "The error bars are those of noise without memory: whitening has taken it out.",
     "block_bootstrap": "The error bars come from resampling blocks of the residuals.",
+}
+
+
+NAIVE = {
+    "whitened least squares": "what plain least squares states when it takes noise for white",
+    "plain least squares": "for noise without memory",
+    None: "for noise without memory",
 }
 
 
@@ -125,10 +133,12 @@ def _sure(summary: FitResultSummary) -> list[str]:
     lines = _gap_table(summary)
     lines += _records(summary)
     lines += input_noise(summary)
+    if summary.estimator_says:
+        lines += [paragraph(summary.estimator_says)]
     if summary.error_method:
         method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
         factor = summary.error_inflation
-        wider = "" if factor is None else f" They are {factor:.1f} times as wide as for noise without memory."
+        wider = "" if factor is None else f" They are {factor:.1f} times as wide as {NAIVE[summary.estimator]}."
         lines += [paragraph(method + wider)]
     if summary.starts is not None:
         lines += [paragraph(_starts(summary.starts))]

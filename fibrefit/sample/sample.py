@@ -54,7 +54,7 @@ def sample_posterior(
     ----------
     task : Task
     start : (n_free,) in SI units
-        The best fit.
+        The best fit by plain least squares.
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
     basins : sequence of (n_free,) in SI units

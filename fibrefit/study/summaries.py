@@ -29,9 +29,15 @@ class ParameterSummary(Part):
     free: bool = True
     at_bound: bool = False
     std_errors: dict[str, float | None] = Field(
-        default_factory=dict, description="Standard error by method: white, spectrum, newey_west, block_bootstrap."
+        default_factory=dict,
+        description="Standard error by method: white (of plain least squares, if noise had no memory), spectrum, "
+        "newey_west, block_bootstrap; whitened where the estimate is.",
     )
     interval_kind: str = Field(default="normal", description="How the interval was found.")
+    plain_value: float | None = Field(
+        default=None, description="What plain least squares says, where the value is that of whitened least squares."
+    )
+    plain_error: float | None = Field(default=None, description="Its standard error, noise with a memory allowed for.")
 
 
 class ChannelGap(Part):
@@ -136,9 +142,11 @@ class FitResultSummary(Part):
     checks: tuple[CheckSummary, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
+    estimator: str | None = Field(default=None, description="Plain or whitened least squares.")
+    estimator_says: str | None = Field(default=None, description="Why it is this one, in words.")
     error_method: str | None = Field(default=None, description="Method behind the reported standard errors.")
     error_inflation: float | None = Field(
-        default=None, description="Reported errors over those for white noise, median."
+        default=None, description="Reported errors over those plain least squares would have under white noise, median."
     )
     findings: tuple[str, ...] = Field(default=(), description="What the data do and do not determine, in words.")
     advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")

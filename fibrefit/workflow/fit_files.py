@@ -56,6 +56,8 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         ),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
+        estimator=found.estimator,
+        estimator_says=found.estimator_says,
         error_method=found.method,
         error_inflation=finite(found.inflation),
         findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
@@ -76,6 +78,8 @@ def parameter_summary(estimate: Estimate) -> ParameterSummary:
         at_bound=estimate.at_bound,
         std_errors={method: finite(error) for method, error in estimate.std_errors.items()},
         interval_kind=estimate.interval_kind,
+        plain_value=finite(estimate.plain_value),
+        plain_error=finite(estimate.plain_error),
     )
 
 
@@ -118,6 +122,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         "estimate": {
             "parameter": Variable(names, ("parameter",), doc="Free values; name[record] where each has its own."),
             "value": Variable(found.values, ("parameter",), doc="SI units."),
+            "plain": Variable(found.plain.values, ("parameter",), doc="Of plain least squares; SI units."),
             "covariance": Variable(found.covariance, ("parameter", "parameter_2"), doc=f"From {found.method}."),
             "parameter_2": Variable(names, ("parameter_2",)),
         },

@@ -270,7 +270,7 @@ def sample_study(
     begun = begin(study, task, start, settings.seed, kept, follow)
     posterior = sample_posterior(
         task,
-        begun.values,
+        begun.plain,
         stated=stated,
         basins=begun.basins,
         noise=options.noise,

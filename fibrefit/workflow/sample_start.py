@@ -34,6 +34,8 @@ class Start:
     ----------
     names : tuple of str
     values : (n_free,) in SI units
+    plain : (n_free,) in SI units
+        Of plain least squares: the same where the fit reports it.
     basins : tuple of (n_free,) in SI units
         Other minima of the search.
     status : str
@@ -42,6 +44,7 @@ class Start:
 
     names: tuple[str, ...]
     values: np.ndarray
+    plain: np.ndarray
     basins: tuple[np.ndarray, ...]
     status: str
 
@@ -49,7 +52,8 @@ class Start:
         """Keep it in a folder."""
         folder.mkdir(parents=True, exist_ok=True)
         basins = [basin.tolist() for basin in self.basins]
-        content = {"names": self.names, "values": self.values.tolist(), "basins": basins, "status": self.status}
+        ends = {"values": self.values.tolist(), "plain": self.plain.tolist(), "basins": basins}
+        content = {"names": self.names, **ends, "status": self.status}
         write_whole(folder / START, json.dumps(content, indent=1) + "\n")
 
     def check(self) -> Check:
@@ -111,14 +115,15 @@ def start_of(found: Identification) -> Start:
         inside = np.flatnonzero(starts.basin == basin)
         if inside.size:
             basins.append(starts.values[inside[np.argmin(starts.cost[inside])]])
-    return Start(found.problem.layout.free_names, found.values, tuple(basins), found.status)
+    return Start(found.problem.layout.free_names, found.values, found.plain.values, tuple(basins), found.status)
 
 
 def _read(path: Path) -> Start:
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
         basins = tuple(np.array(basin, dtype=float) for basin in told["basins"])
-        return Start(tuple(told["names"]), np.array(told["values"], dtype=float), basins, str(told["status"]))
+        values, plain = (np.array(told[name], dtype=float) for name in ("values", "plain"))
+        return Start(tuple(told["names"]), values, plain, basins, str(told["status"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."

@@ -11,7 +11,7 @@ from fibrefit.discover.finding import Candidate, Finding, HeldOut, Place, Round,
 from fibrefit.discover.frame import frame_of
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
-from fibrefit.fit.result import ChannelGap, Estimate, Identification, Starts
+from fibrefit.fit.result import ChannelGap, Estimate, Identification, PlainEstimate, Starts
 from fibrefit.problem.phases import HELD, LOADING, SLACK, UNLOADING, Motion
 from fibrefit.problem.task import Task
 
@@ -80,6 +80,9 @@ def identified(
         if passed
         else ('Run "fibrefit discover" on this study: it names what the model lacks.', "Measure longer."),
         seconds=1.0,
+        estimator="plain least squares",
+        estimator_says="Plain least squares: nobody asked for another.",
+        plain=PlainEstimate(values, 0.01 * values),
     )
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fibrefit.fit.error_bars import Z_95
 from fibrefit.fit.multistart import SAME_BASIN, Searched, _leaders, scattered, search, table
-from fibrefit.fit.profile import profile_interval
+from fibrefit.fit.profile import plain_cost, profile_interval
 from fibrefit.fit.result import Identification
 from fibrefit.fit.second_opinion import second_opinion
 from fibrefit.fit.solve import Descent, gram_at, widths
@@ -42,9 +43,9 @@ def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identificat
 
 def test_widths_change_the_cost_by_about_one(task: Task, found: Identification) -> None:
     layout = task.problem.layout
-    free = layout.free(found.values)
+    free = layout.free(found.plain.values)
     width = widths(task.problem, free)
-    best = gram_at(task.problem, found.values)[-1, -1]
+    best = gram_at(task.problem, found.plain.values)[-1, -1]
     for i in range(layout.size):
         moved = layout.values(free + width * (np.arange(layout.size) == i))
         assert gram_at(task.problem, moved)[-1, -1] - best == pytest.approx(1.0, rel=0.2)
@@ -88,43 +89,43 @@ def test_ends_are_sorted_into_basins_by_their_cost() -> None:
 
 
 def test_the_second_solver_ends_at_the_same_place_from_elsewhere(task: Task, found: Identification) -> None:
-    errors = np.sqrt(np.diag(found.covariance))
-    other = second_opinion(task.problem, found.values + 20.0 * errors, errors)
-    assert np.abs((other.values - found.values) / errors).max() < 0.05
+    errors = found.plain.errors
+    other = second_opinion(task.problem, found.plain.values + 20.0 * errors, errors)
+    assert np.abs((other.values - found.plain.values) / errors).max() < 0.05
     assert other.cost == pytest.approx(found.starts.cost.min(), rel=1e-7)
 
 
 def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -> None:
-    errors = np.sqrt(np.diag(found.covariance))
-    least = found.values[2] - 20.0 * errors[2]
+    errors = found.plain.errors
+    least = found.plain.values[2] - 20.0 * errors[2]
     slots = tuple(
         replace(slot, range=Range(least, np.inf, 1.0)) if slot.name == "friction" else slot
         for slot in task.problem.layout.slots
     )
     bounded = Problem(task.problem.model, replace(task.problem.layout, slots=slots), task.problem.observations)
-    start = np.where(np.arange(len(errors)) == 2, least - 1.0, found.values)  # friction below its bound
+    start = np.where(np.arange(len(errors)) == 2, least - 1.0, found.plain.values)  # friction below its bound
     other = second_opinion(bounded, start, errors)
     assert other.values[2] >= least
-    assert np.abs((other.values - found.values) / errors).max() < 0.05
+    assert np.abs((other.values - found.plain.values) / errors).max() < 0.05
     # From no friction at all it may end elsewhere, but no bound is passed.
     assert second_opinion(task.problem, np.where(start == start[2], -1.0, start), errors).values[2] >= 0.0
 
 
+def plain_profile(task: Task, found: Identification, index: int, own: float, honest: float) -> tuple[float, float]:
+    width = widths(task.problem, task.problem.layout.free(found.plain.values))
+    cost = plain_cost(task.problem, index, width, task.ladders[0, -1:])
+    return profile_interval(task.problem, found.plain.values, index, cost, own, honest)
+
+
 def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Task, found: Identification) -> None:
-    width = widths(task.problem, task.problem.layout.free(found.values))
-    estimate = found.parameters["stiffness"]
-    low, high = profile_interval(
-        task.problem, found.values, 0, estimate.std_errors["white"], estimate.std_error, width, task.ladders[0, -1:]
-    )
-    normal = estimate.interval_95
-    assert low == pytest.approx(normal[0], abs=0.1 * estimate.std_error)
-    assert high == pytest.approx(normal[1], abs=0.1 * estimate.std_error)
+    value, error = found.plain.values[0], found.plain.errors[0]
+    low, high = plain_profile(task, found, 0, found.parameters["stiffness"].std_errors["white"], error)
+    assert low == pytest.approx(value - Z_95 * error, abs=0.1 * error)
+    assert high == pytest.approx(value + Z_95 * error, abs=0.1 * error)
 
 
 def test_a_profile_that_never_rises_ends_at_the_limits(task: Task, found: Identification) -> None:
     """With errors said to be a millionth of what they are, every end lies beyond the reach of the search."""
-    width = widths(task.problem, task.problem.layout.free(found.values))
-    small = 1e-6 * found.parameters["friction"].std_error
-    interval = profile_interval(task.problem, found.values, 2, small / 50.0, small, width, task.ladders[0, -1:])
+    small = 1e-6 * found.plain.errors[2]
     limits = task.problem.layout.entries[2][0].range
-    assert interval == (limits.lower, limits.upper)
+    assert plain_profile(task, found, 2, small / 50.0, small) == (limits.lower, limits.upper)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fibrefit.fit import identify
+from fibrefit.fit import error_bars
 from fibrefit.fit.uncertainty import (
     MEMORY,
     Scores,
@@ -188,5 +188,5 @@ def test_what_the_data_do_not_see_does_not_choose_the_error_bars() -> None:
     """An infinite variance is infinite by every method; the widest of the others is still the one to be believed."""
     slots = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b"))
     problem = SimpleNamespace(layout=Layout(slots, ("r.csv",)))
-    sizes = [identify._size(problem, np.diag([np.inf, variance])) for variance in (1.0, 9.0)]
+    sizes = [error_bars.size(problem, np.diag([np.inf, variance])) for variance in (1.0, 9.0)]
     assert sizes[0] < sizes[1] < np.inf

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.fit.identify import Z_95, identify
+from fibrefit.fit.error_bars import Z_95
+from fibrefit.fit.identify import identify
 from fibrefit.problem.formulate import formulate
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulate.model import Model
