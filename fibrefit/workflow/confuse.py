@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.workflow.candidates import candidates_of
 from fibrefit.workflow.prepare import is_planned, task_of
+from fibrefit.workflow.saved import Saved, write_figures
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -38,7 +39,7 @@ ALIKE = 0.9
 
 
 @dataclass(frozen=True)
-class Confused:
+class Confused(Saved):
     """What the records of a study could show.
 
     Parameters
@@ -95,16 +96,10 @@ class Confused:
 
         return confusion_figures(self.confusion)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``confusion.json`` and the figure, whole or not at all."""
-        import json
-
-        from fibrefit.plots import save_figures
-
-        with ResultDirectory(Path(out), force=force) as directory:
-            write_whole(directory.path / "confusion.json", json.dumps(self.told(), indent=1) + "\n")
-            save_figures(self.plot(), directory.path / "figures")
-        return directory.out
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``confusion.json`` and the figure."""
+        write_whole(directory.path / "confusion.json", json.dumps(self.told(), indent=1) + "\n")
+        write_figures(directory, self.plot)
 
 
 def confuse_study(

@@ -16,13 +16,13 @@ from fibrefit.fit.result import Estimate
 from fibrefit.records import Record
 from fibrefit.report.discovery import discovery_report
 from fibrefit.store import ResultDirectory, sha256_of
-from fibrefit.store.hdf5 import write_result
-from fibrefit.store.summary import provenance, read_summary, write_summary
+from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries import DiscoverySummary
 from fibrefit.workflow.candidates import Candidates, candidates_of
 from fibrefit.workflow.discover_files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -56,7 +56,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Discovery:
+class Discovery(Saved):
     """What the model of a study lacks.
 
     Parameters
@@ -122,38 +122,10 @@ class Discovery:
 
         return discovery_figures(self.finding)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures, or nothing.
-
-        Parameters
-        ----------
-        out : pathlib.Path or str
-            Folder of the result.
-        force : bool
-            Replace an earlier result there.
-
-        Returns
-        -------
-        pathlib.Path
-            The folder.
-
-        Raises
-        ------
-        UsageError
-            If the folder exists and may not be replaced.
-        """
-        from fibrefit.plots import save_figures
-
-        with ResultDirectory(Path(out), force=force) as directory:
-            summary = self.summary()
-            write_summary(directory.path, summary)
-            assert summary.provenance is not None
-            groups = discovery_groups(self.finding)
-            write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-            resolved = self.final.resolved_toml(relative_to=directory.out)
-            (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
-            save_figures(self.plot(), directory.path / "figures")
-        return directory.out
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""
+        write_parts(directory, self.summary(), discovery_groups(self.finding), self.final)
+        write_figures(directory, self.plot)
 
 
 def discover_study(

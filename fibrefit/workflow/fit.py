@@ -16,12 +16,12 @@ from fibrefit.problem.force_balance import force_balance
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store import ResultDirectory
-from fibrefit.store.hdf5 import write_result
-from fibrefit.store.summary import provenance, write_summary
+from fibrefit.store.summary import provenance
 from fibrefit.study import Study
 from fibrefit.study.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -30,7 +30,7 @@ STARTS = 32
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Saved):
     """An identified study.
 
     Parameters
@@ -78,44 +78,15 @@ class Fit:
         return fit_figures(self.identification)
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
-        """Write ``summary.json``, ``result.h5`` and the figures, whole or not at all.
-
-        Parameters
-        ----------
-        out : pathlib.Path or str
-            Folder of the result.
-        force : bool
-            Replace an earlier result there.
-        stop : callable
-            Asked before each figure whether to leave out the rest of them.
-
-        Returns
-        -------
-        pathlib.Path
-            The folder.
-
-        Raises
-        ------
-        UsageError
-            If the folder exists and may not be replaced.
-        """
+        """Save it as any result; `stop` is asked before each figure whether to leave out the rest of them."""
         with ResultDirectory(Path(out), force=force) as directory:
-            summary = self.summary()
-            write_summary(directory.path, summary)
-            assert summary.provenance is not None
-            groups = fit_groups(self.identification)
-            write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-            resolved = self.study.resolved_toml(relative_to=directory.out)
-            (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
-            self._draw(directory.path / "figures", stop)
+            self.write(directory, stop)
         return directory.out
 
-    def _draw(self, folder: Path, stop: Callable[[], bool]) -> None:
-        if stop():
-            return
-        from fibrefit.plots import save_figures
-
-        save_figures(self.plot(), folder, stop)
+    def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
+        write_parts(directory, self.summary(), fit_groups(self.identification), self.study)
+        write_figures(directory, self.plot, stop)
 
 
 def fit_study(

@@ -3,35 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.problem.prior import priors_of
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
 from fibrefit.sample.compare import Foresight, foresight
-from fibrefit.sample.nuts import SecondOpinion, require_nuts, second_opinion
-from fibrefit.sample.posterior import Marginal, Posterior, status
-from fibrefit.sample.predict import Bands, predict
+from fibrefit.sample.nuts import require_nuts, second_opinion
+from fibrefit.sample.predict import predict
 from fibrefit.sample.sample import sample_posterior
 from fibrefit.sample.settings import Settings
 from fibrefit.store import ResultDirectory
-from fibrefit.store.hdf5 import write_result
-from fibrefit.store.summary import provenance, write_summary
+from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study
-from fibrefit.study.summaries import ComparedModel, PosteriorSummary, Status
-from fibrefit.workflow.compare import Rival, compared, rival_of
+from fibrefit.study.summaries import PosteriorSummary
+from fibrefit.workflow.compare import rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.sample_files import groups_of, posterior_summary
-from fibrefit.workflow.sample_start import CHAINS, Start, begin
+from fibrefit.workflow.sample_found import Findings, Options
+from fibrefit.workflow.sample_start import CHAINS, begin
 from fibrefit.workflow.sample_told import Follow, followed
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -41,90 +39,14 @@ BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", 
 """Settings that say when a run ends and what is told of it: a run may go on with others."""
 
 
-@dataclass(frozen=True)
-class Options:
-    """What a run was asked for beside the settings of the sampler.
-
-    Parameters
-    ----------
-    noise : str
-        ``auto``, ``white``, ``autoregressive`` or ``coloured``.
-    heavy : bool
-        Student's t instead of a normal law for single samples.
-    nuts : bool
-        Ask NUTS for a second opinion.
-    compare : tuple of str
-        Folders of other posteriors of the same data.
-    """
-
-    noise: str = "auto"
-    heavy: bool = False
-    nuts: bool = False
-    compare: tuple[str, ...] = ()
-
-
 def identity(options: Options, settings: Settings) -> str:
     """All that makes a run what it is, and that must stay the same when it goes on."""
     fixed = {field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in BUDGET}
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
 
 
-@dataclass(frozen=True)
-class Sampled:
-    """The posterior of a study.
-
-    Parameters
-    ----------
-    study : Study
-    start : Start
-        What the walkers began around.
-    posterior : Posterior
-    bands : mapping of channel to Bands
-        What it foretells of the records.
-    foresight : Foresight
-        How well it foretells what was left out.
-    opinion : SecondOpinion or None
-    rivals : tuple of Rival
-    options : Options
-    """
-
-    study: Study
-    start: Start
-    posterior: Posterior
-    bands: Mapping[str, Bands]
-    foresight: Foresight
-    opinion: SecondOpinion | None
-    rivals: tuple[Rival, ...]
-    options: Options
-
-    @cached_property
-    def checks(self) -> tuple[Check, ...]:
-        """What the result was put to: the posterior's checks, the fit before it, and the second opinion."""
-        more = (self.start.check(), *((self.opinion.check(self.posterior.target.names),) if self.opinion else ()))
-        return (*self.posterior.checks, *more)
-
-    @property
-    def status(self) -> Status:
-        """``ok``, ``suspect`` or ``failed``."""
-        return status(self.checks)  # type: ignore[return-value]
-
-    @property
-    def parameters(self) -> dict[str, Marginal]:
-        """Marginals of what all records share, noise included, by name; SI units."""
-        names = self.posterior.density.problem.layout.records
-        alone = tuple(f"[{name}]" for name in names)
-        return {name: found for name, found in self.posterior.marginals.items() if not name.endswith(alone)}
-
-    @cached_property
-    def draws(self) -> dict[str, np.ndarray]:
-        """Draws ``(n_ensemble, n_draw)`` of every value by name, in SI units."""
-        drawn = self.posterior.draws
-        return {name: drawn[..., i] for i, name in enumerate(self.posterior.target.names)}
-
-    @cached_property
-    def compared(self) -> tuple[ComparedModel, ...]:
-        """The model against its rivals."""
-        return tuple(compared(self.foresight, self.posterior.log_evidence, rival) for rival in self.rivals)
+class Sampled(Findings, Saved):
+    """The posterior of a study, to be read, drawn and saved."""
 
     def summary(self) -> PosteriorSummary:
         """Content of ``summary.json``."""
@@ -173,42 +95,10 @@ class Sampled:
 
         return prior_figures(self.posterior, names)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures, whole or not at all.
-
-        Parameters
-        ----------
-        out : pathlib.Path or str
-            Folder of the result.
-        force : bool
-            Replace an earlier result there.
-
-        Returns
-        -------
-        pathlib.Path
-            The folder.
-
-        Raises
-        ------
-        UsageError
-            If the folder exists and may not be replaced.
-        """
-        with ResultDirectory(Path(out), force=force) as directory:
-            self.write(directory)
-        return directory.out
-
     def write(self, directory: ResultDirectory) -> None:
-        """Write all files into a folder that is being made."""
-        from fibrefit.plots import save_figures
-
-        summary = self.summary()
-        write_summary(directory.path, summary)
-        assert summary.provenance is not None
-        groups = groups_of(self)
-        write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-        resolved = self.study.resolved_toml(relative_to=directory.out)
-        (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
-        save_figures(self.plot(), directory.path / "figures")
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
+        write_parts(directory, self.summary(), groups_of(self), self.study)
+        write_figures(directory, self.plot)
 
 
 def settings_of(asked: Mapping[str, Any]) -> Settings:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fibrefit.report.posterior import advice
@@ -24,12 +22,10 @@ from fibrefit.study.summaries import (
     SecondOpinionSummary,
 )
 from fibrefit.workflow.fit_files import finite
-
-if TYPE_CHECKING:
-    from fibrefit.workflow.sample import Sampled
+from fibrefit.workflow.sample_found import Findings
 
 
-def posterior_summary(found: Sampled, origin: Provenance) -> PosteriorSummary:
+def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
     """Content of ``summary.json`` of a posterior."""
     posterior, course = found.posterior, found.posterior.course
     records = posterior.density.problem.layout.records
@@ -78,7 +74,7 @@ def posterior_summary(found: Sampled, origin: Provenance) -> PosteriorSummary:
     )
 
 
-def _parameter(found: Sampled, marginal: Marginal) -> PosteriorParameter:
+def _parameter(found: Findings, marginal: Marginal) -> PosteriorParameter:
     fitted = dict(zip(found.start.names, found.start.values.tolist(), strict=True))
     return PosteriorParameter(
         mean=marginal.mean,
@@ -101,7 +97,7 @@ def _said(marginal: Marginal) -> str:
     return prior.says(marginal.unit) + (" (default)" if prior.source == "default" else "")
 
 
-def _of_record(found: Sampled, record: str) -> dict[str, PosteriorParameter]:
+def _of_record(found: Findings, record: str) -> dict[str, PosteriorParameter]:
     end = f"[{record}]"
     return {
         name.removesuffix(end): _parameter(found, marginal)
@@ -138,7 +134,7 @@ def _opinion(posterior: Posterior, found: SecondOpinion) -> SecondOpinionSummary
     )
 
 
-def groups_of(found: Sampled) -> dict[str, dict[str, Variable]]:
+def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: those ArviZ knows, and the blocks two models are compared by."""
     groups = {
         name: {key: Variable(*entry) for key, entry in group.items()}

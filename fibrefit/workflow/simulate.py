@@ -20,6 +20,7 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.workflow.prepare import is_planned, task_of
+from fibrefit.workflow.saved import Saved, write_figures
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -36,7 +37,7 @@ PRINTED = {
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(Saved):
     """Simulated records.
 
     Parameters
@@ -71,19 +72,15 @@ class Simulation:
 
         return simulation_figures(self.task, self.readings)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``simulated/<record>.csv`` and the figures, whole or not at all."""
-        from fibrefit.plots import save_figures
-
-        with ResultDirectory(Path(out), force=force) as directory:
-            for r, trace in enumerate(self.task.traces):
-                headers, columns = self.table(r)
-                rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
-                path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
-                path.parent.mkdir(parents=True, exist_ok=True)
-                write_whole(path, "\n".join(rows) + "\n")
-            save_figures(self.plot(), directory.path / "figures")
-        return directory.out
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``simulated/<record>.csv`` and the figures."""
+        for r, trace in enumerate(self.task.traces):
+            headers, columns = self.table(r)
+            rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
+            path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(path, "\n".join(rows) + "\n")
+        write_figures(directory, self.plot)
 
 
 def simulate_study(study: Study) -> Simulation:

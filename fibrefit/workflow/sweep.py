@@ -6,7 +6,6 @@ import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,11 +16,12 @@ from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
 from fibrefit.simulate.model import Model
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
-from fibrefit.store.hdf5 import Variable, write_result
-from fibrefit.store.summary import provenance, write_summary
+from fibrefit.store.hdf5 import Variable
+from fibrefit.store.summary import provenance
 from fibrefit.study import Study
 from fibrefit.study.sweep_summary import SweepSummary
 from fibrefit.workflow.prepare import model_of
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
 from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ CHANNELS = (("angle", "rad"), ("force_1", "N"), ("force_2", "N"))
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Saved):
     """A sweep that was carried out.
 
     Parameters
@@ -84,42 +84,14 @@ class Sweep:
 
         return sweep_figures(self.curves)
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv``, the study and the figures, whole or not at all.
-
-        Parameters
-        ----------
-        out : pathlib.Path or str
-            Folder of the result.
-        force : bool
-            Replace an earlier result there.
-
-        Returns
-        -------
-        pathlib.Path
-            The folder.
-
-        Raises
-        ------
-        UsageError
-            If the folder exists and may not be replaced.
-        """
-        from fibrefit.plots import save_figures
-
-        summary = self.summary()
-        with ResultDirectory(Path(out), force=force) as directory:
-            write_summary(directory.path, summary)
-            assert summary.provenance is not None
-            groups = _groups(self.curves)
-            write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-            folder = directory.path / "curves"
-            folder.mkdir(parents=True, exist_ok=True)
-            for curve, stem in zip(self.curves, _stems(self.curves), strict=True):
-                write_whole(folder / f"{stem}.csv", _table(curve))
-            resolved = self.study.resolved_toml(relative_to=directory.out)
-            (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
-            save_figures(self.plot(), directory.path / "figures")
-        return directory.out
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv``, the study and the figures."""
+        write_parts(directory, self.summary(), _groups(self.curves), self.study)
+        folder = directory.path / "curves"
+        folder.mkdir(parents=True, exist_ok=True)
+        for curve, stem in zip(self.curves, _stems(self.curves), strict=True):
+            write_whole(folder / f"{stem}.csv", _table(curve))
+        write_figures(directory, self.plot)
 
 
 def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] | None = None) -> Sweep:

@@ -1,0 +1,81 @@
+"""What every result on disk has in common: how it is saved, and its first four parts."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fibrefit.store import ResultDirectory
+from fibrefit.store.summary import write_summary
+from fibrefit.study import Study
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
+
+
+class Saved(ABC):
+    """A result that can be saved."""
+
+    @abstractmethod
+    def write(self, directory: ResultDirectory) -> None:
+        """Write all files into a folder that is being made."""
+
+    def save(self, out: Path | str, *, force: bool = False) -> Path:
+        """Write all files of the result into a folder, whole or not at all.
+
+        Parameters
+        ----------
+        out : pathlib.Path or str
+            Folder of the result.
+        force : bool
+            Replace an earlier result there.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder exists and may not be replaced.
+        """
+        with ResultDirectory(Path(out), force=force) as directory:
+            self.write(directory)
+        return directory.out
+
+
+def write_parts(
+    directory: ResultDirectory, summary: Any, groups: Mapping[str, Mapping[str, Variable]], study: Study
+) -> None:
+    """Write ``summary.json``, ``result.h5`` and ``study.toml``.
+
+    Parameters
+    ----------
+    directory : ResultDirectory
+    summary : Part
+        With its provenance.
+    groups : mapping of group to mapping of name to Variable
+    study : Study
+        The one to go on with.
+    """
+    from fibrefit.store.hdf5 import write_result
+
+    write_summary(directory.path, summary)
+    write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
+    resolved = study.resolved_toml(relative_to=directory.out)
+    (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
+
+
+def write_figures(
+    directory: ResultDirectory, figures: Callable[[], Figures], stop: Callable[[], bool] = lambda: False
+) -> None:
+    """Write ``figures/``, unless told to stop before they are drawn, or before the next of them is."""
+    if stop():
+        return
+    from fibrefit.plots import save_figures
+
+    save_figures(figures(), directory.path / "figures", stop)
