@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -59,14 +59,15 @@ def probe_all(
     tell : callable
         Told the share that is done.
     """
-    frame = (
-        frame_of(parent.frame.task, PROBES, parent.frame.reactions) if not parent.frame.holds(PROBES) else parent.frame
-    )
     ranges = _ranges(found)
-    start = _prepared(frame, parent, ranges)
-    jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in PROBES]
+    probes = [probe for probe in PROBES if probe.variable in ranges]
+    frame = parent.frame
+    if not frame.holds(probes):
+        frame = frame_of(frame.task, probes, frame.reactions)
+    start = _prepared(frame, parent, probes, ranges)
+    jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in probes]
     ends = fit_all(jobs, lambda done: tell(done / len(jobs)))
-    readings = [_read(probe, end, ranges) for probe, end in zip(PROBES, ends, strict=True)]
+    readings = [_read(probe, end, ranges) for probe, end in zip(probes, ends, strict=True)]
     return sorted(readings, key=lambda reading: reading.hypothesis.fit.cost)
 
 
@@ -96,10 +97,12 @@ def _fit(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], s
     return Hypothesis((*parent.effects, probe), end, frame)
 
 
-def _prepared(frame: Frame, parent: Hypothesis, ranges: dict[str, tuple[float, float]]) -> np.ndarray:
+def _prepared(
+    frame: Frame, parent: Hypothesis, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+) -> np.ndarray:
     blank = absent_values(frame, len(parent.fit.local))
     values = carried(frame, blank, parent.frame, parent.fit.local)
-    for probe in PROBES:
+    for probe in probes:
         for name, limit in zip(("low", "high"), ranges[probe.variable], strict=True):
             values[:, frame.names.index(f"{probe.name}.{name}")] = limit
     return values
@@ -111,19 +114,23 @@ def _read(probe: type[Curve], end: Hypothesis, ranges: dict[str, tuple[float, fl
 
 
 def _ranges(found: Identification) -> dict[str, tuple[float, float]]:
-    """Range of each variable in the simulated motion, in SI units."""
+    """Range of each variable the rig has in the simulated motion, in SI units."""
     times = np.asarray(found.problem.observations.experiment.times)
     counts = np.asarray(found.problem.observations.experiment.count)
     moving = (found.motion.phase != HELD) & (np.arange(times.shape[1]) < counts[:, None])
     states = found.motion.states
-    position, speed, tension = (states[name][moving] for name in ("position", "speed", "tension"))
+    position, speed = (states[name][moving] for name in ("position", "speed"))
+    ranges = {
+        "position": (float(position.min()), float(position.max())),
+        "speed": (0.0, float(np.abs(speed).max())),
+    }
+    if "tension" not in states:
+        return ranges
     stretch = states["tension"] / found.parameters["stiffness"].value
     rate = np.gradient(stretch, axis=1) / np.gradient(times, axis=1)
     fast = float(np.quantile(np.abs(rate[moving]), 0.995))
-    return {
-        "position": (float(position.min()), float(position.max())),
-        "speed": (0.0, float(np.abs(speed).max())),
-        "tension": (0.0, float(tension.max())),
+    return ranges | {
+        "tension": (0.0, float(states["tension"][moving].max())),
         "stretch": (0.0, float(stretch[moving].max())),
         "stretch rate": (-fast, fast),
     }

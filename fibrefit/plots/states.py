@@ -14,7 +14,7 @@ from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, leg
 from fibrefit.problem.phases import HELD
 
 STATES = {"position": "m", "speed": "m/s", "tension": "N"}
-"""States shown, with their SI units."""
+"""States shown where the rig has them, with their SI units."""
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
 BINS, FEWEST = 24, 12
 CELLS, PLANE = 44, 46.0
@@ -31,12 +31,13 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
         None where the model did not change.
     """
     channels = before.channels
+    known = {state: si for state, si in STATES.items() if state in before.found.motion.states}
     figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
     title(figure, "Residual against the state of the rig", "while the weight moves; grey: ± 1 noise rms")
     across, up = figure.get_size_inches() * 25.4
-    width = (across - LEFT - RIGHT - BETWEEN * (len(STATES) - 1)) / len(STATES)
+    width = (across - LEFT - RIGHT - BETWEEN * (len(known) - 1)) / len(known)
     for row, channel in enumerate(channels):
-        for column, (state, si) in enumerate(STATES.items()):
+        for column, (state, si) in enumerate(known.items()):
             bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)
             axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, HEIGHT)
             axes.axhspan(-1.0, 1.0, facecolor=PALE, edgecolor="none", zorder=0)
