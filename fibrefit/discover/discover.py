@@ -16,6 +16,7 @@ from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexpl
 from fibrefit.discover.free_form import Reading, described, probe_all
 from fibrefit.discover.refit import Subset, refit, standard_errors
 from fibrefit.discover.search import BEAM, Progress, Search
+from fibrefit.discover.weighing import only_sure, weights
 from fibrefit.effects.law import Effect
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Identification, total
@@ -169,6 +170,9 @@ def _concluded(
     began: float,
 ) -> Finding:
     best = search.pruned(path[-1]) if len(path[-1].effects) > 1 else path[-1]
+    if best.effects and not search.is_noise(best):
+        best = only_sure(search, best)
+        rounds = [found for found in rounds if set(found.added.split(" + ")) & set(best.names)]
     reading = None if _is_plain(search, best) else _free_form(search, before, best)
     verdict, reason, unexplained = _verdict(search, before, best, reading)
     if verdict == "unexplained" and reading is not None and _is_rival(search, reading, best):
@@ -189,6 +193,7 @@ def _concluded(
         held_out=_held_out(search, best) if best.effects else (),
         ranking=tuple(_candidate(search, hypothesis, search.base, i < LISTED) for i, hypothesis in enumerate(looked)),
         seconds=time.perf_counter() - began,
+        weights=weights(search, best, after) if best.effects else (),
     )
 
 
@@ -281,8 +286,11 @@ def _classes(
 
 
 def _held_out(search: Search, best: Hypothesis) -> tuple[HeldOut, ...]:
+    records = search.task.problem.layout.records
+    if len(records) == 1:
+        return ()
     found = []
-    for r, record in enumerate(search.task.problem.layout.records):
+    for r, record in enumerate(records):
         search.tell("predicting each record from the others", r / len(search.task.traces))
         found.append(HeldOut(record, *(_predicted(search, hypothesis, r) for hypothesis in (search.base, best))))
     return tuple(found)

@@ -93,6 +93,48 @@ class Unexplained:
     looks_like: str = ""
 
 
+SMALL = 0.05
+"""Share of the signal below which an effect is called small."""
+SURE = 5.0
+"""Standard errors from which an effect is called systematic."""
+
+
+@dataclass(frozen=True)
+class Weight:
+    """How much an added effect matters.
+
+    Parameters
+    ----------
+    effect : str
+    share_of_signal : float
+        What it explains over what was measured, both rms.
+    signal : str
+        What was measured: ``force`` where a force drives the rig, else ``readings``, each in units of its noise.
+    share_of_gap : float
+        Of the squared gap beyond noise, 0 to 1.
+    standard_errors : float
+        By which its strength differs from nothing.
+    """
+
+    effect: str
+    share_of_signal: float
+    signal: str
+    share_of_gap: float
+    standard_errors: float
+
+    @property
+    def says(self) -> str:
+        """All of it in a sentence."""
+        sure, small = self.standard_errors >= SURE, self.share_of_signal < SMALL
+        times = f"{self.standard_errors:.0f}" if sure else f"{self.standard_errors:.2g}"
+        found = f"{self.effect} makes up {100.0 * self.share_of_signal:.2g} % of the {self.signal} and accounts for "
+        found += f"{100.0 * self.share_of_gap:.0f} % of the gap"
+        if not sure:
+            return f"{found}, but its strength is only {times} times its standard error."
+        found += f"; its strength is {times} times its standard error"
+        return f"{found}: small but systematic." if small else f"{found}."
+
+
 @dataclass(frozen=True)
 class HeldOut:
     """How a record is predicted by a model fitted to the others, only its own zero and start left to it.
@@ -130,6 +172,8 @@ class Finding:
     ranking : tuple of Candidate
         Of the last look for more, whether or not anything was added.
     seconds : float
+    weights : tuple of Weight
+        Of what was added.
     """
 
     verdict: str
@@ -143,3 +187,4 @@ class Finding:
     held_out: tuple[HeldOut, ...]
     ranking: tuple[Candidate, ...]
     seconds: float
+    weights: tuple[Weight, ...] = ()

@@ -7,7 +7,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,6 +29,8 @@ WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
 
+STRETCHES = 64
+"""Equal parts of a record whose say in the values is told one by one."""
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
 
@@ -88,10 +90,13 @@ class Frame:
     task : Task
         Its layout frees all values; which are active is decided at each call.
     reactions : Reactions, optional
+    compiled : set of int
+        Numbers of columns its programs were compiled for.
     """
 
     task: Task
     reactions: Reactions | None = None
+    compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
 
     @property
     def problem(self) -> Problem:
@@ -141,17 +146,35 @@ class Frame:
         counts : (n_record,) int
             Horizon of each record in samples.
         """
+        return self.grams_and_scores(local, columns, targets, counts)[0]
+
+    def grams_and_scores(
+        self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Gram matrices as `grams`, and the part each stretch of a record has in the last column of them.
+
+        Parameters
+        ----------
+        local, columns, targets, counts : as `grams`
+
+        Returns
+        -------
+        grams : (n_record, n_active + 1, n_active + 1)
+        scores : (n_record, n_active, STRETCHES)
+        """
         active = len(columns)
-        width = next(width for width in WIDTHS if width >= active)
+        # A program of its own for fewer columns takes longer to compile than the wider one to run.
+        width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
+        self.compiled.add(width)
         padded = np.zeros(width, dtype=np.int32)
         padded[:active] = columns
         values = np.zeros((len(local), width))
         values[:, :active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        found = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
+        grams, scores = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
         keep = np.r_[np.arange(active), width]
-        return np.asarray(found)[:, keep][:, :, keep]
+        return np.asarray(grams)[:, keep][:, :, keep], np.asarray(scores)[:, :active]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
@@ -219,8 +242,8 @@ def _grams(
     active: jax.Array,
     counts: jax.Array,
     reactions: Reactions | None,
-) -> jax.Array:
-    def one(row: tuple) -> jax.Array:
+) -> tuple[jax.Array, jax.Array]:
+    def one(row: tuple) -> tuple[jax.Array, jax.Array]:
         local, target, data, count, reactions = row
         here = _residuals(problem, local, data, count)
         marginal = here
@@ -237,11 +260,21 @@ def _grams(
         rows = jax.lax.fori_loop(0, active, vary, rows)
         gram = rows @ rows.T
         if reactions is None:
-            return gram
+            return gram, _in_stretches(rows, marginal, data)
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
         pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
-        return gram - pulled @ reactions.inverse @ pulled.T
+        wave = (reactions.inverse @ pulled[-1]).astype(jnp.float32)
+        told = _in_stretches(rows, marginal - (wave @ reactions.rows).astype(float), data)
+        return gram - pulled @ reactions.inverse @ pulled.T, told
 
     return jax.lax.map(one, (local, targets, problem.observations, counts, reactions))
+
+
+def _in_stretches(rows: jax.Array, residuals: jax.Array, data: Observations) -> jax.Array:
+    """Products of all but the last row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
+    products = (rows[:-1] * residuals).reshape(len(rows) - 1, -1, data.experiment.times.shape[0])
+    size = -(-products.shape[-1] // STRETCHES)
+    ends = jnp.pad(products.sum(axis=1), ((0, 0), (0, STRETCHES * size - products.shape[-1])))
+    return ends.reshape(len(rows) - 1, STRETCHES, size).sum(axis=-1)

@@ -12,6 +12,8 @@ WINDOW = 0.010
 """Length in s of the windows whose gap is compared: a fraction of a contact."""
 LOUD = 4.0
 """Mean squared residual, in units of the noise, from which a window counts: chance gives coloured noise about 2.5."""
+OUT = 2.0
+"""The same, in units of the record's median."""
 MOST = 6
 
 
@@ -36,9 +38,10 @@ def places(found: Identification) -> tuple[Place, ...]:
         for c, channel in enumerate(found.problem.model.rig.channels):
             squares = found.residuals[r, c, : counts[r]] ** 2
             blocks = squares[: len(squares) // width * width].reshape(-1, width)
-            loud = blocks.mean(axis=1) > LOUD
-            whole += float((blocks.sum(axis=1) - width)[loud].sum())
-            for first, last in _runs(loud):
+            powers = blocks.mean(axis=1)
+            whole += float((blocks.sum(axis=1) - width)[powers > LOUD].sum())
+            # Where most of a record is loud, what stands out of the rest is the place.
+            for first, last in _runs(powers > max(LOUD, OUT * float(np.median(powers)))):
                 inside = slice(first * width, last * width)
                 phase = PHASES[int(np.bincount(found.motion.phase[r, inside]).argmax())]
                 excess = float(squares[inside].sum() - (last - first) * width)

@@ -24,6 +24,7 @@ from fibrefit.fit.sharp import cost_with_one_held
 from fibrefit.fit.solve import descend, gram_at, widths
 from fibrefit.fit.structure import structure_checks
 from fibrefit.fit.whitened import reported
+from fibrefit.problem.force_balance import force_balance
 from fibrefit.problem.input_error import Waves, corrected, input_errors
 from fibrefit.problem.problem import Problem, gram_root
 from fibrefit.problem.task import Task
@@ -155,6 +156,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         *judge.inputs_within_noise(plain.input_errors),
         *sound.values(),
         *best.checks,
+        *force_balance(task, best.values),
     )
     aside = PlainEstimate(plain.values, bars.errors[bars.method])
     return Identification(

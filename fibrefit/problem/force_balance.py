@@ -32,10 +32,9 @@ def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
     task : Task
     values : (n_free,) in SI units
     """
-    if task.problem.model.rig.anchor is None:
+    share = unexplained_share(task, values)
+    if share is None:
         return ()
-    missing, whole = zip(*(_residual(task, trace, values, r) for r, trace in enumerate(task.traces)), strict=True)
-    share = float(np.sqrt(np.sum(np.square(missing)) / np.sum(np.square(whole))))
     return (
         Check(
             name="the force is the one the motion asks for",
@@ -45,6 +44,20 @@ def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
             threshold=EXPLAINED,
         ),
     )
+
+
+def unexplained_share(task: Task, values: np.ndarray) -> float | None:
+    """What is not explained of the measured force over that force, both rms; None for a rig that no force drives.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    """
+    if task.problem.model.rig.anchor is None:
+        return None
+    missing, whole = zip(*(_residual(task, trace, values, r) for r, trace in enumerate(task.traces)), strict=True)
+    return float(np.sqrt(np.sum(np.square(missing)) / np.sum(np.square(whole))))
 
 
 def _residual(task: Task, trace: Trace, values: np.ndarray, record: int) -> tuple[float, float]:

@@ -35,6 +35,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
+        section("How much it matters", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(places)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),

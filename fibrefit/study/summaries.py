@@ -219,6 +219,17 @@ class HeldOut(Part):
     gap_after: float = Field(description="Of the final model.")
 
 
+class Weight(Part):
+    """How much an added effect matters."""
+
+    effect: str
+    share_of_signal: float = Field(description="What it explains over what was measured, both rms.")
+    signal: str = Field(description="What was measured: `force` where a force drives the rig, else `readings`.")
+    share_of_gap: float = Field(description="Of the squared gap beyond noise, 0 to 1.")
+    standard_errors: float = Field(description="By which its strength differs from nothing.")
+    says: str
+
+
 class DiscoverySummary(FitResultSummary):
     """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
 
@@ -231,6 +242,7 @@ class DiscoverySummary(FitResultSummary):
     unexplained: Unexplained | None = None
     before: Before | None = None
     held_out: tuple[HeldOut, ...] = ()
+    weights: tuple[Weight, ...] = Field(default=(), description="Of the effects that were added.")
     ranking: tuple[Candidate, ...] = Field(
         default=(), description="Of the last look for more, whether or not anything was added."
     )

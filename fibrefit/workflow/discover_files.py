@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 
@@ -49,6 +50,7 @@ def discovery_summary(
             s.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
             for held in finding.held_out
         ),
+        weights=tuple(s.Weight(**asdict(found), says=found.says) for found in finding.weights),
         ranking=tuple(map(_candidate, finding.ranking)),
     )
 

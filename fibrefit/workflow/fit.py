@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,6 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Estimate, Identification
-from fibrefit.problem.force_balance import force_balance
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store import ResultDirectory
@@ -142,5 +141,4 @@ def fit_study(
         stopped.add_note("Nothing is known yet; nothing was written.")
         raise stopped
     found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
-    found = replace(found, checks=(*found.checks, *force_balance(task, found.values)))
     return Fit(study, records, found, seed)

@@ -25,10 +25,16 @@ FINE = 20
 
 
 def record(
-    seconds: float = 6.0, rate: float = 500.0, seed: int = 0, asymmetry: float = 0.0, ripple: float = 1.5
+    seconds: float = 6.0,
+    rate: float = 500.0,
+    seed: int = 0,
+    asymmetry: float = 0.0,
+    ripple: float = 1.5,
+    slant: float = 0.0,
 ) -> np.ndarray:
     """Time, force and position ``(n_time, 3)`` of an axis that a controller moves to and fro.
 
+    Coulomb friction is larger by a share `asymmetry` forwards than on the mean, viscous friction by a share `slant`.
     The force that is logged differs from the one that acts by a slow, random ripple of `ripple` [N] rms.
     """
     random = np.random.default_rng(seed)
@@ -42,7 +48,7 @@ def record(
             force = 4e4 * (goal - u) + 1.5e3 * (goal_rate - v)
             if j == 0:
                 rows[i] = i / rate, force + error[i], u
-            u, v = _advance(u, v, force, step, asymmetry)
+            u, v = _advance(u, v, force, step, (asymmetry, slant))
     rows[:, 2] += random.normal(0.0, 1e-6, count)
     return rows
 
@@ -66,13 +72,14 @@ def _goal(time: float) -> tuple[float, float]:
     return position, 0.03 * fast * np.sin(fast * time) + 0.05 * slow * np.sin(slow * time)
 
 
-def _advance(u: float, v: float, force: float, step: float, asymmetry: float) -> tuple[float, float]:
+def _advance(u: float, v: float, force: float, step: float, shares: tuple[float, float]) -> tuple[float, float]:
     net = force - TRUTH["offset"]
-    level = TRUTH["friction"] * (1.0 + asymmetry * np.sign(v if v else net))
+    level = TRUTH["friction"] * (1.0 + shares[0] * np.sign(v if v else net))
     if v == 0.0 and abs(net) <= level:
         return u, 0.0
     direction = np.sign(v) if v else np.sign(net)
-    after = v + step * (net - direction * level - TRUTH["viscous"] * v) / TRUTH["mass"]
+    viscous = TRUTH["viscous"] * (1.0 + shares[1] * np.sign(v))
+    after = v + step * (net - direction * level - viscous * v) / TRUTH["mass"]
     after = 0.0 if v and after * v < 0.0 else after
     return u + 0.5 * step * (v + after), after
 
