@@ -21,6 +21,7 @@ from fibrefit.discover.candidates import SMALL, Ground
 from fibrefit.discover.evidence import CHANCE
 from fibrefit.discover.frame import Frame
 from fibrefit.discover.refit import STEP
+from fibrefit.effects.law import Effect
 
 INSEPARABLE = 0.98
 """Cosine beyond which two effects change the records in the same way."""
@@ -80,23 +81,28 @@ class Confusion:
         return tuple(sorted(found, key=lambda pair: -pair[2]))
 
 
-def confusion(frame: Frame, ground: Ground, local: np.ndarray, kappa: float) -> Confusion:
-    """Compare what every effect of a frame would do to its records.
+def confusion(
+    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], kappa: float
+) -> Confusion:
+    """Compare what effects of a frame would do to its records.
 
     Parameters
     ----------
     frame : Frame
     ground : Ground
     local : (n_record, n_local) in SI units
-        Values of the base model, with every effect absent.
+        Values of the base model, with every effect that may be missing absent.
+    effects : sequence of Effect classes
+        Those of the frame that may be missing.
     kappa : float
-        Colour of the noise, see `evidence.colour`.
+        Power of what is no effect, where effects act, in units of the noise: its colour, see `evidence.colour`, or more
+        where the records are known to hold more than noise.
 
     Returns
     -------
     Confusion
     """
-    strengths = _strengths(frame)
+    strengths = _strengths(effects)
     columns, targets, sizes = _varied(frame, ground, local, strengths)
     grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
     norms, unique, cosine = _compared(grams, ground)
@@ -130,7 +136,11 @@ class Split:
 
 
 def best_split(
-    frame: Frame, ground: Ground, local: np.ndarray, pair: tuple[str, str], menu: Sequence[Mapping[str, float]]
+    frame: Frame,
+    ground: Ground,
+    local: np.ndarray,
+    pair: Sequence[type[Effect]],
+    menu: Sequence[Mapping[str, float]],
 ) -> Split:
     """Search a menu of further records for the one that splits a pair best.
 
@@ -139,8 +149,8 @@ def best_split(
     frame : Frame
     ground : Ground
     local : (n_record, n_local) in SI units
-    pair : tuple of str
-        Names of the effects.
+    pair : sequence of Effect classes
+        Two.
     menu : sequence of mapping of condition to value in SI units
         Each a record like the first one under other conditions.
 
@@ -148,16 +158,14 @@ def best_split(
     -------
     Split
     """
-    strengths = _strengths(frame)
-    names = [name for name, _ in strengths]
-    i, j = (names.index(name) for name in pair)
+    strengths = _strengths(pair)
     columns, targets, _ = _varied(frame, ground, local, strengths)
     grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
-    before = float(_compared(grams, ground)[2][i, j])
+    before = float(_compared(grams, ground)[2][0, 1])
     further = _menu_grams(frame, ground, local, columns, targets, menu)
-    after = [float(_compared(np.concatenate([grams, gram[None]]), ground)[2][i, j]) for gram in further]
+    after = [float(_compared(np.concatenate([grams, gram[None]]), ground)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
-    return Split(pair, best, before, after[best])
+    return Split((pair[0].name, pair[1].name), best, before, after[best])
 
 
 def _menu_grams(
@@ -179,15 +187,13 @@ def _menu_grams(
         planned = data._replace(experiment=data.experiment._replace(conditions=conditions))
         problem = eqx.tree_at(lambda p: p.observations, frame.problem, planned)
         same = [np.repeat(values[:1], records, axis=0) for values in (local, targets, ground.whole)]
-        elsewhere = Frame(replace(frame.task, problem=problem))
+        elsewhere = replace(frame, task=replace(frame.task, problem=problem), reactions=None)
         found += list(elsewhere.grams(same[0], columns, same[1], same[2])[:, :-1, :-1])
     return found[: len(menu)]
 
 
-def _strengths(frame: Frame) -> list[tuple[str, Parameter]]:
-    return [
-        (effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in frame.effects
-    ]
+def _strengths(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
+    return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
 
 
 def _compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from fibrefit.core.units import format_quantity
@@ -25,7 +25,9 @@ class DirectionLike(Protocol):
     unique: float
 
 
-def confusion_report(name: str, found: object, split: object | None, conditions: Mapping[str, float]) -> str:
+def confusion_report(
+    name: str, found: object, split: object | None, conditions: Mapping[str, float], remarks: Sequence[str] = ()
+) -> str:
     """Report of at most 80 columns.
 
     Parameters
@@ -35,12 +37,16 @@ def confusion_report(name: str, found: object, split: object | None, conditions:
     found : Confusion
     split : Split or None
     conditions : mapping of str to float, in SI units
+    remarks : sequence of str
 
     Returns
     -------
     str
     """
-    lines = [name, "=" * WIDTH, "", "Smallest strength that these records would show", "-" * 47]
+    lines = [name, "=" * WIDTH]
+    for remark in remarks:
+        lines += ["", *textwrap.wrap(remark, WIDTH)]
+    lines += ["", "Smallest strength that these records would show", "-" * 47]
     for one in found.directions:  # type: ignore[attr-defined]
         lines.append(f"{one.effect:<34} {one.parameter:<24} {_strength(one)}")
     pairs = found.pairs(ALIKE)  # type: ignore[attr-defined]

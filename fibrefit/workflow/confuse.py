@@ -12,8 +12,10 @@ import numpy as np
 
 from fibrefit.discover.begin import laid_out
 from fibrefit.discover.confuse import Confusion, Split, best_split, confusion
+from fibrefit.discover.evidence import NOISE_LIKE
 from fibrefit.discover.search import Search
 from fibrefit.fit.identify import identify
+from fibrefit.fit.result import Identification, total
 from fibrefit.report.confusion import confusion_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
@@ -50,16 +52,19 @@ class Confused(Saved):
         The further record that best tells the worst pair apart.
     conditions : mapping of str to float
         Of that record, in SI units.
+    remarks : tuple of str
+        What a reader should know besides.
     """
 
     study: Study
     confusion: Confusion
     split: Split | None
     conditions: Mapping[str, float]
+    remarks: tuple[str, ...] = ()
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
-        return confusion_report(self.study.name, self.confusion, self.split, self.conditions)
+        return confusion_report(self.study.name, self.confusion, self.split, self.conditions, self.remarks)
 
     def told(self) -> dict[str, Any]:
         """All of it for programs."""
@@ -67,6 +72,7 @@ class Confused(Saved):
         return {
             "schema": "fibrefit/confusion/1",
             "study": self.study.name,
+            "remarks": list(self.remarks),
             "effects": [
                 {
                     "effect": one.effect,
@@ -127,13 +133,26 @@ def confuse_study(
     tell = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     task = task_of(study)
-    values = task.start if is_planned(study) else identify(task, 1, progress=tell).values
-    search = laid_out(task, values, tuple(candidates.values()), tell)
+    fit = None if is_planned(study) else identify(task, 1, progress=tell)
+    search = laid_out(task, task.start if fit is None else fit.values, tuple(candidates.values()), tell)
     base = search.base
     tell("comparing what the effects do", None)
-    found = confusion(base.frame, search.ground, base.fit.local, search.kappa)
+    remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
+    found = confusion(base.frame, search.ground, base.fit.local, search.effects, max(search.kappa, louder))
     split, conditions = _split(search, found, study.kind)
-    return Confused(study, found, split, conditions)
+    return Confused(study, found, split, conditions, remarks)
+
+
+def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
+    """What is said of records that hold more than noise, and its power where effects act, in units of the noise."""
+    gap = total(fit.gap)
+    if gap <= NOISE_LIKE * fit.expected_gap:
+        return (), 1.0
+    times = gap * max(fit.inflation, 1.0)
+    said = (
+        f"The model leaves a gap of {gap:.3g} times the noise. What is left drowns weak effects: a strength counts as "
+    )
+    return (f"{said}visible from {times:,.0f} times what the noise alone would ask for.",), times**2
 
 
 def _split(search: Search, found: Confusion, kind: str) -> tuple[Split | None, Mapping[str, float]]:
@@ -142,6 +161,7 @@ def _split(search: Search, found: Confusion, kind: str) -> tuple[Split | None, M
         return None, {}
     names = tuple(MENU[kind])
     menu = [dict(zip(names, values, strict=True)) for values in product(*MENU[kind].values())]
-    first, second, _ = pairs[0]
-    split = best_split(search.base.frame, search.ground, search.base.fit.local, (first, second), menu)
+    known = {effect.name: effect for effect in search.effects}
+    pair = [known[name] for name in pairs[0][:2]]
+    split = best_split(search.base.frame, search.ground, search.base.fit.local, pair, menu)
     return split, menu[split.record]
