@@ -149,8 +149,8 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     if gap <= NOISE_LIKE * fit.expected_gap:
         return (), 1.0
     times = gap * max(fit.inflation, 1.0)
-    said = f"The model leaves a gap of {gap:.3g} times the noise, which drowns weak effects: a strength counts as visible "
-    return (f"{said}from {times:,.0f} times what the noise alone would ask for.",), times**2
+    said = f"The model leaves {gap:.3g} times the noise, which drowns weak effects: a strength counts as visible from "
+    return (f"{said}{times:,.0f} times what the noise alone would ask for.",), times**2
 
 
 def _split(search: Search, found: Confusion, kind: str) -> tuple[Split | None, Mapping[str, float]]:
