@@ -97,15 +97,15 @@ for name, values in derived.items():
 # %% [markdown]
 # ## Beside the fit
 #
-# Plain least squares gives every sample the same weight. Where the noise wanders, the posterior knows better which
-# of them to trust, and is narrower; how much narrower to expect, the report says.
+# Where the noise wanders, plain least squares wastes much of what the records know: it gives every sample the same
+# weight. The fit therefore ends with a whitened step, and its error bars should be those of the posterior.
 
 # %%
 for name, estimate in fit.parameters.items():
     found = posterior.parameters[name]
     print(
         f"{name:<10} fit {estimate.value:10.6g} +/- {estimate.std_error:<8.2g} "
-        f"posterior {found.mean:10.6g} +/- {found.sd:<8.2g} {found.unit}"
+        f"posterior {found.mean:10.6g} +/- {found.sd:<8.2g} {found.unit} (plain +/- {estimate.plain_error:.2g})"
     )
 
 # %% [markdown]

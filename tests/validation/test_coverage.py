@@ -33,12 +33,14 @@ HONEST = (0.91, 0.98)
 
 @dataclass(frozen=True)
 class Coverage:
-    """Errors over standard errors, ``(n_set, n_shared)``, by method."""
+    """Errors over standard errors, ``(n_set, n_shared)``, by method; and rms of errors over that of plain ones."""
 
     scores: dict[str, np.ndarray]
     inflation: np.ndarray
     status: list[str]
     alarms: list[str]
+    estimators: list[str]
+    surer: np.ndarray
 
     def shares(self, method: str) -> np.ndarray:
         """Share of 95 % intervals that hold the truth, by parameter."""
@@ -74,8 +76,8 @@ def drawn(number: int, folder: Path) -> tuple[object, dict[str, float]]:
 def coverage(tmp_path_factory: pytest.TempPathFactory) -> Coverage:
     pytest.importorskip("numba", reason="the second simulator needs numba")
     folder = tmp_path_factory.mktemp("coverage")
-    scores: dict[str, list[list[float]]] = {method: [] for method in (*METHODS, "reported")}
-    inflation, status, alarms = [], [], []
+    scores: dict[str, list[list[float]]] = {method: [] for method in (*METHODS, "reported", "plain")}
+    inflation, status, alarms, estimators, distances = [], [], [], [], []
     for number in range(SETS):
         task, truth = drawn(number, folder)
         found = identify(task, starts=1)
@@ -85,10 +87,25 @@ def coverage(tmp_path_factory: pytest.TempPathFactory) -> Coverage:
             scores[method].append([e / s for e, s in zip(errors, spread, strict=True)])
         spread = [found.parameters[name].std_error for name in SHARED]
         scores["reported"].append([e / s for e, s in zip(errors, spread, strict=True)])
+        index = [found.problem.layout.free_names.index(name) for name in SHARED]
+        plain, spread = found.plain.values[index], found.plain.errors[index]
+        missed = plain - [truth[name] for name in SHARED]
+        scores["plain"].append((missed / spread).tolist())
+        # Series differ in size: errors of both estimates by the same yardstick.
+        distances.append((np.array(errors) / spread, missed / spread))
+        estimators.append(found.estimator)
         inflation.append(found.inflation)
         status.append(found.status)
         alarms += [check.name for check in found.checks if not check.passed]
-    made = Coverage({method: np.array(rows) for method, rows in scores.items()}, np.array(inflation), status, alarms)
+    surer = np.divide(*np.sqrt(np.mean(np.square(distances), axis=0)))
+    made = Coverage(
+        {method: np.array(rows) for method, rows in scores.items()},
+        np.array(inflation),
+        status,
+        alarms,
+        estimators,
+        surer,
+    )
     print(f"\n{told(made)}")
     return made
 
@@ -104,6 +121,8 @@ def told(found: Coverage) -> str:
         rms = "  ".join(f"{value:.2f}" for value in np.sqrt(np.mean(scores**2, axis=0)))
         lines.append(f"{method:18}{shares}   {rms}")
     lines.append(f"median inflation {np.median(found.inflation):.2f}; {found.status.count('ok')} fits ok")
+    lines.append("errors over those of plain least squares: " + "  ".join(f"{value:.2f}" for value in found.surer))
+    lines += [f"  {count} times {name}" for name, count in Counter(found.estimators).items()]
     lines += [f"  {count} times not passed: {name}" for name, count in Counter(found.alarms).items()]
     return "\n".join(lines)
 
@@ -123,3 +142,10 @@ def test_intervals_for_white_noise_do_not(coverage: Coverage) -> None:
 def test_clean_series_are_not_suspected(coverage: Coverage) -> None:
     # Each fit is put to a dozen checks of its own; one in twenty may be suspected by chance.
     assert coverage.status.count("ok") >= 0.95 * len(coverage.status)
+
+
+@pytest.mark.slow
+def test_whitened_error_bars_are_the_smaller_ones_and_nearly_all_series_get_them(coverage: Coverage) -> None:
+    assert coverage.estimators.count("whitened least squares") >= 0.95 * len(coverage.estimators)
+    # The errors themselves are smaller, not only what is said of them.
+    assert np.all(coverage.surer < 0.8), coverage.surer
