@@ -15,6 +15,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.problem.prior import Prior
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.report.posterior import advice
 from fibrefit.sample.approximation import Approximation
 from fibrefit.sample.judge import assess
 from fibrefit.sample.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
@@ -37,6 +38,9 @@ def judged(
     modes = sample_modes(aim, distinct(approximations), chosen)
     found = marginals(aim, modes[0].course, chosen.interval)
     checks = assess(aim, modes, found, approximations[0].centre, chosen)
+    # Whoever is warned is told what to do, and a good posterior is not called into question.
+    told = advice(checks, modes[0].course.converged, asked_nuts=True)
+    assert bool(told) == (status(checks) != "ok"), [check.says for check in checks if not check.passed]
     return {check.name: check for check in checks}, found, status(checks)
 
 
