@@ -87,6 +87,8 @@ def _climb(
     while len(path[-1].effects) < limits.max_effects:
         if path[-1].effects and search.is_noise(path[-1]):
             break
+        if len(path[-1].effects) > 1 and _is_rival(_free_form(search, before), path[-1]):
+            break
         what = f"trying each effect, round {len(rounds) + 1}"
         looked = search.extended(beam, what)
         if not looked:
@@ -173,9 +175,9 @@ def _concluded(
     if best.effects and not search.is_noise(best):
         best = only_sure(search, best)
         rounds = [found for found in rounds if set(found.added.split(" + ")) & set(best.names)]
-    reading = None if _is_plain(search, best) else _free_form(search, before, best)
+    reading = None if _is_plain(search, best) else _free_form(search, before)
     verdict, reason, unexplained = _verdict(search, before, best, reading)
-    if verdict == "unexplained" and reading is not None and _is_rival(search, reading, best):
+    if verdict == "unexplained" and reading is not None and _is_rival(reading, best):
         best, rounds = search.base, []
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
@@ -202,22 +204,21 @@ def _is_plain(search: Search, best: Hypothesis) -> bool:
     return search.is_noise(best) and len(best.effects) <= 1
 
 
-def _free_form(search: Search, before: Identification, best: Hypothesis) -> Reading | None:
+def _free_form(search: Search, before: Identification) -> Reading:
     """Best probe on the model the search began with."""
-    search.tell("probing for what has no name", 0.0)
-    readings = probe_all(
-        search.base, before, search.ground, lambda share: search.tell("probing for what has no name", share)
-    )
-    return readings[0] if readings else None
+    if search.curve is None:
+        tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
+        tell(0.0)
+        search.curve = probe_all(search.base, before, search.ground, tell)[0]
+    return search.curve
 
 
-RIVAL = 1.02
-"""Ratio of gaps up to which one free curve rivals several effects by name."""
+def _is_rival(reading: Reading, best: Hypothesis) -> bool:
+    """Whether one curve of one variable explains more than what was named, which then merely helped.
 
-
-def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
-    """Whether one curve of one variable explains as much as what was named, which then merely helped."""
-    return bool(search.gap(reading.hypothesis) <= RIVAL * search.gap(best))
+    Effects that are what is missing explain more with a few parameters than a curve does with many.
+    """
+    return reading.hypothesis.fit.cost < best.fit.cost
 
 
 def _verdict(
@@ -231,8 +232,8 @@ def _verdict(
         )
         verdict = "named" if best.effects else "nothing_missing"
         return verdict, f"What is left is {left}.", Unexplained(search.gap(best))
-    if noise_like and reading is not None and not _is_rival(search, reading, best):
-        return "named", "What is left is noise, and no single curve explains as much.", Unexplained(search.gap(best))
+    if noise_like and reading is not None and not _is_rival(reading, best):
+        return "named", "What is left is noise, and no single curve explains more.", Unexplained(search.gap(best))
     looks = _looks_like(search, before, best, reading)
     reason = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
     return "unexplained", reason, Unexplained(search.gap(best), where.places(before), looks)

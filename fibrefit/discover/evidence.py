@@ -26,6 +26,12 @@ ALIKE = 0.01
 NOISE_LIKE = 1.045
 """Gap up to which a model leaves only noise; the noise itself is known to about two percent."""
 
+LOUDER = 1.06
+"""Gap while the rig moves over that at rest, in the same records, up to which nothing but noise is left of the motion:
+no error in what the noise is taken to be enters it."""
+RESTING = 1000.0
+"""Samples at rest needed to say so."""
+
 
 def colour(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: float) -> float:
     """Power of the noise at the frequency of the motion over its mean power; 1 for white noise.

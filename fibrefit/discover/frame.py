@@ -106,9 +106,19 @@ class Frame:
     @cached_property
     def samples(self) -> np.ndarray:
         """Number of samples that count of each record, ``(n_record,)``."""
+        return self._counted.sum(axis=1)
+
+    @cached_property
+    def _counted(self) -> np.ndarray:
+        """How much each instant of a record counts, ``(n_record, n_time)``: by the number of channels read then."""
         weights = [np.asarray(weight) > 0.0 for weight in self.task.problem.observations.weight.values()]
         counted = np.stack(weights, axis=1).astype(float)
-        return np.sum(counted * (1.0 if self.reactions is None else self.reactions.fade**2), axis=(1, 2))
+        return np.sum(counted * (1.0 if self.reactions is None else self.reactions.fade**2), axis=1)
+
+    def samples_before(self, counts: np.ndarray) -> np.ndarray:
+        """Number of samples that count of each record before a horizon, ``(n_record,)``."""
+        early = np.arange(self._counted.shape[1]) < counts[:, None]
+        return np.sum(self._counted, axis=1, where=early)
 
     @cached_property
     def effects(self) -> tuple[type[Effect], ...]:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, fit_all, scouted
-from fibrefit.discover.evidence import NOISE_LIKE, alike, significant
+from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, alike, significant
 from fibrefit.discover.frame import Frame, frame_of, group_of
+from fibrefit.discover.free_form import Reading
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.joint import expected_gap, joint
 from fibrefit.problem.input_error import Waves, input_errors
+from fibrefit.problem.noise import rests
+from fibrefit.problem.observations import Trace
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -54,6 +57,8 @@ class Search:
         Refits with scatter made so far, by the names of their effects.
     corrected : dict of tuple of str to float
         Gap over that of a perfect model, of refits together with the errors of measured inputs.
+    curve : Reading or None
+        Best free curve on the model the search began with, once it has been looked for.
     """
 
     task: Task
@@ -66,6 +71,7 @@ class Search:
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], float] = field(default_factory=dict)
+    curve: Reading | None = None
 
     @property
     def waves(self) -> Waves | None:
@@ -159,6 +165,24 @@ class Search:
             self.corrected[hypothesis.names] = best.gap / expected_gap(task, known, best)[0]
         return self.corrected[hypothesis.names] <= NOISE_LIKE
 
+    @cached_property
+    def moving(self) -> np.ndarray:
+        """Samples of each record before anything moves, and before all is at rest again, ``(2, n_record)``."""
+        return np.array([moving(trace) for trace in self.task.traces]).T
+
+    def is_louder_in_motion(self, frame: Frame, local: np.ndarray) -> bool:
+        """Whether more is left while the rig moves than at rest, for values ``(n_record, n_local)`` in SI units."""
+        if frame.reactions is not None:
+            return False
+        ends = [*self.moving, self.ground.whole]
+        costs = np.array([frame.costs(local, counts).sum() for counts in ends])
+        samples = np.array([frame.samples_before(counts).sum() for counts in ends])
+        resting = samples[0] + samples[2] - samples[1]
+        if resting < RESTING:
+            return False
+        at_rest, in_motion = (costs[0] + costs[2] - costs[1]) / resting, np.diff(costs[:2]) / np.diff(samples[:2])
+        return bool(in_motion[0] > LOUDER**2 * at_rest)
+
     def alike(self, best: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Those of `others` that explain the records as well as the best one."""
         return [other for other in others if alike(best.fit.cost, other.fit.cost, self.samples, self.kappa)]
@@ -169,16 +193,17 @@ class Search:
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left, or noise and base parameters that scatter a little from record to record."""
-        if self.gap(hypothesis) <= NOISE_LIKE or self.only_scatters(hypothesis):
+        if self.gap(hypothesis) <= NOISE_LIKE and not self.is_louder_in_motion(hypothesis.frame, hypothesis.fit.local):
             return True
-        return self.is_noise_with_inputs(hypothesis)
+        return self.only_scatters(hypothesis) or self.is_noise_with_inputs(hypothesis)
 
     def only_scatters(self, hypothesis: Hypothesis) -> bool:
         """Whether base parameters that scatter no more than usual between records leave only noise."""
         found = self.scattered(hypothesis)
         deviations = len(self.ground.base) * len(found.local)
-        gap = np.sqrt(found.cost / self.samples)
-        return bool(gap <= NOISE_LIKE and found.penalty <= USUAL_SCATTER * deviations)
+        if np.sqrt(found.cost / self.samples) > NOISE_LIKE or found.penalty > USUAL_SCATTER * deviations:
+            return False
+        return not self.is_louder_in_motion(hypothesis.frame, found.local)
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""
@@ -199,3 +224,14 @@ class Search:
 
     def _present(self, parent: Hypothesis) -> set[str]:
         return {effect.name for effect in (*self.task.problem.model.effects, *parent.effects)}
+
+
+def moving(trace: Trace) -> tuple[int, int]:
+    """Samples of a record before anything moves, and before all is at rest again; all, where neither is seen."""
+    first, last = 0, len(trace.times)
+    for rest in rests(trace):
+        if rest.start == 0:
+            first = rest.stop
+        else:
+            last = rest.start
+    return min(first, last), last
