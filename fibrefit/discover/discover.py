@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
-from fibrefit.discover.evidence import CHANCE, EACH, NOISE_LIKE
+from fibrefit.discover.evidence import CHANCE, EACH, NOISE_LIKE, outdone
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
 from fibrefit.discover.free_form import Reading, described, probe_all
 from fibrefit.discover.refit import Subset, refit, standard_errors
@@ -87,7 +87,7 @@ def _climb(
     while len(path[-1].effects) < limits.max_effects:
         if path[-1].effects and search.is_noise(path[-1]):
             break
-        if len(path[-1].effects) > 1 and _is_rival(_free_form(search, before), path[-1]):
+        if len(path[-1].effects) > 1 and _is_rival(search, _free_form(search, before), path[-1]):
             break
         what = f"trying each effect, round {len(rounds) + 1}"
         looked = search.extended(beam, what)
@@ -177,7 +177,7 @@ def _concluded(
         rounds = [found for found in rounds if set(found.added.split(" + ")) & set(best.names)]
     reading = None if _is_plain(search, best) else _free_form(search, before)
     verdict, reason, unexplained = _verdict(search, before, best, reading)
-    if verdict == "unexplained" and reading is not None and _is_rival(reading, best):
+    if verdict == "unexplained" and reading is not None and _is_rival(search, reading, best):
         best, rounds = search.base, []
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
@@ -209,16 +209,17 @@ def _free_form(search: Search, before: Identification) -> Reading:
     if search.curve is None:
         tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
         tell(0.0)
-        search.curve = probe_all(search.base, before, search.ground, tell)[0]
+        search.curve = probe_all(search.base, before, search.ground, search.kappa, tell)[0]
     return search.curve
 
 
-def _is_rival(reading: Reading, best: Hypothesis) -> bool:
+def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
     """Whether one curve of one variable explains more than what was named, which then merely helped.
 
     Effects that are what is missing explain more with a few parameters than a curve does with many.
     """
-    return reading.hypothesis.fit.cost < best.fit.cost
+    curve = reading.hypothesis.fit.cost
+    return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)
 
 
 def _verdict(
@@ -232,7 +233,7 @@ def _verdict(
         )
         verdict = "named" if best.effects else "nothing_missing"
         return verdict, f"What is left is {left}.", Unexplained(search.gap(best))
-    if noise_like and reading is not None and not _is_rival(reading, best):
+    if noise_like and reading is not None and not _is_rival(search, reading, best):
         return "named", "What is left is noise, and no single curve explains more.", Unexplained(search.gap(best))
     looks = _looks_like(search, before, best, reading)
     reason = "A gap is left that no effect of the catalogue, alone or with others, accounts for."

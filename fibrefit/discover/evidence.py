@@ -19,6 +19,8 @@ CHANCE = 20.0
 """Gain of 2 log likelihood that the best of some thirty candidates reaches by chance once in a thousand searches."""
 EACH = 4.0
 """The same for each further parameter of a candidate."""
+KNOT = 2.0
+"""Gain of 2 log likelihood that a knot of a free curve reaches by chance, the spread of many of them included."""
 WORTH = 0.004
 """Share of the cost a gain must amount to, to be worth a name: models of a rig are no better than that."""
 ALIKE = 0.01
@@ -58,3 +60,8 @@ def significant(gain: float, parameters: int, kappa: float, cost: float) -> bool
 def alike(cost: float, other: float, samples: float, kappa: float) -> bool:
     """Whether two explanations with these costs cannot be told apart."""
     return abs(other - cost) < max(ALIKE * samples, 10.0 * kappa)
+
+
+def outdone(cost: float, parameters: int, curve: float, knots: int, kappa: float) -> bool:
+    """Whether a free curve with so many knots explains more than names with so many parameters, beyond chance."""
+    return cost - curve > kappa * KNOT * (knots - parameters)

@@ -9,9 +9,10 @@ from functools import partial
 import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried, fit_all
+from fibrefit.discover.evidence import KNOT
 from fibrefit.discover.frame import Frame, frame_of
-from fibrefit.discover.probes import HATS, PROBES, Curve
-from fibrefit.discover.refit import refit
+from fibrefit.discover.probes import PROBES, Curve
+from fibrefit.discover.refit import Subset, refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.result import Identification
 from fibrefit.problem.phases import HELD
@@ -35,7 +36,7 @@ class Reading:
     Parameters
     ----------
     probe : Curve class
-    knots, heights : (HATS,) in SI units
+    knots, heights : (n_knot,) in SI units
     hypothesis : Hypothesis
     """
 
@@ -46,7 +47,7 @@ class Reading:
 
 
 def probe_all(
-    parent: Hypothesis, found: Identification, ground: Ground, tell: Callable[[float], None]
+    parent: Hypothesis, found: Identification, ground: Ground, kappa: float, tell: Callable[[float], None]
 ) -> list[Reading]:
     """Fit each probe on top of a hypothesis, best first.
 
@@ -56,6 +57,8 @@ def probe_all(
     found : Identification
         Of the model before the search: its motion tells the range of each variable.
     ground : Ground
+    kappa : float
+        Colour of the noise.
     tell : callable
         Told the share that is done.
     """
@@ -68,31 +71,45 @@ def probe_all(
     jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in probes]
     ends = fit_all(jobs, lambda done: tell(done / len(jobs)))
     readings = [_read(probe, end, ranges) for probe, end in zip(probes, ends, strict=True)]
-    return sorted(readings, key=lambda reading: reading.hypothesis.fit.cost)
+    return sorted(readings, key=lambda reading: reading.hypothesis.fit.cost + KNOT * kappa * len(reading.heights))
 
 
 def described(reading: Reading) -> str:
     """The curve in words."""
     unit, factor = UNITS[reading.probe.variable]
     knots = reading.knots * factor
+    # What is the same everywhere, the model can do without the curve.
     heights = reading.heights - np.median(reading.heights)
-    lowest, highest = float(reading.heights.min()), float(reading.heights.max())
+    lowest, highest = float(heights.min()), float(heights.max())
     says = f"{reading.probe.says}, between {lowest:.2g} and {highest:.2g} N"
     acting = np.flatnonzero(np.abs(heights) > ACTS * np.abs(heights).max())
-    if len(acting) and acting[0] >= HATS // 2:
+    if len(acting) and acting[0] >= len(knots) // 2:
         says += f", beyond a {reading.probe.variable} of {knots[acting[0] - 1]:.3g} {unit}"
-    elif len(acting) and acting[-1] < HATS // 2:
+    elif len(acting) and acting[-1] < len(knots) // 2:
         says += f", below a {reading.probe.variable} of {knots[acting[-1] + 1]:.3g} {unit}"
-    turns = int(np.sum(np.diff(np.sign(np.diff(reading.heights))) != 0))
+    turns = _turns(heights)
     if turns >= 2:
         says += f", rising and falling {turns} times over {knots[-1] - knots[0]:.3g} {unit}"
     return says
 
 
+def _turns(heights: np.ndarray) -> int:
+    """How often a curve turns by more than `ACTS` of its whole height."""
+    least, turns, rising = ACTS * float(np.ptp(heights)), 0, None
+    low = high = heights[0]
+    for height in heights:
+        low, high = min(low, height), max(high, height)
+        if rising is not False and high - height > least:
+            turns, rising, low = turns + (rising is True), False, height
+        elif rising is not True and height - low > least:
+            turns, rising, high = turns + (rising is False), True, height
+    return turns
+
+
 def _fit(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], start: np.ndarray) -> Hypothesis:
-    heights = tuple(f"{probe.name}.c{i}" for i in range(HATS))
+    heights = tuple(f"{probe.name}.{height}" for height in probe.heights)
     subset = ground.subset(parent.effects)
-    active = type(subset)(subset.shared + heights, subset.each)
+    active = Subset(subset.shared + heights, subset.each, curve=heights)
     end = refit(frame, active, start, ground.whole, 40)
     return Hypothesis((*parent.effects, probe), end, frame)
 
@@ -109,8 +126,8 @@ def _prepared(
 
 
 def _read(probe: type[Curve], end: Hypothesis, ranges: dict[str, tuple[float, float]]) -> Reading:
-    heights = np.array([end.fit.shared[f"{probe.name}.c{i}"] for i in range(HATS)])
-    return Reading(probe, np.linspace(*ranges[probe.variable], HATS), heights, end)
+    heights = np.array([end.fit.shared[f"{probe.name}.{height}"] for height in probe.heights])
+    return Reading(probe, np.linspace(*ranges[probe.variable], len(heights)), heights, end)
 
 
 def _ranges(found: Identification) -> dict[str, tuple[float, float]]:

@@ -6,14 +6,15 @@ and so tells a wrong name that merely helps from a missing one.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar, cast
 
 import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, Memory, quantity
 
-HATS = 10
+KNOTS, FINE_KNOTS = 10, 40
+"""Knots of a curve; of one over the position, where a guide may repeat itself every few millimetres."""
 
 
 class Curve(Effect):
@@ -21,29 +22,33 @@ class Curve(Effect):
 
     low: jax.Array = quantity("-", "left end of the curve", 0.0)
     high: jax.Array = quantity("-", "right end of the curve", 1.0)
-    c0: jax.Array = quantity("N", "height at knot 0", 1.0)
-    c1: jax.Array = quantity("N", "height at knot 1", 1.0)
-    c2: jax.Array = quantity("N", "height at knot 2", 1.0)
-    c3: jax.Array = quantity("N", "height at knot 3", 1.0)
-    c4: jax.Array = quantity("N", "height at knot 4", 1.0)
-    c5: jax.Array = quantity("N", "height at knot 5", 1.0)
-    c6: jax.Array = quantity("N", "height at knot 6", 1.0)
-    c7: jax.Array = quantity("N", "height at knot 7", 1.0)
-    c8: jax.Array = quantity("N", "height at knot 8", 1.0)
-    c9: jax.Array = quantity("N", "height at knot 9", 1.0)
 
     variable: ClassVar[str] = ""
     says: ClassVar[str] = ""
+    heights: ClassVar[tuple[str, ...]] = ()
+    """Names of the heights at the knots."""
 
     def at(self, x: jax.Array) -> jax.Array:
         """Height of the curve at `x`."""
-        place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * (HATS - 1)
-        heights = (self.c0, self.c1, self.c2, self.c3, self.c4, self.c5, self.c6, self.c7, self.c8, self.c9)
-        hats = [height * jnp.maximum(0.0, 1.0 - jnp.abs(place - i)) for i, height in enumerate(heights)]
-        return sum(hats, start=jnp.zeros(()))
+        heights = jnp.stack([jnp.asarray(getattr(self, name)) for name in self.heights])
+        last = len(self.heights) - 1
+        place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * last
+        left = jnp.clip(place.astype(jnp.int32), 0, last - 1)
+        return heights[left] + (place - left) * (heights[left + 1] - heights[left])
 
 
-class ForceOfPosition(Curve, GuideLaw):
+def _with_knots(number: int) -> type[Curve]:
+    """A curve with so many knots."""
+    heights = {f"c{i}": quantity("N", f"height at knot {i}", 1.0) for i in range(number)}
+    # The heights are fields like any other; to write out each would take a page.
+    body: dict[str, Any] = {"__module__": __name__, "__annotations__": dict.fromkeys(heights, jax.Array), **heights}
+    return cast(type[Curve], type(Curve)(f"CurveOf{number}", (Curve,), {**body, "heights": tuple(heights)}))
+
+
+Coarse, Fine = _with_knots(KNOTS), _with_knots(FINE_KNOTS)
+
+
+class ForceOfPosition(Fine, GuideLaw):
     """A force on the weight that depends on its position."""
 
     name: ClassVar[str] = "probe.force_of_position"
@@ -55,7 +60,7 @@ class ForceOfPosition(Curve, GuideLaw):
         return self.at(position)
 
 
-class FrictionOfPosition(Curve, GuideLaw):
+class FrictionOfPosition(Fine, GuideLaw):
     """A friction of the guide that depends on the position."""
 
     name: ClassVar[str] = "probe.friction_of_position"
@@ -67,7 +72,7 @@ class FrictionOfPosition(Curve, GuideLaw):
         return self.at(position)
 
 
-class FrictionOfSpeed(Curve, GuideLaw):
+class FrictionOfSpeed(Coarse, GuideLaw):
     """A friction of the guide that depends on the speed."""
 
     name: ClassVar[str] = "probe.friction_of_speed"
@@ -79,7 +84,7 @@ class FrictionOfSpeed(Curve, GuideLaw):
         return self.at(jnp.abs(velocity))
 
 
-class FrictionOfTension(Curve, GuideLaw):
+class FrictionOfTension(Coarse, GuideLaw):
     """A friction of the guide that depends on the tension."""
 
     name: ClassVar[str] = "probe.friction_of_tension"
@@ -91,7 +96,7 @@ class FrictionOfTension(Curve, GuideLaw):
         return self.at(tension)
 
 
-class TensionOfStretch(Curve, FibreLaw):
+class TensionOfStretch(Coarse, FibreLaw):
     """A tension that depends on the stretch in a way of its own."""
 
     name: ClassVar[str] = "probe.tension_of_stretch"
@@ -103,7 +108,7 @@ class TensionOfStretch(Curve, FibreLaw):
         return self.at(stretch)
 
 
-class TensionOfRate(Curve, FibreLaw):
+class TensionOfRate(Coarse, FibreLaw):
     """A tension that depends on the rate of stretch in a way of its own."""
 
     name: ClassVar[str] = "probe.tension_of_rate"

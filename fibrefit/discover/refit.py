@@ -17,6 +17,8 @@ SCATTER = 0.005
 """Standard deviation of a base parameter between records, as a share of it."""
 NO_SCATTER = 0.0005
 """The same where records agree."""
+ROUGH = 1.0
+"""Difference in N between neighbouring heights of a curve that counts as much as a standard error."""
 STEP = 1e-6
 """Difference step, as a share of a value's size."""
 
@@ -33,11 +35,14 @@ class Subset:
         Values of each record's own.
     scattering : tuple of str
         Shared values that may deviate from record to record.
+    curve : tuple of str
+        Shared values that are heights of a curve, in N: neighbours are alike where the records do not see them.
     """
 
     shared: tuple[str, ...]
     each: tuple[str, ...]
     scattering: tuple[str, ...] = ()
+    curve: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class Refit:
     cost : float
         Sum of squared residuals over the noise.
     penalty : float
-        Sum of squared deviations over their standard deviation.
+        Sum of squared deviations over their standard deviation, and of squared differences between heights of a curve.
     shared : dict of str to float
         Active shared values, in SI units.
     steps : int
@@ -87,6 +92,7 @@ class _Map:
         self.each = np.array([index[name] for name in subset.each], dtype=int)
         self.scattering = np.array([subset.shared.index(name) for name in subset.scattering], dtype=int)
         self.columns = np.concatenate([self.shared, self.each])
+        self.curve = np.array([subset.shared.index(name) for name in subset.curve], dtype=int)
         self.rest = local.copy()
         ranges = {slot.name: slot.range for slot in frame.problem.layout.slots}
         self.lower = np.array([ranges[name].lower for name in subset.shared])
@@ -118,7 +124,7 @@ class _Map:
         return local
 
     def normal(self, unknowns: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Normal matrix, gradient and cost, deviations' penalty included in the first two."""
+        """Normal matrix, gradient and cost, penalties included in the first two."""
         local = self.local(unknowns)
         steps = STEP * np.maximum(np.abs(local[:, self.columns]), 0.01 * self.size)
         changes = self.frame.grams(local, self.columns, local[:, self.columns] + steps, counts)
@@ -140,12 +146,16 @@ class _Map:
             gradient += spread.T @ gram[:-1, -1]
             matrix[places, places] += SCATTER**-2
             gradient[places] += deviation / SCATTER**2
+        steepness = np.diff(np.eye(len(self.curve)), axis=0) / ROUGH
+        matrix[np.ix_(self.curve, self.curve)] += steepness.T @ steepness
+        gradient[self.curve] += steepness.T @ (steepness @ shared[self.curve])
         return matrix, gradient, float(grams[:, -1, -1].sum())
 
     def penalty(self, unknowns: np.ndarray) -> float:
-        """Of the deviations."""
-        own = self.split(unknowns)[1]
-        return float(np.sum((own[:, len(self.each) :] / SCATTER) ** 2))
+        """Of the deviations, and of a curve that is not level."""
+        shared, own = self.split(unknowns)
+        rough = np.diff(shared[self.curve]) / ROUGH
+        return float(np.sum((own[:, len(self.each) :] / SCATTER) ** 2) + np.sum(rough**2))
 
     def clipped(self, unknowns: np.ndarray) -> np.ndarray:
         """Shared values put back inside their bounds."""
