@@ -78,12 +78,14 @@ class Effect(eqx.Module):
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
-        declared = [
-            dataclasses.replace(field.metadata["parameter"], name=name)
+        declared = {
+            name: dataclasses.replace(field.metadata["parameter"], name=name)
             for name, field in vars(cls).items()
             if isinstance(field, dataclasses.Field) and "parameter" in field.metadata
-        ]
-        cls.parameters = (*cls.parameters, *declared)
+        }
+        # One that is declared anew keeps its place, as it does among the fields.
+        known = {parameter.name: parameter for parameter in cls.parameters}
+        cls.parameters = tuple((known | declared).values())
         if cls.parameters and not cls.strength:
             cls.strength = (cls.parameters[0].name,)
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 import jax
 import jax.numpy as jnp
+
+from fibrefit.effects.law import Effect, quantity
 
 SLOW, MEDIUM, TOP = 0.03, 0.12, 0.4
 """Speeds in m/s of the knots of a monotone curve."""
@@ -11,6 +15,49 @@ REFERENCE = 0.1
 """Speed in m/s at which a power law is one."""
 SMOOTH = 1e-3
 """Speed in m/s below which a power law bends into a parabola: a root has no slope at rest."""
+
+
+_PAGE = """w a monotone cubic of the speed that is 0 at rest, 1 at 0.4 m/s and beyond, and has two knots between,
+    at 0.03 and 0.12 m/s.
+
+    Parameters
+    ----------
+    change : () a pure number
+        A, relative change at 0.4 m/s; either sign.
+    slow_share : () a pure number
+        Value of w at the first knot over that at the second.
+    medium_share : () a pure number
+        Value of w at the second knot.
+
+    Valid range
+    -----------
+    Speeds to well above 0.12 m/s in the records; below, only one knot is told. Falls too, where A is negative.
+
+    Source
+    ------
+    Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
+    """
+"""What the page of every such effect goes on with after its law."""
+
+
+class SpeedCurve(Effect):
+    """A relative change that goes with speed as a fitted curve.
+
+    An effect says what is changed: the law in its docstring, a method, and `change` with limits of its own.
+    """
+
+    sought: ClassVar[frozenset[str]] = frozenset()
+    change: jax.Array = quantity("-", "relative change at 0.4 m/s", 0.5)
+    slow_share: jax.Array = quantity("-", "change at 0.03 m/s over that at 0.12 m/s", 0.4, lower=0.0, upper=1.0)
+    medium_share: jax.Array = quantity("-", "change at 0.12 m/s over that at 0.4 m/s", 0.4, lower=0.0, upper=1.0)
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        cls.__doc__ = f"{(cls.__doc__ or '').rstrip()} {_PAGE}"
+
+    def changed(self, speed: jax.Array) -> jax.Array:
+        """A w, the relative change at a `speed` in m/s of either sign."""
+        return self.change * monotone(jnp.abs(speed), self.slow_share, self.medium_share)
 
 
 def monotone(speed: jax.Array, slow: jax.Array, medium: jax.Array) -> jax.Array:
