@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, did_you_mean
+from fibrefit.core.roles import ROLES
 from fibrefit.records.grouping import Group, groups_of
 from fibrefit.records.headings import known_unit
 from fibrefit.records.numbers import REASONS, Numbers
@@ -21,7 +22,6 @@ from fibrefit.records.style import masked_with, odd_numbers
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 from fibrefit.records.timebase import TimeBase
 from fibrefit.records.times import time_base
-from fibrefit.records.words import ROLES
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")

@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, UsageError
+from fibrefit.core.roles import ROLES
 from fibrefit.records.build import Wishes, build
 from fibrefit.records.decode import decode
 from fibrefit.records.lvm import is_lvm, read_lvm
@@ -20,7 +21,6 @@ from fibrefit.records.roles import USUAL
 from fibrefit.records.table import Column, Table
 from fibrefit.records.text import Hints, read_text
 from fibrefit.records.timebase import TimeBase
-from fibrefit.records.words import ROLES
 
 #: A unit of each kind, for messages.
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}

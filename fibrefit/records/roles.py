@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError, did_you_mean
+from fibrefit.core.roles import ROLES
 from fibrefit.records.headings import known_unit
-from fibrefit.records.words import KIND_OF_ROLE, ROLES, counts_rows, score
+from fibrefit.records.words import KIND_OF_ROLE, counts_rows, score
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be told from.
 USUAL = ("force", "position", "drive", "angle")

@@ -5,16 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 
-#: SI unit of each role a column can have.
-ROLES: dict[str, str] = {
-    "time": "s",
-    "force": "N",
-    "position": "m",
-    "drive": "m",
-    "angle": "rad",
-    "force_1": "N",
-    "force_2": "N",
-}
+from fibrefit.core.roles import ROLES
 
 #: Kind of quantity each role is.
 KIND_OF_ROLE = {role: {"s": "time", "N": "force", "m": "length", "rad": "angle"}[si] for role, si in ROLES.items()}

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 from pydantic import Field, StrictStr, ValidationError
 
+from fibrefit.core.roles import ROLES
 from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.places import Places
-from fibrefit.study.rigs import ROLE_UNITS
 from fibrefit.study.table import Table
 
 
@@ -28,7 +28,7 @@ class Files(Table):
 class Reading(Table):
     """The parts of a study that tell how to read a file; all that counts for bare files."""
 
-    channels: dict[Literal[tuple(ROLE_UNITS)], StrictStr] = Field(default_factory=dict)  # type: ignore[valid-type]
+    channels: dict[Literal[tuple(ROLES)], StrictStr] = Field(default_factory=dict)  # type: ignore[valid-type]
     units: dict[str, StrictStr] = Field(default_factory=dict)
     files: Files = Files()
 

@@ -209,17 +209,6 @@ class PendulumNoise(Table):
     drive: LengthNoise | None = None
 
 
-#: SI unit of every role a channel can have.
-ROLE_UNITS = {
-    "time": "s",
-    "force": "N",
-    "position": "m",
-    "drive": "m",
-    "angle": "rad",
-    "force_1": "N",
-    "force_2": "N",
-}
-
 #: Parameters of the base model of each rig, with their SI unit.
 BASE_PARAMETERS = {
     "fibre_mass": {"stiffness": "N/m", "damping": "N s/m", "friction": "N"},

@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, StrictStr
 import fibrefit.study.rigs as rigs
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.roles import ROLES
 from fibrefit.core.units import to_si
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
@@ -140,7 +141,7 @@ class Study(Table):
             where = self._place(f"units.{key}")
             if key not in role_of:
                 raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", did_you_mean(key, role_of))
-            to_si(unit, rigs.ROLE_UNITS[role_of[key]], where, error=StudyError)
+            to_si(unit, ROLES[role_of[key]], where, error=StudyError)
 
     def resolved_toml(self, relative_to: Path | None = None) -> str:
         """The study as a TOML file that reads back as the same study.
