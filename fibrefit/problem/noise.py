@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -153,18 +154,32 @@ def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray
 
 def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
     """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
-    from scipy.optimize import minimize
-
-    floor = 1e-6 * power.mean()
-
-    def cost(logs: np.ndarray) -> float:
-        density = np.exp(logs[0]) + np.exp(logs[1]) / frequency + floor
-        return float(np.sum(np.log(density) + power / density))
-
+    floor, shape = 1e-6 * power.mean(), np.stack([np.ones_like(frequency), 1.0 / frequency])
     level = np.log(np.median(power[frequency > 0.5 * frequency.max()]) / np.log(2.0) + floor)
     starts = [np.array([level, level + shift]) for shift in (-4.0, 0.0, 4.0)]
-    best = min((minimize(cost, start, method="Nelder-Mead") for start in starts), key=lambda found: found.fun)
-    return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
+    logs = min(starts, key=lambda start: _misfit(start, shape, power, floor)[0])
+    here, damping = _misfit(logs, shape, power, floor), 1e-3
+    while damping < STIFF:
+        bend = here[2] * (1.0 + damping * np.eye(2)) + TINY * np.eye(2)
+        there = logs + np.clip(-np.linalg.solve(bend, here[1]), -FARTHEST, FARTHEST)
+        found = _misfit(there, shape, power, floor)
+        gain = here[0] - found[0]
+        logs, here, damping = (there, found, 0.1 * damping) if gain > 0.0 else (logs, here, 10.0 * damping)
+        if 0.0 < gain < SETTLED:
+            break
+    return float(np.exp(logs[0])), float(np.exp(logs[1]))
+
+
+STIFF, SETTLED, FARTHEST, TINY = 1e9, 1e-9, 2.0, 1e-12
+"""Damping that ends a search, gain that ends it, longest step of a logarithm, and what a matrix must not be below."""
+
+
+def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float) -> tuple[float, np.ndarray, Any]:
+    """Minus the log likelihood of logarithms of white and pink level, its slope ``(2,)`` and its bend ``(2, 2)``."""
+    parts = np.exp(logs)[:, None] * shape
+    density = parts.sum(axis=0) + floor
+    share, pull = power / density, parts / density
+    return float(np.sum(np.log(density) + share)), pull @ (1.0 - share), pull @ pull.T
 
 
 def _line_variance(values: np.ndarray, rate: float) -> float:
