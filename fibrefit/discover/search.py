@@ -57,6 +57,8 @@ class Search:
         Refits with scatter made so far, by the names of their effects.
     corrected : dict of tuple of str to float
         Gap over that of a perfect model, of refits together with the errors of measured inputs.
+    singles : dict of str to Hypothesis
+        Each effect by itself, once it has been tried.
     curve : Reading or None
         Best free curve on the model the search began with, once it has been looked for.
     """
@@ -71,6 +73,7 @@ class Search:
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], float] = field(default_factory=dict)
+    singles: dict[str, Hypothesis] = field(default_factory=dict)
     curve: Reading | None = None
 
     @property
@@ -84,7 +87,10 @@ class Search:
         return float(np.sqrt(hypothesis.fit.cost / self.samples))
 
     def frame_for(self, effect: type[Effect], kin: Sequence[type[Effect]]) -> Frame:
-        """A frame that holds an effect with its group, and others; made where there is none yet.
+        """A frame that holds an effect and others; made where there is none yet.
+
+        One effect by itself is tried in a frame with its group, which is quick to run. On top of others it is tried in
+        one with all: that is slower to run, but every further round does with the same program.
 
         Parameters
         ----------
@@ -92,7 +98,9 @@ class Search:
         kin : sequence of Effect classes
             All that may be present beside it.
         """
-        held = tuple(dict.fromkeys((*kin, *group_of(effect, self.effects))))
+        kept = tuple(other for other in self.effects if not other.stiff)
+        group = kept if kin and not effect.stiff else group_of(effect, self.effects)
+        held = tuple(dict.fromkeys((*kin, *group)))
         for frame in self.frames:
             if set(frame.effects) == {*self.task.problem.model.effects, *held}:
                 return frame
@@ -101,17 +109,41 @@ class Search:
         return frame
 
     def extended(self, parents: Sequence[Hypothesis], what: str) -> list[Hypothesis]:
-        """Every parent with every further effect, refitted, best first."""
-        jobs = []
+        """Every parent with every further effect, refitted, best first; costly ones only where others leave a gap."""
+        pairs = self._extensions(parents)
+        found = self._tried([pair for pair in pairs if not pair[1].costly], parents, what)
+        costly = [pair for pair in pairs if pair[1].costly and self._may_help(*pair)]
+        if costly and not (found and self.is_noise(found[0])):
+            found = sorted(found + self._tried(costly, parents, what), key=lambda hypothesis: hypothesis.fit.cost)
+        if parents[0] is self.base:
+            self.singles = {hypothesis.names[0]: hypothesis for hypothesis in found}
+        return found
+
+    def _extensions(self, parents: Sequence[Hypothesis]) -> list[tuple[Hypothesis, type[Effect]]]:
+        pairs = []
         seen: set[frozenset[str]] = set()
-        kin = tuple(dict.fromkeys(effect for parent in parents for effect in parent.effects))
         for parent in parents:
             for effect in self.effects:
                 names = frozenset((*parent.names, effect.name))
                 if effect in parent.effects or names in seen or not set(effect.needs) <= self._present(parent):
                     continue
                 seen.add(names)
-                jobs.append(partial(scouted, self.frame_for(effect, kin), self.ground, parent, (effect,)))
+                pairs.append((parent, effect))
+        return pairs
+
+    def _may_help(self, parent: Hypothesis, effect: type[Effect]) -> bool:
+        """Whether an effect is worth trying on top of others: it helped by itself, where that has been tried."""
+        by_itself = self.singles.get(effect.name)
+        return not parent.effects or by_itself is None or self.is_significant(by_itself, self.base)
+
+    def _tried(
+        self, pairs: Sequence[tuple[Hypothesis, type[Effect]]], parents: Sequence[Hypothesis], what: str
+    ) -> list[Hypothesis]:
+        """Every parent with its further effect, refitted, best first; in full where it is promising."""
+        kin = tuple(dict.fromkeys(effect for parent in parents for effect in parent.effects))
+        jobs = [
+            partial(scouted, self.frame_for(effect, kin), self.ground, parent, (effect,)) for parent, effect in pairs
+        ]
         tell = lambda done: self.tell(what, SCOUTS_SHARE * done / len(jobs))  # noqa: E731
         trials = sorted(fit_all(jobs, tell), key=lambda trial: trial.scouts[0].cost)
         far = PROMISING * trials[0].scouts[0].cost if trials else 0.0

@@ -57,6 +57,8 @@ class Effect(eqx.Module):
         Effects that must not.
     sought : frozenset of str
         Kinds of rig on which a search for what a model lacks tries it without being asked to.
+    costly : bool
+        Whether that search tries it only where all others leave more than noise: it takes longer than all of them.
     singular : float
         Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
@@ -72,6 +74,7 @@ class Effect(eqx.Module):
     needs: ClassVar[tuple[str, ...]] = ()
     excludes: ClassVar[tuple[str, ...]] = ()
     sought: ClassVar[frozenset[str]] = EVERY_RIG
+    costly: ClassVar[bool] = False
     singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()
