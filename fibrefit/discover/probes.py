@@ -6,7 +6,7 @@ and so tells a wrong name that merely helps from a missing one.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -18,40 +18,45 @@ KNOTS, FINE_KNOTS = 10, 40
 
 
 class Curve(Effect):
-    """A piecewise linear curve with knots at equal distances between `low` and `high`, level beyond them."""
+    """A piecewise linear curve with knots at equal distances between `low` and `high`, level beyond them.
+
+    Attributes
+    ----------
+    variable, says : str
+        What it depends on, and what it is in words.
+    knots : int
+    heights : tuple of str
+        Names of the heights at the knots, in N.
+    """
 
     low: jax.Array = quantity("-", "left end of the curve", 0.0)
     high: jax.Array = quantity("-", "right end of the curve", 1.0)
 
     variable: ClassVar[str] = ""
     says: ClassVar[str] = ""
+    knots: ClassVar[int] = KNOTS
     heights: ClassVar[tuple[str, ...]] = ()
-    """Names of the heights at the knots."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        cls.heights = tuple(f"c{i}" for i in range(cls.knots))
+        for i, name in enumerate(cls.heights):
+            cls.__annotations__[name] = jax.Array
+            setattr(cls, name, quantity("N", f"height at knot {i}", 1.0))
+        super().__init_subclass__(**keywords)
 
     def at(self, x: jax.Array) -> jax.Array:
         """Height of the curve at `x`."""
         heights = jnp.stack([jnp.asarray(getattr(self, name)) for name in self.heights])
-        last = len(self.heights) - 1
-        place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * last
-        left = jnp.clip(place.astype(jnp.int32), 0, last - 1)
+        place = jnp.clip((x - self.low) / (self.high - self.low), 0.0, 1.0) * (self.knots - 1)
+        left = jnp.clip(place.astype(jnp.int32), 0, self.knots - 2)
         return heights[left] + (place - left) * (heights[left + 1] - heights[left])
 
 
-def _with_knots(number: int) -> type[Curve]:
-    """A curve with so many knots."""
-    heights = {f"c{i}": quantity("N", f"height at knot {i}", 1.0) for i in range(number)}
-    # The heights are fields like any other; to write out each would take a page.
-    body: dict[str, Any] = {"__module__": __name__, "__annotations__": dict.fromkeys(heights, jax.Array), **heights}
-    return cast(type[Curve], type(Curve)(f"CurveOf{number}", (Curve,), {**body, "heights": tuple(heights)}))
-
-
-Coarse, Fine = _with_knots(KNOTS), _with_knots(FINE_KNOTS)
-
-
-class ForceOfPosition(Fine, GuideLaw):
+class ForceOfPosition(Curve, GuideLaw):
     """A force on the weight that depends on its position."""
 
     name: ClassVar[str] = "probe.force_of_position"
+    knots: ClassVar[int] = FINE_KNOTS
     variable: ClassVar[str] = "position"
     says: ClassVar[str] = "a force on the weight that depends on its position"
 
@@ -60,10 +65,11 @@ class ForceOfPosition(Fine, GuideLaw):
         return self.at(position)
 
 
-class FrictionOfPosition(Fine, GuideLaw):
+class FrictionOfPosition(Curve, GuideLaw):
     """A friction of the guide that depends on the position."""
 
     name: ClassVar[str] = "probe.friction_of_position"
+    knots: ClassVar[int] = FINE_KNOTS
     variable: ClassVar[str] = "position"
     says: ClassVar[str] = "a friction in the guide that depends on the position of the weight"
 
@@ -72,7 +78,7 @@ class FrictionOfPosition(Fine, GuideLaw):
         return self.at(position)
 
 
-class FrictionOfSpeed(Coarse, GuideLaw):
+class FrictionOfSpeed(Curve, GuideLaw):
     """A friction of the guide that depends on the speed."""
 
     name: ClassVar[str] = "probe.friction_of_speed"
@@ -84,7 +90,7 @@ class FrictionOfSpeed(Coarse, GuideLaw):
         return self.at(jnp.abs(velocity))
 
 
-class FrictionOfTension(Coarse, GuideLaw):
+class FrictionOfTension(Curve, GuideLaw):
     """A friction of the guide that depends on the tension."""
 
     name: ClassVar[str] = "probe.friction_of_tension"
@@ -96,7 +102,7 @@ class FrictionOfTension(Coarse, GuideLaw):
         return self.at(tension)
 
 
-class TensionOfStretch(Coarse, FibreLaw):
+class TensionOfStretch(Curve, FibreLaw):
     """A tension that depends on the stretch in a way of its own."""
 
     name: ClassVar[str] = "probe.tension_of_stretch"
@@ -108,7 +114,7 @@ class TensionOfStretch(Coarse, FibreLaw):
         return self.at(stretch)
 
 
-class TensionOfRate(Coarse, FibreLaw):
+class TensionOfRate(Curve, FibreLaw):
     """A tension that depends on the rate of stretch in a way of its own."""
 
     name: ClassVar[str] = "probe.tension_of_rate"
