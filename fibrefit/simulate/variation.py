@@ -32,6 +32,9 @@ WEIGHTS: tuple[tuple[float, ...], ...] = (
 )
 """Weights of the earlier stages; those of the result are the last row with `DIAGONAL`."""
 
+CORRECTIONS = 2
+"""Newton steps for the slope at a node; laws are linear in the fast states, or nearly so."""
+
 Leaves = list[jax.Array]
 
 
@@ -92,7 +95,7 @@ def stiff_maps(system: Any, inputs: Any, times: jax.Array, pieces: Piece, tangen
 
 
 class _Path:
-    """Pieces as cubics between their ends, and the variational equation along them.
+    """The method's own way through each piece, and the variational equation along it.
 
     Arrays run over nodes first and pieces last: what the processor does in one go are neighbours.
     """
@@ -105,35 +108,50 @@ class _Path:
             return jax.tree.leaves(system.derivative(jax.tree.unflatten(tree, leaves), mode, here))
 
         self.rate, self.laws, self.where = rate, (system, inputs), (pieces.step, pieces.mode)
-        self.length = pieces.end - pieces.start
-        ends = tuple(jax.tree.leaves(state) for state in (pieces.state, pieces.reached))
-        along = jax.vmap(partial(rate, *self.laws))
-        rates = [
-            along(time, leaves, *self.where) for time, leaves in zip((pieces.start, pieces.end), ends, strict=True)
-        ]
-
-        def at(node: jax.Array) -> tuple[jax.Array, Leaves]:
-            cubics = map(partial(_cubic, node, self.length), *ends, *rates)
-            return pieces.start + node * self.length, list(cubics)
-
-        self.instants = jax.vmap(at)(jnp.array(NODES))
-        self.rows = self._jacobian(jax.tree.map(lambda leaf: leaf[0], (pieces.start, ends[0], *self.where)))
+        self.start, self.length = pieces.start, pieces.end - pieces.start
+        leaves = jax.tree.leaves(pieces.state)
+        first = jax.tree.map(lambda leaf: leaf[0], (pieces.start, leaves, *self.where))
+        self.enters = reach(lambda t, y: rate(*self.laws, t, y, *first[2:]), *first[:2])[1:]
+        self.instants = self._stages(leaves)
+        self.rows = jax.vmap(self._jacobian)(*self.instants)
         self.factors = eliminate(self.rows, DIAGONAL * self.length)
 
-    def _jacobian(self, example: tuple) -> list[list[Any]]:
-        """Rows of the Jacobian; an entry is ``(n_node, n_piece)``, or None where it is nil whatever the values."""
-        time, leaves, *where = example
+    def _stages(self, start: Leaves) -> tuple[jax.Array, Leaves]:
+        """Instant and state at each node, ``(n_node, n_piece)``: those of the method itself.
+
+        What is over within a small part of a piece is over at its nodes too; a curve through both ends is not.
+        """
+        weights = jnp.array([[*row, *[0.0] * (len(WEIGHTS) - len(row))] for row in WEIGHTS])
+
+        def stage(slopes: Leaves, node: jax.Array) -> tuple[Leaves, tuple[jax.Array, Leaves]]:
+            time = self.start + jnp.array(NODES)[node] * self.length
+            before = [y + self.length * (weights[node] @ k) for y, k in zip(start, slopes, strict=True)]
+            factors = eliminate(self._jacobian(time, before), DIAGONAL * self.length)
+            slope = [jnp.zeros_like(y) for y in start]
+            for _ in range(CORRECTIONS):
+                here = [y + self.length * DIAGONAL * k for y, k in zip(before, slope, strict=True)]
+                error = [f - k for f, k in zip(self._rates(time, here), slope, strict=True)]
+                slope = [k + d for k, d in zip(slope, substitute(factors, error), strict=True)]
+            here = [y + self.length * DIAGONAL * k for y, k in zip(before, slope, strict=True)]
+            return [store.at[node].set(k) for store, k in zip(slopes, slope, strict=True)], (time, here)
+
+        blank = [jnp.zeros((len(NODES), *y.shape)) for y in start]
+        return jax.lax.scan(stage, blank, jnp.arange(len(NODES)))[1]
+
+    def _rates(self, time: jax.Array, leaves: Leaves) -> Leaves:
+        return jax.vmap(partial(self.rate, *self.laws))(time, leaves, *self.where)
+
+    def _jacobian(self, time: jax.Array, leaves: Leaves) -> list[list[Any]]:
+        """Rows of the Jacobian; an entry is ``(n_piece,)``, or None where it is nil whatever the values."""
         size = len(leaves)
-        enters = reach(lambda t, y: self.rate(*self.laws, t, y, *where), time, leaves)[1:]
 
         def slopes(direction: jax.Array, time: jax.Array, leaves: Leaves, step: jax.Array, mode: Any) -> Leaves:
             rate = lambda y: self.rate(*self.laws, time, y, step, mode)  # noqa: E731
             return jax.jvp(rate, (leaves,), (list(direction),))[1]
 
         of_pieces = jax.vmap(slopes, (None, 0, 0, 0, 0))
-        of_nodes = jax.vmap(of_pieces, (None, 0, 0, None, None))
-        columns = jax.vmap(of_nodes, (0, None, None, None, None))(jnp.eye(size), *self.instants, *self.where)
-        return [[columns[i][j] if i in enters[j] else None for j in range(size)] for i in range(size)]
+        columns = jax.vmap(of_pieces, (0, None, None, None, None))(jnp.eye(size), time, leaves, *self.where)
+        return [[columns[i][j] if i in self.enters[j] else None for j in range(size)] for i in range(size)]
 
     def forced(self, tangents: tuple) -> Leaves:
         """Rates that tangents of the system and of the inputs add, ``(n_node, n_piece)`` for each state."""
@@ -165,9 +183,3 @@ class _Path:
                         right[i] = right[i] + slope * deviation
             stages.append(substitute(here(self.factors), right))
         return sum_of((*WEIGHTS[-1], DIAGONAL))
-
-
-def _cubic(s: Any, length: Any, first: Any, last: Any, rate_first: Any, rate_last: Any) -> jax.Array:
-    """Cubic from `first` to `last`, at the share `s` of the way."""
-    rise, m0, m1 = last - first, length * rate_first, length * rate_last
-    return first + s * (m0 + s * (3.0 * rise - 2.0 * m0 - m1 + s * (m0 + m1 - 2.0 * rise)))

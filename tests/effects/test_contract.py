@@ -76,8 +76,9 @@ ALIKE = 0.9
 #: At its null this law is not told when a fibre without load is still stretched; a few late bounces differ by that.
 AT_NULL = {"fibre.hysteresis.hysteretic_stiffness": 5e-2}
 
-#: What the points of a fibre take from the weight at a snap is over in a small part of a step, and its slope is lost.
-UNRESOLVED = ("fibre.mass.fibre_mass",)
+#: What the points of a fibre take from the weight at a snap is over in a small part of a step; and a power below one
+#: bends within a millimetre a second, which the steps cut short.
+ROUGH = {"fibre.mass.fibre_mass": 3e-2, "fibre.stiffness_power_law.change": 2e-3}
 
 STRETCHES = (-1e-3, 0.0, 1e-5, 2e-3)
 SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
@@ -318,9 +319,11 @@ def test_derivatives_are_those_of_the_readings(kind: str, effects: tuple[type[Ef
     # At the null of a parameter that a law needs, the law itself has no slope.
     others = effects[:-1] if choose == "null" else ()
     for name, role, slope, difference in slopes_and_differences(kind, effects, choose):
-        allowed = AT_NULL.get(name, STIFF if any(e.stiff for e in effects) else DIFFERENCES)
+        allowed = (AT_NULL if choose == "null" else ROUGH).get(
+            name, STIFF if any(e.stiff for e in effects) else DIFFERENCES
+        )
         assert np.isfinite(slope).all()
-        if name not in UNRESOLVED and not any(name.startswith(other.name) for other in others):
+        if not any(name.startswith(other.name) for other in others):
             assert relative_error(slope, difference) < allowed, f"d {role} / d {name}"
 
 
@@ -331,9 +334,10 @@ def test_the_slope_of_a_singular_effect_at_its_null_points_where_it_goes(
     (effect,), record = effects, records(kind)
     (p,) = (p for p in effect.parameters if p.name in effect.strength)
     name, none = f"{effect.name}.{p.name}", dotted(effects, "null")
-    slope = jacobian(record, effects, **none)["position"][name]
-    there = respond(record, effects, **dotted(effects, "typical"))["position"]
-    change = there - respond(record, effects, **none)["position"]
+    role = "angle" if kind == "inverted_pendulum" else "position"
+    slope = jacobian(record, effects, **none)[role][name]
+    there = respond(record, effects, **dotted(effects, "typical"))[role]
+    change = there - respond(record, effects, **none)[role]
     assert np.isfinite(slope).all()
     assert slope @ change / np.linalg.norm(slope) / np.linalg.norm(change) > ALIKE
 
