@@ -21,7 +21,7 @@ from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
 from fibrefit.simulate.model import Experiment, Model
-from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, respond
+from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]
@@ -242,6 +242,7 @@ RECORDS = {
     "pulley_drive": lambda: drive(801, QUICK),
     # Without a preload both fibres would begin on a switch.
     "inverted_pendulum": lambda: pendulum(801, preload=20.0),
+    "guided_mass": lambda: pushed(801),
 }
 
 

@@ -48,6 +48,7 @@ OF_RIG = {
     "pulley_drive": {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0}
     | {"start_tension": START_TENSION},
     "inverted_pendulum": {"stiffness": 8264.0, "damping": 4.132, "start_angle": 0.0, "start_rate": 0.0},
+    "guided_mass": {"mass": 10.0, "friction": 4.0, "force_offset": 0.3},
 }
 
 
@@ -75,7 +76,18 @@ def pendulum(
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
 
 
+def pushed(samples: int = 801, frequency: float = 3.0, amplitude: float = 30.0) -> Experiment:
+    """A mass on a guide that a force drives to and fro, at rest with the first sample; followed as a whole."""
+    times, omega = np.arange(samples) * STEP, 2.0 * np.pi * frequency
+    force = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
+    still = Signals(jnp.zeros(samples), jnp.zeros(samples))
+    known = {"gain": jnp.ones(())}
+    return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"force": force, "anchor": still})
+
+
 def kind_of(experiment: Experiment) -> str:
+    if "gain" in experiment.conditions:
+        return "guided_mass"
     if "rod_length" in experiment.conditions:
         return "inverted_pendulum"
     return "pulley_drive" if "drive" in experiment.inputs else "fibre_mass"
