@@ -31,7 +31,7 @@ ERROR_METHODS = {
     "white": "The error bars assume noise without memory.",
     "spectrum": "The error bars follow from the spectrum of the residuals, as white and pink noise.",
     "newey_west": "The error bars allow for noise that is correlated in time (Newey-West).",
-    "whitened": "The error bars are those of noise without memory: whitening has taken it out.",
+    "whitened": "After whitening no memory is left in the noise, and the error bars follow from its size.",
     "block_bootstrap": "The error bars come from resampling blocks of the residuals.",
 }
 
