@@ -18,7 +18,7 @@ from tests.validation.validate_discover import carry_out, document, done_before,
 GOOD = Outcome(
     case="a", kind="single", rig="fibre_mass", hidden="sensor.force_delay", base_gap=1.5, pink=0.0, scatter=0.0,
     verdict="named", added="sensor.force_delay", alike="", gap_before=2.0, gap_after=1.0, held_out=1.0, seconds=60.0,
-    says="",
+    says="", processor_seconds=20.0,
 )  # fmt: skip
 LAG = replace(GOOD, case="b", added="sensor.force_lag")
 WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
@@ -68,7 +68,10 @@ def test_tables() -> None:
     said = confusions(ALL)
     assert "- sensor.force_delay taken for guide.viscous_friction: 2" in said
     assert "- nothing taken for guide.viscous_friction: 1" in said
-    assert times(ALL).startswith("A search took 60 s")
+    assert times(ALL).startswith("A search took 60 s (median)")
+    assert "20 s (median) and at most 20 s in nine cases of ten of processor time" in times(ALL)
+    assert "processor" not in times([replace(GOOD, processor_seconds=math.nan)])
+    assert times([FAILED]) == "No search has ended yet."
     assert "9 of 300 cases" in document(ALL, 300)
 
 
@@ -105,6 +108,19 @@ def test_a_run_goes_on_where_another_ended(tmp_path: Path, monkeypatch: pytest.M
     run(all_cases()[2:3], table, 1)
     assert {outcome.case for outcome in done_before(table)} == {case.name for case in all_cases()[:3]}
     assert replace(done_before(table)[0], case="a") == GOOD
+
+
+def test_a_table_of_fewer_columns_is_read_and_gets_the_others(tmp_path: Path) -> None:
+    table = tmp_path / "cases.csv"
+    run([], table, 1)
+    header = table.read_text().strip()
+    rows = [f"{GOOD.case},single,fibre_mass,sensor.force_delay,1.5,0.0,0.0,named,sensor.force_delay,,2.0,1.0,1.0,60.0,"]
+    table.write_text("\n".join([header.removesuffix(",processor_seconds"), *rows]) + "\n")
+    run([], table, 1)
+    assert table.read_text().startswith(header)
+    (outcome,) = done_before(table)
+    assert math.isnan(outcome.processor_seconds)
+    assert replace(outcome, processor_seconds=20.0) == GOOD
 
 
 def test_a_fault_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,8 +31,9 @@ class Outcome:
     alike : what could not be told apart from them, joined by " + "
     gap_before, gap_after : of the fits
     held_out : largest gap of a record foreseen from the others
-    seconds : of the search
+    seconds : by the clock; the machine may have been busy with other things
     says : what it looks like, or the error
+    processor_seconds : compilation included, and the making of the series; nan where that was not noted
     """
 
     case: str
@@ -50,6 +51,7 @@ class Outcome:
     held_out: float
     seconds: float
     says: str
+    processor_seconds: float = math.nan
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -155,11 +157,16 @@ def confusions(outcomes: Iterable[Outcome]) -> list[str]:
 
 def times(outcomes: Sequence[Outcome]) -> str:
     """How long a search took, in words."""
-    seconds = [o.seconds for o in outcomes if math.isfinite(o.seconds)]
-    if not seconds:
+    clock, processor = ([getattr(o, name) for o in outcomes] for name in ("seconds", "processor_seconds"))
+    if not np.isfinite(clock).any():
         return "No search has ended yet."
-    middle, late = np.quantile(seconds, (0.5, 0.9))
-    return f"A search took {middle:.0f} s (median) and at most {late:.0f} s in nine cases of ten."
+    says = f"A search took {_mostly(clock)}, by the clock"
+    return says + (f"; {_mostly(processor)} of processor time." if np.isfinite(processor).any() else ".")
+
+
+def _mostly(seconds: Sequence[float]) -> str:
+    middle, late = np.nanquantile(seconds, (0.5, 0.9))
+    return f"{middle:.0f} s (median) and at most {late:.0f} s in nine cases of ten"
 
 
 def _is_good(outcome: Outcome) -> bool:

@@ -41,7 +41,7 @@ what the search itself said it could not tell apart."""
 
 def carry_out(case: Case) -> Outcome:
     """Make the series of a case and search it; an error is an outcome too."""
-    began = time.perf_counter()
+    began, worked = time.perf_counter(), time.process_time()
     facts = {"case": case.name, "kind": case.kind, "rig": case.rig, "pink": case.pink, "scatter": case.scatter}
     nothing = {"verdict": "error", "added": "", "alike": "", "says": ""}
     numbers = dict.fromkeys(("base_gap", "gap_before", "gap_after", "held_out"), math.nan)
@@ -50,7 +50,8 @@ def carry_out(case: Case) -> Outcome:
         facts |= _searched(case)
     except Exception as error:
         facts["says"] = f"{type(error).__name__}: {error}"
-    return Outcome(**facts, seconds=time.perf_counter() - began)
+    took, processor = time.perf_counter() - began, time.process_time() - worked
+    return Outcome(**facts, seconds=took, processor_seconds=processor)
 
 
 def _searched(case: Case) -> dict[str, object]:
@@ -86,18 +87,26 @@ def done_before(table: Path) -> list[Outcome]:
         ]
 
 
+def _write(table: Path, outcomes: Sequence[Outcome]) -> None:
+    """All outcomes anew, with every column there is now."""
+    whole = table.with_suffix(".new")
+    with whole.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Outcome)])
+        writer.writeheader()
+        writer.writerows(map(asdict, outcomes))
+    whole.replace(table)
+
+
 def run(cases: Sequence[Case], table: Path, processes: int) -> None:
     """Carry out cases side by side; each is written down as soon as it is done."""
     table.parent.mkdir(parents=True, exist_ok=True)
-    is_new = not table.is_file()
+    _write(table, done_before(table))
     context = multiprocessing.get_context("spawn")
     with (
         table.open("a", newline="", encoding="utf-8") as file,
         ProcessPoolExecutor(processes, mp_context=context, max_tasks_per_child=LIFETIME) as pool,
     ):
         writer = csv.DictWriter(file, [field.name for field in fields(Outcome)])
-        if is_new:
-            writer.writeheader()
         waiting = [pool.submit(carry_out, case) for case in cases]
         for number, future in enumerate(as_completed(waiting), 1):
             outcome = future.result()
