@@ -14,7 +14,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fit import uncertainty
-from fibrefit.fit.error_bars import ErrorBars, beside, error_bars, ratio, size
+from fibrefit.fit.error_bars import ErrorBars, beside, error_bars, estimates, ratio, size
 from fibrefit.fit.optimum import Optimum
 from fibrefit.fit.sharp import SETTLED, STEPS, Sharp, length
 from fibrefit.fit.solve import linearised
@@ -72,11 +72,14 @@ def reported(plain: Optimum, bars: ErrorBars, sound: Sequence[Check], rate: floa
     sharp, reason, checks = _sharpened(plain, sound)
     if sharp is not None:
         own = beside(bars, error_bars(plain.problem, sharp.scores, rate))
-        if size(plain.problem, own.covariance) < size(plain.problem, bars.covariance):
+        if any(estimate.at_bound for estimate in estimates(plain.problem, sharp.values, own)):
+            reason = "the whitened search ends at a bound."
+        elif size(plain.problem, own.covariance) >= size(plain.problem, bars.covariance):
+            reason = "whitening makes no error bar smaller."
+        else:
             smaller = ratio(plain.problem, own.errors[own.method], bars.errors[bars.method])
             says = f"Whitened least squares: {SHARP} Error bars are {smaller:.2g} times those of plain least squares."
             return Reported(sharp.values, sharp.linear.residuals, own, sharp, says, checks)
-        reason = "whitening makes no error bar smaller."
     return Reported(plain.values, plain.linear.residuals, bars, None, f"Plain least squares: {reason}", checks)
 
 

@@ -134,6 +134,20 @@ def test_where_both_estimates_part_the_plain_one_stands(
     np.testing.assert_allclose(again.values, found.plain.values, rtol=1e-6)
 
 
+def test_a_bound_that_only_the_whitened_estimate_meets_keeps_the_plain_one(
+    task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(last_step, "estimates", lambda *_: (SimpleNamespace(at_bound=True),))
+    kept = identify(task, starts=1)
+    assert kept.estimator_says == "Plain least squares: the whitened search ends at a bound."
+    np.testing.assert_allclose(kept.values, found.plain.values, rtol=1e-6)
+
+
+def test_whitening_that_makes_nothing_surer_is_not_reported(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(last_step, "size", lambda problem, covariance: 0.0)
+    assert identify(task, starts=1).estimator_says == "Plain least squares: whitening makes no error bar smaller."
+
+
 def test_errors_of_an_input_keep_the_estimate_plain() -> None:
     plain = SimpleNamespace(input_errors={"drive": None}, values=np.zeros(1), linear=SimpleNamespace(residuals=None))
     kept = last_step.reported(plain, None, (), 2000.0)
