@@ -177,7 +177,7 @@ def _concluded(
         rounds = [found for found in rounds if set(found.added.split(" + ")) & set(best.names)]
     reading = None if _is_plain(search, best) else _free_form(search, before)
     verdict, reason, unexplained = _verdict(search, before, best, reading)
-    if verdict == "unexplained" and reading is not None and _is_rival(search, reading, best):
+    if verdict == "unexplained" and reading is not None and _has_only_helped(search, reading, best):
         best, rounds = search.base, []
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
@@ -220,6 +220,23 @@ def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
     """
     curve = reading.hypothesis.fit.cost
     return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)
+
+
+NEARLY_ALL = 1.15
+"""Gap up to which a curve has explained all there was to explain, or nearly so."""
+MOST = 0.7
+"""Share of what a curve explains from which a name stands beside it, where both leave much."""
+
+
+def _has_only_helped(search: Search, reading: Reading, best: Hypothesis) -> bool:
+    """Whether what was named is not to be kept: a curve explains all, or much more.
+
+    Where even the curve leaves much, it is better than a name by what its many knots happen to fit.
+    """
+    if not _is_rival(search, reading, best):
+        return False
+    whole, curve = search.base.fit.cost, reading.hypothesis.fit.cost
+    return search.gap(reading.hypothesis) <= NEARLY_ALL or whole - best.fit.cost < MOST * (whole - curve)
 
 
 def _verdict(
