@@ -52,7 +52,9 @@ class Settled:
     parting: Parting
 
 
-def cleaned(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) -> tuple[Task, Waves]:
+def cleaned(
+    task: Task, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves | None = None
+) -> tuple[Task, Waves]:
     """The task with the input errors that suit given values best, under white noise, and these errors.
 
     Parameters
@@ -60,8 +62,10 @@ def cleaned(task: Task, known: Mapping[str, InputErrors], values: np.ndarray) ->
     task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors to begin with: a motion that bounces is not led back to its best from just anywhere.
     """
-    waves: Waves = no_waves(known)
+    waves = no_waves(known) if waves is None else waves
     for _ in range(STEPS):
         best = []
         for r, (residuals, _, reactions) in enumerate(expanded(task.problem, known, values, waves)):

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.input_error import input_errors
+from fibrefit.problem.input_error import Waves, input_errors
 from fibrefit.problem.likelihood import TAIL_START, Likelihood, noise_priors, unit_of
 from fibrefit.problem.log_posterior import LogPosterior
 from fibrefit.problem.noise_model import NoiseModel, choose_noise_model
@@ -39,6 +39,7 @@ def sample_posterior(
     task: Task,
     start: np.ndarray,
     *,
+    waves: Waves | None = None,
     stated: Mapping[str, PriorSetting | Prior] | None = None,
     basins: Sequence[np.ndarray] = (),
     noise: str = "auto",
@@ -55,6 +56,8 @@ def sample_posterior(
     task : Task
     start : (n_free,) in SI units
         The best fit by plain least squares.
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs that suit it.
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
     basins : sequence of (n_free,) in SI units
@@ -83,7 +86,7 @@ def sample_posterior(
     """
     began, settings = time.perf_counter(), settings or Settings()
     start = np.asarray(start, dtype=float)
-    ready = _prepare(task, start, stated or {}, noise, heavy, settings)
+    ready = _prepare(task, start, waves or None, stated or {}, noise, heavy, settings)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
     found = [climb(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
     modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
@@ -121,19 +124,20 @@ class _Ready(NamedTuple):
 def _prepare(
     task: Task,
     start: np.ndarray,
+    waves: Waves | None,
     stated: Mapping[str, PriorSetting | Prior],
     noise: str,
     heavy: bool,
     settings: Settings,
 ) -> _Ready:
     known, layout = input_errors(task), task.problem.layout
-    plain, waves = cleaned(task, known, start) if known else (task, {})
+    plain, found = cleaned(task, known, start, waves) if known else (task, {})
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
     model = noise_model_of(plain, linear, noise, heavy, bool(known))
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
     if known:
-        there = settled(task, known, start, waves, whitening, level)
+        there = settled(task, known, start, found, whitening, level)
     else:
         still = np.zeros((layout.size, layout.size))
         there = Settled(task, start, still, parting(layout, linear, whitening, level))

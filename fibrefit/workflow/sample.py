@@ -161,6 +161,7 @@ def sample_study(
     posterior = sample_posterior(
         task,
         begun.plain,
+        waves=begun.waves,
         stated=stated,
         basins=begun.basins,
         noise=options.noise,

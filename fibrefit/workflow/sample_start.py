@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.fit.identify import identify
 from fibrefit.fit.result import Identification
+from fibrefit.problem.input_error import Waves
 from fibrefit.problem.task import Task
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
@@ -40,6 +41,8 @@ class Start:
         Other minima of the search.
     status : str
         Of the fit.
+    waves : mapping of input to (n_record, n_wave)
+        Errors of measured inputs that it found.
     """
 
     names: tuple[str, ...]
@@ -47,13 +50,15 @@ class Start:
     plain: np.ndarray
     basins: tuple[np.ndarray, ...]
     status: str
+    waves: Waves = field(default_factory=dict)
 
     def save(self, folder: Path) -> None:
         """Keep it in a folder."""
         folder.mkdir(parents=True, exist_ok=True)
         basins = [basin.tolist() for basin in self.basins]
         ends = {"values": self.values.tolist(), "plain": self.plain.tolist(), "basins": basins}
-        content = {"names": self.names, **ends, "status": self.status}
+        waves = {name: np.asarray(rows).tolist() for name, rows in self.waves.items()}
+        content = {"names": self.names, **ends, "status": self.status, "waves": waves}
         write_whole(folder / START, json.dumps(content, indent=1) + "\n")
 
     def check(self) -> Check:
@@ -115,7 +120,9 @@ def start_of(found: Identification) -> Start:
         inside = np.flatnonzero(starts.basin == basin)
         if inside.size:
             basins.append(starts.values[inside[np.argmin(starts.cost[inside])]])
-    return Start(found.problem.layout.free_names, found.values, found.plain.values, tuple(basins), found.status)
+    return Start(
+        found.problem.layout.free_names, found.values, found.plain.values, tuple(basins), found.status, found.waves
+    )
 
 
 def _read(path: Path) -> Start:
@@ -123,8 +130,9 @@ def _read(path: Path) -> Start:
         told = json.loads(path.read_text(encoding="utf-8"))
         basins = tuple(np.array(basin, dtype=float) for basin in told["basins"])
         values, plain = (np.array(told[name], dtype=float) for name in ("values", "plain"))
-        return Start(tuple(told["names"]), values, plain, basins, str(told["status"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        waves = {name: np.array(rows, dtype=float) for name, rows in told["waves"].items()}
+        return Start(tuple(told["names"]), values, plain, basins, str(told["status"]), waves)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
         ) from None
