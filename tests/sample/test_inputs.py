@@ -126,3 +126,20 @@ def test_errors_widen_and_never_narrow(linear: Linear, small: tuple[Task, np.nda
     at = inputs._look(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
     assert np.linalg.eigvalsh(at.covariance - at.of_corrected).min() > -EXACT * at.covariance.max()
     assert np.diag(at.covariance - at.of_corrected).max() > 0.01 * np.diag(at.of_corrected).max()
+
+
+def test_errors_that_suit_the_values_are_where_a_search_begins(
+    linear: Linear, small: tuple[Task, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From their best nothing is left to do: one look is enough."""
+    task, values = small
+    looks = []
+    look = inputs.expanded
+    monkeypatch.setattr(inputs, "expanded", lambda *a: looks.append(1) or look(*a))
+    monkeypatch.setattr(inputs, "corrected", lambda problem, known, waves: problem)
+    _, best = inputs.cleaned(task, KNOWN, values)
+    first = len(looks)
+    _, again = inputs.cleaned(task, KNOWN, values, best)
+    assert len(looks) - first == 1 < first
+    for name, rows in best.items():
+        np.testing.assert_allclose(again[name], rows, atol=0.05)

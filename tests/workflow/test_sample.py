@@ -21,7 +21,7 @@ from fibrefit.study.summaries import PosteriorSummary
 from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
 from fibrefit.workflow.sample import Options
-from fibrefit.workflow.sample_start import START
+from fibrefit.workflow.sample_start import START, Start, _read
 from tests.fit import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
@@ -186,3 +186,17 @@ def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) ->
     wrong = ["parameters.stiffness.prior={kind='uniform', lower='1 N/m', upper='2 N/m'}"]
     with pytest.raises(StudyError, match="prior of stiffness"):
         sample_study(load_study(study.source, [*wrong, 'parameters.stiffness.bounds=["10 N/m", "90 kN/m"]']))
+
+
+def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    start = Start(
+        ("k", "b"), random.random(2), random.random(2), (random.random(2),), "ok", {"drive": random.random((3, 4))}
+    )
+    start.save(tmp_path)
+    read = _read(tmp_path / START)
+    assert (read.names, read.status) == (start.names, start.status)
+    np.testing.assert_array_equal(read.values, start.values)
+    np.testing.assert_array_equal(read.plain, start.plain)
+    np.testing.assert_array_equal(read.basins, start.basins)
+    np.testing.assert_array_equal(read.waves["drive"], start.waves["drive"])
