@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.input_error import Waves, corrected, expanded, fade_of, faded, input_errors
+from fibrefit.problem.input_error import Waves, corrected, expanded, faded, fades, input_errors
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -46,7 +46,7 @@ class Reactions(NamedTuple):
     waves : mapping of input to (n_record, n_wave)
         The errors; they are taken off the inputs.
     fade : (n_record, n_channel, n_time)
-        Factor on each sample's weight, see `fade_of`.
+        Factor on each sample's weight, see `fades`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
     rows : (n_record, n_wave, n_channel * n_time)
@@ -66,19 +66,15 @@ def reactions_of(task: Task, values: np.ndarray, waves: Waves) -> Reactions | No
     """Reactions of a task's model at values ``(n_free,)`` in SI units and waves; None where no input is noisy."""
     if not (known := input_errors(task)):
         return None
-    fades, offsets, parts, inverses = [], [], [], []
-    for wave, (residuals, _, rows) in zip(
-        np.concatenate([waves[name] for name in known], axis=1),
-        expanded(task.problem, known, values, waves),
-        strict=True,
-    ):
-        fade = fade_of(rows)
-        weaker = jnp.asarray(rows * fade)
-        fades.append(fade.reshape(residuals.shape))
+    rows = [rows for _, _, rows in expanded(task.problem, known, values, waves)]
+    fade = fades(task.problem, known, values, waves, rows)
+    offsets, parts, inverses = [], [], []
+    for r, wave in enumerate(np.concatenate([waves[name] for name in known], axis=1)):
+        weaker = jnp.asarray(rows[r] * fade[r].ravel())
         offsets.append(-wave @ weaker)
         inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
         parts.append(weaker.astype(jnp.float32))
-    return Reactions(waves, np.stack(fades), jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+    return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import numpy as np
 
 from fibrefit.problem.input_error import (
@@ -18,10 +16,11 @@ from fibrefit.problem.input_error import (
     eliminate,
     error_rms,
     expanded,
-    fade_of,
     faded,
+    fades,
     left_over,
     no_waves,
+    residuals,
 )
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Problem
@@ -33,16 +32,24 @@ SETTLED = 0.05
 
 At this scale the cost of a motion that sticks and bounces is rough.
 """
+COARSE = 1e-3
+"""The same as a share of what the residuals have beyond the noise: a model that lacks something has no exact best."""
+LACKING = 1.3
+"""Variance of the residuals from which a model lacks too much to follow a motion that bounces."""
 STUCK = 1.0
 """Promised fall of the cost beyond which a descent has not arrived."""
 LENGTHS = (1.0, 0.5, 0.25, 0.12, 0.06, 0.03)
 """Shares of a step that are tried for each record by itself."""
 SETTLING = 2
-FAR = (1.0, 0.3)
-"""Shares of a step of the shared values after which records are brought to their best again, one by one."""
 TRIALS = 3
 GOOD = 0.2
 """Share of the promised fall that makes a step good enough."""
+WHOLE = 0.99
+"""Factor on a sample's weight from which it counts as a whole one."""
+LOOKS = 3
+"""How often it is looked which samples can be foretold: where a descent is stuck it may be others than at its start."""
+SLOW, CRAWLING = 0.1, 3
+"""Share of the promised fall below which a step is slow; so many of them in turn end a descent."""
 DRAWS = 2
 
 
@@ -98,17 +105,16 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
     Joint
     """
     problem = task.problem
-    start = _Place(values, no_waves(known) if waves is None else waves)
-    shape = np.shape(next(iter(problem.observations.weight.values())))
-    fade = np.stack([fade_of(rows).reshape(-1, shape[1]) for _, _, rows in expanded(problem, known, *start)])
-    end = _descended(faded(problem, fade), known, start)
-    whole = _descended(problem, known, _settled(problem, known, end.place)[0])
-    if whole.promised < STUCK:
-        end = whole
-    else:
-        # What is known of the values comes from what can be foretold; the residuals are those of all samples.
-        residuals = np.asarray(_residuals(corrected(problem, known, whole.place.waves), whole.place.values))
-        end = whole._replace(linear=end.linear._replace(residuals=residuals), promised=end.promised)
+    place, fade = _Place(values, no_waves(known) if waves is None else waves), np.ones(())
+    for _ in range(LOOKS):
+        reactions = [rows for _, _, rows in expanded(problem, known, *place)]
+        fade = np.minimum(fade, fades(problem, known, *place, reactions))
+        end = _descended(faded(problem, fade), known, place)
+        if end.promised <= end.enough:
+            break
+        place = end.place
+    if fade.min() < WHOLE and end.variance < LACKING:
+        end = _with_all_samples(problem, known, end)
     place = end.place
     rms = error_rms(problem, known, place.waves)
     return Joint(
@@ -116,7 +122,7 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
         values=place.values,
         linear=end.linear,
         waves=place.waves,
-        promised=end.promised,
+        promised=0.0 if end.promised <= end.enough else end.promised / end.variance,
         error_rms=rms,
     )
 
@@ -152,6 +158,16 @@ def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, see
     return float(np.sqrt(squares.sum() / number.sum())), np.sqrt(squares / np.maximum(number, 1))
 
 
+def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
+    """The descent, begun with samples that can be foretold, to its end with all of them."""
+    whole = _descended(problem, known, _settled(problem, known, end.place)[0])
+    if whole.promised < max(STUCK * whole.variance, whole.enough):
+        return whole
+    # What is known of the values comes from what can be foretold; the residuals are those of all samples.
+    linear = end.linear._replace(residuals=residuals(problem, known, *whole.place))
+    return whole._replace(linear=linear, promised=end.promised)
+
+
 class _Place(NamedTuple):
     """Values ``(n_free,)`` and waves."""
 
@@ -160,36 +176,58 @@ class _Place(NamedTuple):
 
 
 class _End(NamedTuple):
-    """Where a descent ended: the linearised problem there, its cost, and what one more step promises."""
+    """Where a descent ended.
+
+    Parameters
+    ----------
+    place : _Place
+    linear : Eliminated
+        The linearised problem there.
+    cost : float
+    goal : _Place
+        Where the linearised problem is best.
+    promised : float
+        Fall of the cost on the way to it.
+    variance : float
+        Of the residuals; at least that of the noise.
+    enough : float
+        Promised fall below which there is nothing to go on for: little beside the errors of the values, or beside what
+        the model lacks.
+    """
 
     place: _Place
     linear: Eliminated
     cost: float
+    goal: _Place
     promised: float
+    variance: float
+    enough: float
 
 
 def _descended(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> _End:
     """Gauss-Newton steps on values and waves."""
     layout = problem.layout
     costs = lambda trial: _costs(problem, known, trial)  # noqa: E731
-    linear, cost = eliminate(problem, known, *place), float(costs(place).sum())
-    goal, lowest = _goal(layout, place, linear)
+    end = _end(layout, place, eliminate(problem, known, *place), float(costs(place).sum()))
+    slow = 0
     for _ in range(STEPS):
-        promised = cost - lowest
-        if promised <= SETTLED:
+        if end.promised <= end.enough or slow == CRAWLING:
             break
-        found = _towards(goal, place, cost, promised, lambda trial: float(costs(trial).sum()))
-        found = found or _each_by_itself(layout, place, linear, costs)
-        if not found[1] < cost - max(GOOD * GOOD * promised, SETTLED):
-            # Shared values may be right while a record that bounces has lost its way to where they lead.
-            trials = [_settled(problem, known, _between(place, goal, share)) for share in FAR]
-            found = min((found, *trials), key=lambda end: end[1])
-        if not found[1] < cost - SETTLED:
+        found = _towards(end, lambda trial: float(costs(trial).sum()))
+        found = found or _each_by_itself(layout, end.place, end.linear, costs)
+        if not found[1] < end.cost - end.enough:
             break
-        place, cost = found
-        linear = eliminate(problem, known, *place)
-        goal, lowest = _goal(layout, place, linear)
-    return _End(place, linear, cost, cost - lowest)
+        slow = slow + 1 if end.cost - found[1] < SLOW * end.promised else 0
+        end = _end(layout, found[0], eliminate(problem, known, *found[0]), found[1])
+    return end
+
+
+def _end(layout: Layout, place: _Place, linear: Eliminated, cost: float) -> _End:
+    goal, lowest = _goal(layout, place, linear)
+    squares = np.sum(linear.residuals**2) / max(np.count_nonzero(linear.residuals), 1)
+    variance = max(1.0, float(squares))
+    enough = max(SETTLED * variance, COARSE * (variance - 1.0) * np.count_nonzero(linear.residuals))
+    return _End(place, linear, cost, goal, cost - lowest, variance, enough)
 
 
 def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> tuple[_Place, float]:
@@ -202,14 +240,9 @@ def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) 
 
 def _costs(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> np.ndarray:
     """Sum of squared residuals and waves of each record; infinite where its simulation breaks down."""
-    residuals = np.asarray(_residuals(corrected(problem, known, place.waves), place.values))
-    costs = np.sum(residuals**2, axis=(1, 2)) + sum(np.sum(wave**2, axis=1) for wave in place.waves.values())
+    squares = np.sum(residuals(problem, known, *place) ** 2, axis=(1, 2))
+    costs = squares + sum(np.sum(wave**2, axis=1) for wave in place.waves.values())
     return np.where(np.isfinite(costs), costs, np.inf)
-
-
-@eqx.filter_jit
-def _residuals(problem: Problem, values: Any) -> jax.Array:
-    return problem.residuals(values)
 
 
 def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, float]:
@@ -252,19 +285,17 @@ def bounded_step(normal: np.ndarray, slope: np.ndarray, lower: np.ndarray, upper
     return step
 
 
-def _towards(
-    goal: _Place, place: _Place, cost: float, promised: float, cost_at: Callable[[_Place], float]
-) -> tuple[_Place, float] | None:
+def _towards(end: _End, cost_at: Callable[[_Place], float]) -> tuple[_Place, float] | None:
     """A place on the way to the goal that keeps some of what is promised, and its cost; None where none is found."""
     length = 1.0
     for _ in range(TRIALS):
-        trial = _between(place, goal, length)
+        trial = _between(end.place, end.goal, length)
         there = cost_at(trial)
-        if there < cost - GOOD * length * promised:
+        if there < end.cost - GOOD * length * end.promised:
             return trial, there
         # Lowest point of the parabola through the cost and its slope here, and the cost there.
-        bend = there - cost + 2.0 * length * promised
-        length *= float(np.clip(length * promised / bend, 0.2, 0.7)) if np.isfinite(bend) and bend > 0.0 else 0.3
+        bend = there - end.cost + 2.0 * length * end.promised
+        length *= float(np.clip(length * end.promised / bend, 0.2, 0.7)) if np.isfinite(bend) and bend > 0.0 else 0.3
     return None
 
 

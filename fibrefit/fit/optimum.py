@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.fit import uncertainty
-from fibrefit.fit.joint import SETTLED, expected_gap, joint
+from fibrefit.fit.joint import expected_gap, joint
 from fibrefit.fit.result import InputError
 from fibrefit.fit.solve import linearised
 from fibrefit.problem.formulate import UNITS
@@ -83,12 +83,11 @@ def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optim
     scores = uncertainty.Scores(
         whole, found.linear.slopes, counts, layout.local_columns, layout.size, prior=found.prior
     )
-    promised = found.promised if found.promised > SETTLED else 0.0
     errors = {
         name: InputError(rms, _mean_rms(task.input_noise[name], task), UNITS[name])
         for name, rms in found.error_rms.items()
     }
-    return Optimum(found.problem, found.values, linear, scores, expected, errors, promised, found.waves)
+    return Optimum(found.problem, found.values, linear, scores, expected, errors, found.promised, found.waves)
 
 
 def _mean_rms(noise: Noise, task: Task) -> float:

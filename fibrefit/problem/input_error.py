@@ -19,7 +19,7 @@ Numer. Anal. 10 (1973).
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
@@ -27,6 +27,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from fibrefit.problem.drive import smoother
 from fibrefit.problem.layout import Layout
@@ -42,8 +43,14 @@ FASTEST = 60.0
 """Highest frequency in Hz of an error that is looked for: beyond it the smoother and the rig let little through."""
 MOST = 1024
 """Most cosines for a record; a longer one has a lower highest frequency."""
-FORETOLD = 5.0
+STRONG = 5.0
 """What the noise of the inputs may do to a sample, in units of its own noise, beyond which it counts less and less."""
+FORETOLD = 0.5
+"""Miss of the linearised problem, in units of a sample's noise, beyond which the sample counts less and less."""
+NEARBY = 0.005
+"""Time in s about such a miss in which it counts: other values of a model move it."""
+DRAWS = 4
+"""Of the errors of the inputs, to see where the linearised problem misses."""
 LINE_WIDTH = 1.0
 """Half width in Hz of the band in which the line of the mains may lie."""
 CHUNK = 16
@@ -143,12 +150,7 @@ def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.nda
     """
 
     def one(r: int) -> tuple:
-        residuals, slopes, reactions = _linear(problem, known, values, waves, r)
-        flat = np.concatenate([waves[name][r] for name in known])
-        rows = np.concatenate([slopes, (residuals.ravel() - flat @ reactions)[None]])
-        imitated, left = without(reactions, rows)
-        slopes_left = np.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
-        return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
+        return tuple(np.asarray(part) for part in _eliminated(*_of_record(problem, known, values, waves, r)))
 
     residuals, slopes, wave_slopes, best, gram = map(np.stack, zip(*_each_record(problem, one), strict=True))
     ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
@@ -205,13 +207,54 @@ def expanded(problem: Problem, known: Mapping[str, InputErrors], values: np.ndar
     return _each_record(problem, lambda r: _linear(problem, known, values, waves, r))
 
 
-def fade_of(rows: np.ndarray) -> np.ndarray:
-    """Factor ``(n,)`` on the weights of a record's samples, from its reactions ``(n_wave, n)``.
+def fades(
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    waves: Waves,
+    reactions: Sequence[np.ndarray],
+) -> np.ndarray:
+    """Factor ``(n_record, n_channel, n_time)`` on the weights of samples of which the linearised problem tells little.
 
-    It is low where the noise of the inputs leaves it open what the model would say: a motion that bounces may depend
-    on it so strongly that such samples say nothing of the model, and only bar the way of a search.
+    A motion that bounces may depend on the errors of the inputs so strongly, or bend so soon, that such samples say
+    nothing of the model and only bar the way of a search. The first is seen from the reactions. For the second, errors
+    are drawn, and what the model makes of them is held against what the linearised one foretells.
+
+    Parameters
+    ----------
+    problem, known, values, waves
+        As in `eliminate`.
+    reactions : sequence of (n_wave, n_channel * n_time), one for each record
+        As `expanded` finds them.
     """
-    return 1.0 / np.sqrt(1.0 + (np.linalg.norm(rows, axis=0) / FORETOLD) ** 4)
+    random, missed = np.random.default_rng(0), np.zeros(1)
+    here = residuals(problem, known, values, waves)
+    for _ in range(DRAWS):
+        drawn = {name: random.standard_normal(wave.shape) for name, wave in waves.items()}
+        there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in waves.items()})
+        flat = np.concatenate(list(drawn.values()), axis=1)
+        foretold = np.stack([wave @ rows for wave, rows in zip(flat, reactions, strict=True)])
+        missed = np.maximum(missed, np.abs(there - here - foretold.reshape(here.shape)))
+    missed = np.where(np.isfinite(missed), missed, np.inf)
+    missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
+    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reactions])
+    return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
+
+
+def residuals(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> np.ndarray:
+    """Residuals ``(n_record, n_channel, n_time)`` with the errors taken off the inputs."""
+    return np.asarray(_residuals(corrected(problem, known, waves), values))
+
+
+@eqx.filter_jit
+def _residuals(problem: Problem, values: Any) -> jax.Array:
+    return problem.residuals(values)
+
+
+def _spacing(problem: Problem) -> float:
+    """Time between samples in s."""
+    times = np.asarray(problem.observations.experiment.times[0])
+    return float(np.median(np.diff(times[: int(np.asarray(problem.observations.experiment.count)[0])])))
 
 
 def faded(problem: Problem, fade: np.ndarray) -> Problem:
@@ -245,12 +288,25 @@ def _without(reactions: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Arra
     return waves, rows - waves.T @ reactions
 
 
+def _of_record(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, r: int) -> tuple:
+    """What the compiled functions of one record are given."""
+    rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(waves)))
+    return problem.model, problem.layout, problem.soft_beyond, problem.layout.local(values)[r], *rows
+
+
 def _linear(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, r: int) -> tuple:
     """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and reactions ``(n_wave, n)`` of a record."""
-    local = problem.layout.local(values)[r]
-    data, known, waves = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(waves)))
-    found = _linearised(problem.model, problem.layout, problem.soft_beyond, local, data, known, waves)
-    return tuple(np.asarray(part) for part in found)
+    return tuple(np.asarray(part) for part in _linearised(*_of_record(problem, known, values, waves, r)))
+
+
+@eqx.filter_jit
+def _eliminated(*record: Any) -> tuple[jax.Array, ...]:
+    residuals, slopes, reactions = _linearised(*record)
+    flat = jnp.concatenate(list(record[-1].values()))
+    rows = jnp.concatenate([slopes, (residuals.ravel() - flat @ reactions)[None]])
+    imitated, left = _without(reactions, rows)
+    slopes_left = jnp.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
+    return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
 
 
 @eqx.filter_jit
