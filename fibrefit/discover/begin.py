@@ -13,8 +13,11 @@ from fibrefit.discover.frame import Frame, frame_of, reactions_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Progress, Search
 from fibrefit.effects.law import Effect
-from fibrefit.fit.result import Identification
+from fibrefit.fit.result import Identification, total
 from fibrefit.problem.task import Task
+
+FAR = 1.4
+"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 
 
 def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
@@ -31,7 +34,8 @@ def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], t
         Told what is being done.
     """
     wanted = _wanted(task, effects)
-    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves))
+    far = total(before.gap) > FAR * before.expected_gap
+    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, far))
     ground, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
-from fibrefit.discover.evidence import CHANCE, EACH, NOISE_LIKE, outdone
+from fibrefit.discover.evidence import NOISE_LIKE, chance, outdone
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
 from fibrefit.discover.free_form import Reading, described, probe_all
 from fibrefit.discover.refit import Subset, refit, standard_errors
@@ -143,11 +143,11 @@ def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
 
 
 def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
-    added = hypothesis.size - parent.size
+    kappa = search.colours.get(hypothesis.names, search.kappa)
     gain = parent.fit.cost - hypothesis.fit.cost
     subset = search.ground.subset(hypothesis.effects)
     spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}
-    inflation = np.sqrt(search.kappa * max(hypothesis.fit.cost / search.samples, 1.0))
+    inflation = np.sqrt(kappa * max(hypothesis.fit.cost / search.samples, 1.0))
     parameters = {}
     for effect in hypothesis.effects:
         for parameter in effect.parameters:
@@ -157,7 +157,7 @@ def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, error
     return Candidate(
         " + ".join(name for name in hypothesis.names if name not in parent.names) or "nothing",
         search.gap(hypothesis),
-        float(gain / search.kappa - CHANCE - EACH * added),
+        float(gain / kappa - chance(hypothesis.size - parent.size)),
         parameters,
     )
 
@@ -274,6 +274,10 @@ def _looks_like(search: Search, before: Identification, best: Hypothesis, readin
 
 def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
     task, values = alone(search.task, best)
+    waves = None
+    if search.base.frame.reactions is not None:
+        found = search.with_inputs(best)
+        values, waves = found.values, found.waves
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
@@ -281,7 +285,7 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )
-    return identify(nearby, FINAL_STARTS, seed, waves=search.waves, progress=search.tell)
+    return identify(nearby, FINAL_STARTS, seed, waves=waves, progress=search.tell)
 
 
 def _classes(

@@ -23,6 +23,8 @@ KNOT = 2.0
 """Gain of 2 log likelihood that a knot of a free curve reaches by chance, the spread of many of them included."""
 WORTH = 0.004
 """Share of the cost a gain must amount to, to be worth a name: models of a rig are no better than that."""
+WORTH_WITH_INPUTS = 0.002
+"""The same where errors of measured inputs are found too: they take up most of what a missing effect leaves."""
 ALIKE = 0.01
 """Share of the noise floor by which two explanations may differ and still be alike."""
 NOISE_LIKE = 1.045
@@ -52,9 +54,9 @@ def colour(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: flo
     return max(1.0, float(np.mean(ratios)))
 
 
-def significant(gain: float, parameters: int, kappa: float, cost: float) -> bool:
-    """Whether a gain in the sum of squared residuals is more than chance and worth a name."""
-    return gain > kappa * (CHANCE + EACH * parameters) and gain > WORTH * cost
+def chance(parameters: int) -> float:
+    """Gain of 2 log likelihood that the best of all candidates with so many parameters hardly reaches by chance."""
+    return CHANCE + EACH * parameters
 
 
 def alike(cost: float, other: float, samples: float, kappa: float) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.input_error import Waves, corrected, expanded, faded, fades, input_errors
+from fibrefit.problem.input_error import Waves, corrected, expanded, faded, fades, input_errors, residuals
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -62,12 +62,24 @@ class Reactions(NamedTuple):
     inverse: jax.Array
 
 
-def reactions_of(task: Task, values: np.ndarray, waves: Waves) -> Reactions | None:
-    """Reactions of a task's model at values ``(n_free,)`` in SI units and waves; None where no input is noisy."""
+def reactions_of(task: Task, values: np.ndarray, waves: Waves, far: bool = False) -> Reactions | None:
+    """Reactions of a task's model; None where no input is noisy.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    waves : mapping of input to (n_record, n_wave)
+    far : bool
+        Whether the model lacks so much that a right one moves otherwise after the first bounce of a record: only what
+        is before it counts then.
+    """
     if not (known := input_errors(task)):
         return None
     rows = [rows for _, _, rows in expanded(task.problem, known, values, waves)]
     fade = fades(task.problem, known, values, waves, rows)
+    if far:
+        fade = np.minimum.accumulate(np.broadcast_to(fade.min(axis=1, keepdims=True), fade.shape), axis=-1)
     offsets, parts, inverses = [], [], []
     for r, wave in enumerate(np.concatenate([waves[name] for name in known], axis=1)):
         weaker = jnp.asarray(rows[r] * fade[r].ravel())
@@ -75,6 +87,17 @@ def reactions_of(task: Task, values: np.ndarray, waves: Waves) -> Reactions | No
         inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
         parts.append(weaker.astype(jnp.float32))
     return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+
+
+def waves_at(task: Task, values: np.ndarray, reactions: Reactions) -> Waves:
+    """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as the reactions foretell them."""
+    known = input_errors(task)
+    left = residuals(faded(task.problem, reactions.fade), known, values, reactions.waves)
+    flat = []
+    for r, rows in enumerate(reactions.rows):
+        flat.append(-reactions.inverse[r] @ (rows @ (left[r].ravel() + reactions.offset[r])))
+    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
+    return dict(zip(known, np.split(np.array(flat), ends, axis=1), strict=True))
 
 
 @dataclass(frozen=True)

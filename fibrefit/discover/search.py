@@ -9,13 +9,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, fit_all, scouted
-from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, alike, significant
-from fibrefit.discover.frame import Frame, frame_of, group_of
+from fibrefit.discover.colour import colour_of
+from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, WORTH, WORTH_WITH_INPUTS, alike, chance
+from fibrefit.discover.frame import Frame, frame_of, group_of, waves_at
 from fibrefit.discover.free_form import Reading
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
-from fibrefit.fit.joint import expected_gap, joint
-from fibrefit.problem.input_error import Waves, input_errors
+from fibrefit.fit.joint import Joint, joint
+from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.noise import rests
 from fibrefit.problem.observations import Trace
 from fibrefit.problem.task import Task
@@ -55,10 +56,12 @@ class Search:
         Compiled so far.
     scatter : dict of tuple of str to Refit
         Refits with scatter made so far, by the names of their effects.
-    corrected : dict of tuple of str to float
-        Gap over that of a perfect model, of refits together with the errors of measured inputs.
     singles : dict of str to Hypothesis
         Each effect by itself, once it has been tried.
+    colours : dict of tuple of str to float
+        Colour of the noise where the last effects of a hypothesis act, as far as it was asked for.
+    corrected : dict of tuple of str to Joint
+        Refits together with the errors of measured inputs made so far.
     curve : Reading or None
         Best free curve on the model the search began with, once it has been looked for.
     """
@@ -72,15 +75,10 @@ class Search:
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
-    corrected: dict[tuple[str, ...], float] = field(default_factory=dict)
     singles: dict[str, Hypothesis] = field(default_factory=dict)
+    colours: dict[tuple[str, ...], float] = field(default_factory=dict)
+    corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
     curve: Reading | None = None
-
-    @property
-    def waves(self) -> Waves | None:
-        """Errors of measured inputs the search began with."""
-        reactions = self.base.frame.reactions
-        return None if reactions is None else reactions.waves
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -179,23 +177,33 @@ class Search:
         return min(again, self.scattered(over).surprise) - self.scattered(hypothesis).surprise
 
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
-        """Whether a hypothesis is better than another by more than chance."""
-        added = hypothesis.size - over.size
-        if not significant(over.fit.cost - hypothesis.fit.cost, added, self.kappa, over.fit.cost):
+        """Whether a hypothesis is better than another by more than chance, and enough so to be worth a name."""
+        added = [effect for effect in hypothesis.effects if effect not in over.effects]
+        least = chance(hypothesis.size - over.size)
+        worth = WORTH if hypothesis.frame.reactions is None else WORTH_WITH_INPUTS
+        gain = over.fit.cost - hypothesis.fit.cost
+        if not gain > max(least, worth * over.fit.cost):
             return False
-        return significant(self.gain(hypothesis, over), added, self.kappa, over.fit.cost)
+        gain = min(gain, self.gain(hypothesis, over))
+        if not gain > max(least, worth * over.fit.cost):
+            return False
+        # How the noise is coloured where the effect acts is only asked where that decides.
+        if not gain > self.kappa * least:
+            self.colours[hypothesis.names] = min(self.kappa, colour_of(self.task, hypothesis, added))
+        return gain > least * self.colours.get(hypothesis.names, self.kappa)
 
-    def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
-        """Whether only noise is left once the errors of noisy inputs are found anew, for the motion it leads to."""
-        if self.waves is None:
-            return False
+    def with_inputs(self, hypothesis: Hypothesis) -> Joint:
+        """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to."""
         if hypothesis.names not in self.corrected:
             self.tell("finding the errors of measured inputs", None)
             task, values = alone(self.task, hypothesis)
-            known = input_errors(task)
-            best = joint(task, known, values, self.waves)
-            self.corrected[hypothesis.names] = best.gap / expected_gap(task, known, best)[0]
-        return self.corrected[hypothesis.names] <= NOISE_LIKE
+            waves = waves_at(task, values, self.base.frame.reactions)
+            self.corrected[hypothesis.names] = joint(task, input_errors(task), values, waves, whole=False)
+        return self.corrected[hypothesis.names]
+
+    def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
+        """Whether only noise is left once the errors of noisy inputs are found anew."""
+        return self.base.frame.reactions is not None and self.with_inputs(hypothesis).foretold <= NOISE_LIKE
 
     @cached_property
     def moving(self) -> np.ndarray:

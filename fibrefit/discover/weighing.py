@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discover.candidates import Hypothesis, absent_values, alone
-from fibrefit.discover.evidence import CHANCE, EACH
+from fibrefit.discover.evidence import chance
 from fibrefit.discover.finding import Weight
 from fibrefit.discover.frame import STRETCHES
 from fibrefit.discover.refit import STEP, refit
@@ -57,7 +57,7 @@ def only_sure(search: Search, best: Hypothesis) -> Hypothesis:
     errors = scattered_errors(search, best)
     for other in reversed(_without_each(search, best)):
         distance = _distance(other.effect, best.fit.shared, errors)
-        if distance**2 < CHANCE + EACH * len(other.effect.parameters):
+        if distance**2 < chance(len(other.effect.parameters)):
             return only_sure(search, other.lesser)
     return best
 

@@ -22,7 +22,7 @@ from fibrefit.problem.input_error import (
     no_waves,
     residuals,
 )
-from fibrefit.problem.layout import Layout
+from fibrefit.problem.layout import Layout, assembled
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
 
@@ -34,6 +34,11 @@ At this scale the cost of a motion that sticks and bounces is rough.
 """
 COARSE = 1e-3
 """The same as a share of what the residuals have beyond the noise: a model that lacks something has no exact best."""
+HOPELESS = 4.0
+"""Variance that even the best errors of the inputs would leave, from which they are not what the model lacks.
+
+They stay nil then, and the values those for inputs as they were measured.
+"""
 LACKING = 1.3
 """Variance of the residuals from which a model lacks too much to follow a motion that bounces."""
 STUCK = 1.0
@@ -69,6 +74,8 @@ class Joint:
     promised : float
         Fall of the cost that one more step promises.
     error_rms : mapping of input to float, in SI units
+    foretold : float
+        Rms of what is left and of the errors, in units of their noise, over the samples that can be foretold.
     """
 
     problem: Problem
@@ -77,6 +84,7 @@ class Joint:
     waves: Waves
     promised: float
     error_rms: Mapping[str, float]
+    foretold: float
 
     @property
     def gap(self) -> float:
@@ -89,7 +97,14 @@ class Joint:
         return sum(np.einsum("rwi,rwj->rij", slopes, slopes) for slopes in self.linear.wave_slopes.values())
 
 
-def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves | None = None) -> Joint:
+def joint(
+    task: Task,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    waves: Waves | None = None,
+    *,
+    whole: bool = True,
+) -> Joint:
     """Best values and input errors, from the values that suit the inputs as they were measured.
 
     Parameters
@@ -99,6 +114,8 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
     values : (n_free,) in SI units
     waves : mapping of input to (n_record, n_wave), optional
         Where to begin; inputs as they were measured by default.
+    whole : bool
+        Go on with the samples that cannot be foretold, once those that can be are explained.
 
     Returns
     -------
@@ -109,11 +126,16 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
     for _ in range(LOOKS):
         reactions = [rows for _, _, rows in expanded(problem, known, *place)]
         fade = np.minimum(fade, fades(problem, known, *place, reactions))
-        end = _descended(faded(problem, fade), known, place)
-        if end.promised <= end.enough:
+        weaker = faded(problem, fade)
+        end = _at(weaker, known, place)
+        hopeless = whole and end.cost - end.promised > HOPELESS * _counted(problem, fade)
+        end = end if hopeless else _descended(weaker, known, end)
+        if hopeless or end.promised <= end.enough:
             break
         place = end.place
-    if fade.min() < WHOLE and end.variance < LACKING:
+    foretold = float(np.sqrt(end.cost / _counted(problem, fade)))
+    arrived = hopeless or end.promised <= end.enough
+    if whole and fade.min() < WHOLE:
         end = _with_all_samples(problem, known, end)
     place = end.place
     rms = error_rms(problem, known, place.waves)
@@ -122,8 +144,9 @@ def joint(task: Task, known: Mapping[str, InputErrors], values: np.ndarray, wave
         values=place.values,
         linear=end.linear,
         waves=place.waves,
-        promised=0.0 if end.promised <= end.enough else end.promised / end.variance,
+        promised=0.0 if arrived else end.promised / end.variance,
         error_rms=rms,
+        foretold=foretold,
     )
 
 
@@ -158,14 +181,24 @@ def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, see
     return float(np.sqrt(squares.sum() / number.sum())), np.sqrt(squares / np.maximum(number, 1))
 
 
+def _counted(problem: Problem, fade: np.ndarray) -> float:
+    """Number of samples, each as far as it counts."""
+    weights = problem.observations.weight
+    seen = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
+    return float(np.sum(fade**2, where=seen))
+
+
 def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
     """The descent, begun with samples that can be foretold, to its end with all of them."""
-    whole = _descended(problem, known, _settled(problem, known, end.place)[0])
-    if whole.promised < max(STUCK * whole.variance, whole.enough):
-        return whole
+    place = end.place
+    if end.variance < LACKING:
+        place = _settled(problem, known, place)[0]
+        whole = _descended(problem, known, _at(problem, known, place))
+        if whole.promised < max(STUCK * whole.variance, whole.enough):
+            return whole
+        place = whole.place
     # What is known of the values comes from what can be foretold; the residuals are those of all samples.
-    linear = end.linear._replace(residuals=residuals(problem, known, *whole.place))
-    return whole._replace(linear=linear, promised=end.promised)
+    return end._replace(place=place, linear=end.linear._replace(residuals=residuals(problem, known, *place)))
 
 
 class _Place(NamedTuple):
@@ -204,11 +237,10 @@ class _End(NamedTuple):
     enough: float
 
 
-def _descended(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> _End:
-    """Gauss-Newton steps on values and waves."""
+def _descended(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
+    """Gauss-Newton steps on values and waves, from where an earlier descent ended."""
     layout = problem.layout
     costs = lambda trial: _costs(problem, known, trial)  # noqa: E731
-    end = _end(layout, place, eliminate(problem, known, *place), float(costs(place).sum()))
     slow = 0
     for _ in range(STEPS):
         if end.promised <= end.enough or slow == CRAWLING:
@@ -220,6 +252,12 @@ def _descended(problem: Problem, known: Mapping[str, InputErrors], place: _Place
         slow = slow + 1 if end.cost - found[1] < SLOW * end.promised else 0
         end = _end(layout, found[0], eliminate(problem, known, *found[0]), found[1])
     return end
+
+
+def _at(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> _End:
+    """A descent that has not begun."""
+    cost = float(_costs(problem, known, place).sum())
+    return _end(problem.layout, place, eliminate(problem, known, *place), cost)
 
 
 def _end(layout: Layout, place: _Place, linear: Eliminated, cost: float) -> _End:
@@ -249,9 +287,7 @@ def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, fl
     """Where the linearised problem is best inside the bounds, and its cost there."""
     size, records = layout.size, len(layout.records)
     index = np.concatenate([layout.local_columns, np.full((records, 1), size)], axis=1)
-    gram = np.zeros((size + 2, size + 2))
-    for r in range(records):
-        np.add.at(gram, (index[r][:, None], index[r][None, :]), linear.gram[r])
+    gram = assembled(linear.gram, index, size + 1)
     normal, slope = gram[:size, :size], gram[:size, size]
     step = bounded_step(normal, slope, *_room(layout, place.values))
     padded = np.append(step, [0.0, 0.0])

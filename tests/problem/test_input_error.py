@@ -11,7 +11,18 @@ import pytest
 
 from fibrefit.problem.drive import smoothed, smoother
 from fibrefit.problem.formulate import formulate
-from fibrefit.problem.input_error import InputErrors, corrected, eliminate, error_rms, input_errors, left_over, no_waves
+from fibrefit.problem.input_error import (
+    InputErrors,
+    corrected,
+    eliminate,
+    error_rms,
+    expanded,
+    fades,
+    input_errors,
+    left_over,
+    no_waves,
+    residuals,
+)
 from fibrefit.problem.noise import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
@@ -115,6 +126,28 @@ def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str,
     promised = before - sum(gram[-1, -1] for gram in found.gram)
     assert promised > 0.1 * before
     assert before - cost == pytest.approx(promised, rel=0.05)
+
+
+def test_what_counts_in_full_is_what_the_linearised_problem_foretells() -> None:
+    study = load_study(STUDY)
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    start = task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    known = input_errors(task)
+    quiet = no_waves(known)
+    reactions = [rows for _, _, rows in expanded(task.problem, known, start, quiet)]
+    fade = fades(task.problem, known, start, quiet, reactions)
+    # Errors it has not been made from.
+    wave = {"drive": np.random.default_rng(99).standard_normal(quiet["drive"].shape)}
+    moved = residuals(task.problem, known, start, wave) - residuals(task.problem, known, start, quiet)
+    foretold = np.stack([w @ rows for w, rows in zip(wave["drive"], reactions, strict=True)]).reshape(moved.shape)
+    missed = np.abs(moved - foretold)
+    full, little = fade > 0.9, fade < 0.3
+    assert full.mean() > 0.6
+    assert np.sqrt(np.mean(missed[full] ** 2)) < 0.5 * np.sqrt(np.mean(moved[full] ** 2))
+    # Some records bounce, and there it is far off.
+    assert little.any()
+    assert np.sqrt(np.mean(missed[little] ** 2)) > 3.0 * np.sqrt(np.mean(missed[full] ** 2))
 
 
 def test_no_noise_no_error(task: Task) -> None:

@@ -1,0 +1,58 @@
+"""Frames of rigs with noisy inputs: what the errors of the inputs are taken to be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fibrefit.discover.candidates import absent_values, carried
+from fibrefit.discover.frame import Frame, frame_of, reactions_of, waves_at
+from fibrefit.effects.catalogue import find_effect
+from fibrefit.problem.formulate import formulate
+from fibrefit.problem.input_error import eliminate, faded, input_errors, no_waves
+from fibrefit.problem.task import Task
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulate.model import Model
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
+
+STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
+#: Reactions are kept in single precision.
+SINGLE = 1e-4
+
+
+@pytest.fixture(scope="module")
+def task() -> Task:
+    """The first record of the drive series."""
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": study.records[:1]})
+    return formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+
+
+def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
+    known = input_errors(task)
+    quiet = no_waves(known)
+    reactions = reactions_of(task, task.start, quiet)
+    assert reactions is not None
+    # A little beside the values the reactions are those of.
+    values = task.start * 1.0002
+    whole = eliminate(faded(task.problem, reactions.fade), known, values, quiet)
+    waves = waves_at(task, values, reactions)
+    scale = np.abs(whole.best["drive"]).max()
+    np.testing.assert_allclose(waves["drive"], whole.best["drive"], atol=0.02 * scale)
+    frame = frame_of(task, (), reactions)
+    local = np.asarray(task.problem.layout.local(values))
+    cost = frame.costs(local, task.counts[-1]).sum()
+    assert cost == pytest.approx(sum(gram[-1, -1] for gram in whole.gram), rel=0.01)
+
+
+def test_an_absent_effect_changes_nothing(task: Task) -> None:
+    reactions = reactions_of(task, task.start, no_waves(input_errors(task)))
+    bare = frame_of(task, (), reactions)
+    frame = frame_of(task, (find_effect("guide.viscous_friction"),), reactions)
+    local = np.asarray(task.problem.layout.local(task.start))
+    wider = carried(frame, absent_values(frame, len(local)), Frame(task), local)
+    costs = [bare.costs(local, task.counts[-1]), frame.costs(wider, task.counts[-1])]
+    np.testing.assert_allclose(*costs, rtol=SINGLE)
