@@ -23,6 +23,10 @@ SHAPES = (0.25, 1.0, 4.0)
 SCOUTING = 6
 """Steps every start is given before the best ones go on."""
 FINALISTS = 2
+FREQUENCIES = np.geomspace(0.125, 3.0, 14)
+"""Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped."""
+MANY, KEPT = 12, 4
+"""Starts from which on each takes a single step before the best few go on."""
 THREADS = 2
 
 
@@ -164,12 +168,13 @@ def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[ty
     subset = ground.subset(effects)
     blank = absent_values(frame, len(parent.fit.local))
     before = carried(frame, blank, parent.frame, parent.fit.local)
-    scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in _starts(frame, before, added)]
+    starts = _starts(frame, before, added)
+    if len(starts) > MANY:
+        first = sorted((refit(frame, subset, start, ground.whole, 1) for start in starts), key=lambda found: found.cost)
+        starts = [found.local for found in first[:KEPT]]
+    scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in starts]
     if not parent.effects:
-        scouts += [
-            _from_data(frame, ground, subset, start)
-            for start in _starts(frame, _suggested(frame, before, ground), added)
-        ]
+        scouts += [_from_data(frame, ground, subset, _suggested(frame, start, ground)) for start in starts]
     return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
 
 
@@ -213,6 +218,8 @@ def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> 
 def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:
     if parameter.name not in effect.strength:
         sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
+    elif parameter.unit == "Hz":
+        sizes = list(FREQUENCIES * parameter.typical)
     elif parameter.reciprocal:
         sizes = [parameter.typical / SMALL**0.5]
     else:

@@ -111,7 +111,7 @@ class Search:
         pairs = self._extensions(parents)
         found = self._tried([pair for pair in pairs if not pair[1].costly], parents, what)
         costly = [pair for pair in pairs if pair[1].costly and self._may_help(*pair)]
-        if costly and not (found and self.is_noise(found[0])):
+        if costly and not (found and (self.gap(found[0]) <= NOISE_LIKE or self.only_scatters(found[0]))):
             found = sorted(found + self._tried(costly, parents, what), key=lambda hypothesis: hypothesis.fit.cost)
         if parents[0] is self.base:
             self.singles = {hypothesis.names[0]: hypothesis for hypothesis in found}
