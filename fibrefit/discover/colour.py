@@ -18,7 +18,7 @@ from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.frame import Reactions
 from fibrefit.discover.refit import STEP
 from fibrefit.effects.law import Effect
-from fibrefit.problem.input_error import faded, input_errors, residuals
+from fibrefit.problem.input_error import Waves, faded, input_errors, residuals
 from fibrefit.problem.layout import assembled
 from fibrefit.problem.task import Task
 
@@ -50,9 +50,9 @@ def colour_of(task: Task, hypothesis: Hypothesis, added: Sequence[type[Effect]])
 def _slopes(task: Task, hypothesis: Hypothesis, values: np.ndarray) -> np.ndarray:
     """How the residuals move with each free value of a record, ``(n_record, n_local_free, n_channel * n_time)``."""
     reactions, layout = hypothesis.frame.reactions, task.problem.layout
-    problem, known, waves = task.problem, {}, {}
-    if reactions is not None:
-        problem, known, waves = faded(problem, reactions.fade), input_errors(task), reactions.waves
+    problem = task.problem if reactions is None else faded(task.problem, reactions.fade)
+    known = {} if reactions is None else input_errors(task)
+    waves: Waves = {} if reactions is None else reactions.waves
     here, rows = residuals(problem, known, values, waves), []
     for slot in (layout.slots[i] for i in layout.local_free):
         size = 0.01 * abs(hypothesis.frame.declared[slot.name].typical)

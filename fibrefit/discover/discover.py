@@ -274,10 +274,9 @@ def _looks_like(search: Search, before: Identification, best: Hypothesis, readin
 
 def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
     task, values = alone(search.task, best)
-    waves = None
-    if search.base.frame.reactions is not None:
-        found = search.with_inputs(best)
-        values, waves = found.values, found.waves
+    found = search.with_inputs(best)
+    if found is not None:
+        values = found.values
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
@@ -285,7 +284,7 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )
-    return identify(nearby, FINAL_STARTS, seed, waves=waves, progress=search.tell)
+    return identify(nearby, FINAL_STARTS, seed, waves=None if found is None else found.waves, progress=search.tell)
 
 
 def _classes(

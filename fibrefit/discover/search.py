@@ -192,18 +192,22 @@ class Search:
             self.colours[hypothesis.names] = min(self.kappa, colour_of(self.task, hypothesis, added))
         return gain > least * self.colours.get(hypothesis.names, self.kappa)
 
-    def with_inputs(self, hypothesis: Hypothesis) -> Joint:
-        """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to."""
+    def with_inputs(self, hypothesis: Hypothesis) -> Joint | None:
+        """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to; None without."""
+        reactions = self.base.frame.reactions
+        if reactions is None:
+            return None
         if hypothesis.names not in self.corrected:
             self.tell("finding the errors of measured inputs", None)
             task, values = alone(self.task, hypothesis)
-            waves = waves_at(task, values, self.base.frame.reactions)
+            waves = waves_at(task, values, reactions)
             self.corrected[hypothesis.names] = joint(task, input_errors(task), values, waves, whole=False)
         return self.corrected[hypothesis.names]
 
     def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left once the errors of noisy inputs are found anew."""
-        return self.base.frame.reactions is not None and self.with_inputs(hypothesis).foretold <= NOISE_LIKE
+        found = self.with_inputs(hypothesis)
+        return found is not None and found.foretold <= NOISE_LIKE
 
     @cached_property
     def moving(self) -> np.ndarray:
