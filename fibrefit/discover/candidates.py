@@ -23,6 +23,8 @@ SHAPES = (0.25, 1.0, 4.0)
 SCOUTING = 6
 """Steps every start is given before the best ones go on."""
 FINALISTS = 2
+RETIMED = 0.01
+"""Relative fall of the cost for which a refit is led once more."""
 FREQUENCIES = np.geomspace(0.125, 3.0, 14)
 """Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped."""
 MANY, KEPT = 12, 4
@@ -150,7 +152,24 @@ class Trial:
         """The hypothesis refitted in full, from the best few ends."""
         subset = ground.subset(self.effects)
         ends = [refit(self.frame, subset, scout.local, ground.whole) for scout in self.scouts]
-        return Hypothesis(self.effects, min(ends, key=lambda found: found.cost), self.frame)
+        best = min(ends, key=lambda found: found.cost)
+        return Hypothesis(self.effects, retimed(self.frame, subset, best, ground), self.frame)
+
+
+def retimed(frame: Frame, subset: Subset, found: Refit, ground: Ground) -> Refit:
+    """A refit led once more from what can be foretold to whole records, as long as that leads lower.
+
+    Where later bounces are matched in the wrong order, the first ones still tell the way out.
+    """
+    while frame.reactions is None and len(ground.counts) > 1:
+        early = found
+        for counts in ground.counts[:-1]:
+            early = refit(frame, subset, early.local, counts, SCOUTING, 1e-3)
+        other = refit(frame, subset, early.local, ground.whole)
+        if not other.cost < (1.0 - RETIMED) * found.cost:
+            break
+        found = other
+    return found
 
 
 def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Trial:

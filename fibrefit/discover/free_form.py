@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried, fit_all
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried, fit_all, retimed
 from fibrefit.discover.evidence import KNOT
 from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.probes import PROBES, Curve
@@ -110,7 +110,7 @@ def _fit(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], s
     heights = tuple(f"{probe.name}.{height}" for height in probe.heights)
     subset = ground.subset(parent.effects)
     active = Subset(subset.shared + heights, subset.each, curve=heights)
-    end = refit(frame, active, start, ground.whole, 40)
+    end = retimed(frame, active, refit(frame, active, start, ground.whole, 40), ground)
     return Hypothesis((*parent.effects, probe), end, frame)
 
 
