@@ -33,7 +33,8 @@ Each case is a series of five records made by a simulator that shares no code an
 fixed steps of some microseconds, friction as a projection of the velocity, a logger with noise, hum and resolution. In
 half of the cases as much of the noise is pink as white, in the other half all of it is white. The strength of an effect
 is set by the gap it leaves to the best base model. Where nothing is hidden, the base parameters differ by 0.5 % from
-record to record."""
+record to record. Cases that showed a fault of the search were run again once it was mended: until every case has been
+run, the shares flatter a little."""
 A_CLASS = """\
 A class holds effects that records of the usual kind cannot separate, such as a delay and a lag of the force gauge, and
 what the search itself said it could not tell apart."""
