@@ -93,7 +93,7 @@ def _climb(
         looked = search.extended(beam, what)
         if not looked:
             break
-        chosen = _chosen(search, looked, limits)
+        chosen = _chosen(search, looked, path[-1], limits)
         if chosen is None or not search.is_significant(chosen, path[-1]):
             break
         polished = Hypothesis(
@@ -107,9 +107,9 @@ def _climb(
     return path, rounds, looked
 
 
-def _chosen(search: Search, looked: Sequence[Hypothesis], limits: Limits) -> Hypothesis | None:
+def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
     if limits.choose is None:
-        return search.simplest(looked)
+        return search.simplest(looked, over)
     name = limits.choose([_candidate(search, hypothesis, search.base) for hypothesis in looked[:LISTED]])
     return next((hypothesis for hypothesis in looked if name in hypothesis.names), None)
 
@@ -295,7 +295,7 @@ def _classes(
         return ()
     rivals = [
         other
-        for other in search.alike(best, looked)
+        for other in search.alike(best, looked, path[-2] if len(path) > 1 else search.base)
         if set(other.effects) != set(best.effects) and other.size <= best.size + 1
     ]
     classes = []

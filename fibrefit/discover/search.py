@@ -30,6 +30,8 @@ REFITTED = 4
 """Candidates that always are."""
 SCOUTS_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
+MOST_OF = 0.5
+"""Share of the best one's gain from which another explanation may be like it."""
 BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
 
@@ -227,13 +229,16 @@ class Search:
         at_rest, in_motion = (costs[0] + costs[2] - costs[1]) / resting, np.diff(costs[:2]) / np.diff(samples[:2])
         return bool(in_motion[0] > LOUDER**2 * at_rest)
 
-    def alike(self, best: Hypothesis, others: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Those of `others` that explain the records as well as the best one."""
-        return [other for other in others if alike(best.fit.cost, other.fit.cost, self.samples, self.kappa)]
+    def alike(self, best: Hypothesis, others: Sequence[Hypothesis], over: Hypothesis) -> list[Hypothesis]:
+        """Those of `others` that explain the records as well as the best one, with most of its gain over another."""
+        least = over.fit.cost - MOST_OF * (over.fit.cost - best.fit.cost)
+        near = [other for other in others if other.fit.cost <= least]
+        return [other for other in near if alike(best.fit.cost, other.fit.cost, self.samples, self.kappa)]
 
-    def simplest(self, ranked: Sequence[Hypothesis]) -> Hypothesis:
+    def simplest(self, ranked: Sequence[Hypothesis], over: Hypothesis) -> Hypothesis:
         """Of the explanations like the best one, that with the fewest parameters; then the best."""
-        return min(self.alike(ranked[0], ranked), key=lambda hypothesis: (hypothesis.size, hypothesis.fit.cost))
+        near = self.alike(ranked[0], ranked, over) or ranked[:1]
+        return min(near, key=lambda hypothesis: (hypothesis.size, hypothesis.fit.cost))
 
     def is_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left, or noise and base parameters that scatter a little from record to record."""
