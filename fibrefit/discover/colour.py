@@ -18,7 +18,8 @@ from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.frame import Reactions
 from fibrefit.discover.refit import STEP
 from fibrefit.effects.law import Effect
-from fibrefit.problem.input_error import Waves, faded, input_errors, residuals
+from fibrefit.problem.foretold import faded
+from fibrefit.problem.input_error import Waves, input_errors, residuals
 from fibrefit.problem.layout import assembled
 from fibrefit.problem.task import Task
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.input_error import Waves, corrected, expanded, faded, fades, input_errors, residuals
+from fibrefit.problem.foretold import faded, fades
+from fibrefit.problem.input_error import Waves, corrected, expanded, input_errors, residuals
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
 from fibrefit.problem.problem import Problem
@@ -46,7 +47,7 @@ class Reactions(NamedTuple):
     waves : mapping of input to (n_record, n_wave)
         The errors; they are taken off the inputs.
     fade : (n_record, n_channel, n_time)
-        Factor on each sample's weight, see `fades`.
+        Factor on each sample's weight, see `foretold`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
     rows : (n_record, n_wave, n_channel * n_time)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.problem.foretold import faded, fades
 from fibrefit.problem.input_error import (
     Eliminated,
     InputErrors,
@@ -16,8 +17,6 @@ from fibrefit.problem.input_error import (
     eliminate,
     error_rms,
     expanded,
-    faded,
-    fades,
     left_over,
     no_waves,
     residuals,
@@ -133,8 +132,11 @@ def joint(
         if hopeless or end.promised <= end.enough:
             break
         place = end.place
-    foretold = float(np.sqrt(end.cost / _counted(problem, fade)))
     arrived = hopeless or end.promised <= end.enough
+    if whole and not arrived and end.variance > LACKING:
+        # A model that lacks something and cannot be brought to rest with errors of its inputs is left without them.
+        end, arrived = _at(weaker, known, _Place(values, no_waves(known))), True
+    foretold = float(np.sqrt(end.cost / _counted(problem, fade)))
     if whole and fade.min() < WHOLE:
         end = _with_all_samples(problem, known, end)
     place = end.place

@@ -10,8 +10,9 @@ import pytest
 from fibrefit.discover.candidates import absent_values, carried
 from fibrefit.discover.frame import Frame, frame_of, reactions_of, waves_at
 from fibrefit.effects.catalogue import find_effect
+from fibrefit.problem.foretold import faded
 from fibrefit.problem.formulate import formulate
-from fibrefit.problem.input_error import eliminate, faded, input_errors, no_waves
+from fibrefit.problem.input_error import eliminate, input_errors, no_waves
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulate.model import Model

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.drive import smoothed, smoother
+from fibrefit.problem.foretold import fades
 from fibrefit.problem.formulate import formulate
 from fibrefit.problem.input_error import (
     InputErrors,
@@ -17,7 +18,6 @@ from fibrefit.problem.input_error import (
     eliminate,
     error_rms,
     expanded,
-    fades,
     input_errors,
     left_over,
     no_waves,
