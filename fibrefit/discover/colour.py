@@ -98,10 +98,9 @@ def _chance(task: Task, normal: np.ndarray, kept: np.ndarray, reactions: Reactio
 
 def _power(task: Task, channel: str, wave: np.ndarray, rate: float) -> float:
     """``s'N s`` of one channel of one record, for noise of mean power one."""
-    noise, size = task.noise[channel], len(wave)
+    size = len(wave)
     frequency = np.fft.rfftfreq(size, 1.0 / rate)
-    density = noise.density(np.maximum(frequency, 0.5 * rate / size))
-    mean = noise.rms(size / rate, rate) ** 2 / (0.5 * rate)
+    density = task.noise[channel].over_mean(np.maximum(frequency, 0.5 * rate / size), size / rate, rate)
     squares = np.abs(np.fft.rfft(wave)) ** 2 / size
     twice = np.where((frequency > 0.0) & (frequency < 0.5 * rate), 2.0, 1.0)
-    return float(np.sum(twice * squares * density / mean))
+    return float(np.sum(twice * squares * density))

@@ -143,7 +143,7 @@ def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
 
 
 def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
-    kappa = search.colours.get(hypothesis.names, search.kappa)
+    kappa = search.colour(hypothesis, parent)
     gain = parent.fit.cost - hypothesis.fit.cost
     subset = search.ground.subset(hypothesis.effects)
     spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}

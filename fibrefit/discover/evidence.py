@@ -49,8 +49,7 @@ def colour(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: flo
     """
     ratios = []
     for channel, seen in noise.items():
-        mean = seen.rms(duration, rates[channel]) ** 2 / (0.5 * rates[channel])
-        ratios.append(float(seen.density(np.array([SLOW]))[0] / mean))
+        ratios.append(float(seen.over_mean(np.array([SLOW]), duration, rates[channel])[0]))
     return max(1.0, float(np.mean(ratios)))
 
 

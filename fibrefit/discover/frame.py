@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.foretold import faded, fades
+from fibrefit.problem.foretold import counted, faded, fades
 from fibrefit.problem.input_error import Waves, corrected, expanded, input_errors, residuals
 from fibrefit.problem.layout import Layout, Slot
 from fibrefit.problem.observations import Observations
@@ -131,9 +131,7 @@ class Frame:
     @cached_property
     def _counted(self) -> np.ndarray:
         """How much each instant of a record counts, ``(n_record, n_time)``: by the number of channels read then."""
-        weights = [np.asarray(weight) > 0.0 for weight in self.task.problem.observations.weight.values()]
-        counted = np.stack(weights, axis=1).astype(float)
-        return np.sum(counted * (1.0 if self.reactions is None else self.reactions.fade**2), axis=1)
+        return counted(self.problem, 1.0 if self.reactions is None else self.reactions.fade)
 
     def samples_before(self, counts: np.ndarray) -> np.ndarray:
         """Number of samples that count of each record before a horizon, ``(n_record,)``."""

@@ -60,8 +60,8 @@ class Search:
         Refits with scatter made so far, by the names of their effects.
     singles : dict of str to Hypothesis
         Each effect by itself, once it has been tried.
-    colours : dict of tuple of str to float
-        Colour of the noise where the last effects of a hypothesis act, as far as it was asked for.
+    colours : dict of (tuple of str, tuple of str) to float
+        Colour of the noise where what one hypothesis adds to another acts, as far as it was asked for.
     corrected : dict of tuple of str to Joint
         Refits together with the errors of measured inputs made so far.
     curve : Reading or None
@@ -78,7 +78,7 @@ class Search:
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
     singles: dict[str, Hypothesis] = field(default_factory=dict)
-    colours: dict[tuple[str, ...], float] = field(default_factory=dict)
+    colours: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
     curve: Reading | None = None
 
@@ -190,9 +190,14 @@ class Search:
         if not gain > max(least, worth * over.fit.cost):
             return False
         # How the noise is coloured where the effect acts is only asked where that decides.
-        if not gain > self.kappa * least:
-            self.colours[hypothesis.names] = min(self.kappa, colour_of(self.task, hypothesis, added))
-        return gain > least * self.colours.get(hypothesis.names, self.kappa)
+        pair = hypothesis.names, over.names
+        if not gain > self.kappa * least and pair not in self.colours:
+            self.colours[pair] = min(self.kappa, colour_of(self.task, hypothesis, added))
+        return gain > least * self.colour(hypothesis, over)
+
+    def colour(self, hypothesis: Hypothesis, over: Hypothesis) -> float:
+        """Colour of the noise for what a hypothesis adds to another: at the motion's pace if it was not asked for."""
+        return self.colours.get((hypothesis.names, over.names), self.kappa)
 
     def with_inputs(self, hypothesis: Hypothesis) -> Joint | None:
         """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to; None without."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.foretold import faded, fades
+from fibrefit.problem.foretold import counted, faded, fades
 from fibrefit.problem.input_error import (
     Eliminated,
     InputErrors,
@@ -127,16 +127,16 @@ def joint(
         fade = np.minimum(fade, fades(problem, known, *place, reactions))
         weaker = faded(problem, fade)
         end = _at(weaker, known, place)
-        hopeless = whole and end.cost - end.promised > HOPELESS * _counted(problem, fade)
+        number = counted(problem, fade).sum()
+        hopeless = whole and end.cost - end.promised > HOPELESS * number
         end = end if hopeless else _descended(weaker, known, end)
         if hopeless or end.promised <= end.enough:
             break
         place = end.place
-    arrived = hopeless or end.promised <= end.enough
-    if whole and not arrived and end.variance > LACKING:
+    if whole and end.promised > end.enough and end.variance > LACKING and not hopeless:
         # A model that lacks something and cannot be brought to rest with errors of its inputs is left without them.
-        end, arrived = _at(weaker, known, _Place(values, no_waves(known))), True
-    foretold = float(np.sqrt(end.cost / _counted(problem, fade)))
+        end, hopeless = _at(weaker, known, _Place(values, no_waves(known))), True
+    foretold = float(np.sqrt(end.cost / number))
     if whole and fade.min() < WHOLE:
         end = _with_all_samples(problem, known, end)
     place = end.place
@@ -146,7 +146,7 @@ def joint(
         values=place.values,
         linear=end.linear,
         waves=place.waves,
-        promised=0.0 if arrived else end.promised / end.variance,
+        promised=0.0 if hopeless or end.promised <= end.enough else end.promised / end.variance,
         error_rms=rms,
         foretold=foretold,
     )
@@ -169,8 +169,8 @@ def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, see
     """
     random, problem = np.random.default_rng(seed), task.problem
     data, channels = problem.observations, problem.model.rig.channels
-    counted = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)
-    noise = np.zeros((DRAWS, *counted.shape))
+    seen = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)
+    noise = np.zeros((DRAWS, *seen.shape))
     for r, trace in enumerate(task.traces):
         size, rate = len(trace.times), 1.0 / float(np.diff(trace.times).mean())
         for c, channel in enumerate(channels):
@@ -179,15 +179,8 @@ def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, see
                 draw[r, c, :size] = wave / max(wave.std(), 1e-300)
     waves = {name: random.standard_normal((DRAWS, *wave.shape)) for name, wave in found.waves.items()}
     left = left_over(found.problem, known, found.values, waves, noise)
-    squares, number = np.sum(np.where(counted, left, 0.0) ** 2, axis=-1).mean(axis=0), counted.sum(axis=-1)
+    squares, number = np.sum(np.where(seen, left, 0.0) ** 2, axis=-1).mean(axis=0), seen.sum(axis=-1)
     return float(np.sqrt(squares.sum() / number.sum())), np.sqrt(squares / np.maximum(number, 1))
-
-
-def _counted(problem: Problem, fade: np.ndarray) -> float:
-    """Number of samples, each as far as it counts."""
-    weights = problem.observations.weight
-    seen = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
-    return float(np.sum(fade**2, where=seen))
 
 
 def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:

@@ -130,12 +130,13 @@ def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
     checks = []
     for name, error in errors.items():
         ratio = error.rms / error.noise
-        passed = ratio <= INPUT_ERROR
-        says = (
-            f"The measured {name} was corrected within its noise."
-            if passed
-            else f"The {name} would have to be wrong by {ratio:.3g} times its noise: the model lacks something."
-        )
+        passed = 0.0 < ratio <= INPUT_ERROR
+        if passed:
+            says = f"The measured {name} was corrected within its noise."
+        elif ratio == 0.0:
+            says = f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
+        else:
+            says = f"The {name} would have to be wrong by {ratio:.3g} times its noise: the model lacks something."
         checks.append(Check(f"the {name} is as measured", passed, says, ratio, INPUT_ERROR))
     return checks
 

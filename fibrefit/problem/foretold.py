@@ -62,6 +62,13 @@ def faded(problem: Problem, fade: np.ndarray) -> Problem:
     return eqx.tree_at(lambda p: p.observations.weight, problem, weaker)
 
 
+def counted(problem: Problem, fade: np.ndarray | float = 1.0) -> np.ndarray:
+    """How much each instant of a record counts, ``(n_record, n_time)``: by the channels read then, and by `fade`."""
+    weights = problem.observations.weight
+    seen = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
+    return np.sum(seen * np.square(fade), axis=1)
+
+
 def _spacing(problem: Problem) -> float:
     """Time between samples in s."""
     times = np.asarray(problem.observations.experiment.times[0])

@@ -52,6 +52,10 @@ class Noise:
         """One-sided power density at `frequency` [Hz] > 0, without the line, in unit^2/Hz."""
         return self.white + self.pink / frequency
 
+    def over_mean(self, frequency: np.ndarray, duration: float, rate: float) -> np.ndarray:
+        """Power density at `frequency` [Hz] > 0 over its mean in a record of `duration` [s] sampled at `rate` [Hz]."""
+        return self.density(frequency) * (0.5 * rate) / self.rms(duration, rate) ** 2
+
     def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
         """Some noise with this spectrum, the line left out, ``(count,)``."""
         frequency = np.fft.rfftfreq(count, 1.0 / rate)

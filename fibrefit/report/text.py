@@ -187,6 +187,8 @@ def input_noise(summary: FitResultSummary) -> list[str]:
     for name, error in summary.input_errors.items():
         rms, noise = (format_quantity(value, error.unit, 2) for value in (error.rms, error.noise))
         text = f"The measured {name} was corrected by {rms} rms; its noise is {noise}."
+        if error.rms == 0.0:
+            text = f"The {name} was taken as it was measured; its noise is {noise}."
         if summary.expected_gap is not None:
             text += f" A perfect model would leave a gap of {summary.expected_gap:.2f}."
         lines.append(paragraph(text))

@@ -49,6 +49,20 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     assert cost == pytest.approx(sum(gram[-1, -1] for gram in whole.gram), rel=0.01)
 
 
+def test_far_from_a_right_model_nothing_counts_once_something_could_not_be_foretold() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": study.records[-1:]})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    quiet = no_waves(input_errors(task))
+    near, far = (reactions_of(task, task.start, quiet, far) for far in (False, True))
+    assert near is not None
+    assert far is not None
+    # The last record bounces, and comes to rest again: seen from nearby, what is after counts once more.
+    assert np.any(np.diff(near.fade, axis=-1) > 0.1)
+    assert np.all(np.diff(far.fade, axis=-1) <= 0.0)
+    assert np.all(far.fade <= near.fade)
+
+
 def test_an_absent_effect_changes_nothing(task: Task) -> None:
     reactions = reactions_of(task, task.start, no_waves(input_errors(task)))
     bare = frame_of(task, (), reactions)

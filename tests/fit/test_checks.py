@@ -163,6 +163,14 @@ def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool
     assert passed or "the drive would have to be wrong by 1.3 times its noise" in check.says.lower()
 
 
+def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
+    (check,) = judge.inputs_within_noise({"drive": InputError(0.0, 1e-5, "m")})
+    assert not check.passed
+    assert (
+        check.says == "The drive was taken as it was measured: the model lacks more than an error of it could explain."
+    )
+
+
 SLOTS = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b", "c"))
 LAYOUT = Layout(SLOTS, ("r.csv",))
 
