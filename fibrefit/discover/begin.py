@@ -9,15 +9,12 @@ import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
 from fibrefit.discover.evidence import colour
-from fibrefit.discover.frame import Frame, frame_of, reactions_of
+from fibrefit.discover.frame import FAR, Frame, frame_of, reactions_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fit.result import Identification, total
 from fibrefit.problem.task import Task
-
-FAR = 1.4
-"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 
 
 def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:

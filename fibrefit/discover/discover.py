@@ -72,39 +72,60 @@ def discover(
         reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
         return _not_trusted(before, reasons, began)
     search = begun(task, before, effects, tell)
-    path, rounds, looked = _climb(search, before, limits)
-    return _concluded(search, before, path, rounds, looked, limits, began)
+    return _concluded(before, _climb(search, before, limits), limits, began)
 
 
-def _climb(
-    search: Search, before: Identification, limits: Limits
-) -> tuple[list[Hypothesis], list[Round], list[Hypothesis]]:
-    """Add effects while the records ask for them; the path of hypotheses, its rounds, and the last candidates."""
-    path: list[Hypothesis] = [search.base]
-    rounds: list[Round] = []
-    looked: list[Hypothesis] = []
-    beam = [search.base]
-    while len(path[-1].effects) < limits.max_effects:
-        if path[-1].effects and search.is_noise(path[-1]):
+@dataclass(frozen=True)
+class _Climbed:
+    """Where a search has come to.
+
+    Parameters
+    ----------
+    search : Search
+        In its last state.
+    best : Hypothesis
+    rounds : tuple of Round
+    looked : tuple of Hypothesis
+        Candidates of the last round, best first.
+    rivals : tuple of (str, str)
+        What was added last, each with an effect that does as well.
+    """
+
+    search: Search
+    best: Hypothesis
+    rounds: tuple[Round, ...] = ()
+    looked: tuple[Hypothesis, ...] = ()
+    rivals: tuple[tuple[str, str], ...] = ()
+
+
+def _climb(search: Search, before: Identification, limits: Limits) -> _Climbed:
+    """Add effects while the records ask for them."""
+    at, beam = _Climbed(search, search.base), [search.base]
+    while len(at.best.effects) < limits.max_effects:
+        if at.best.effects:
+            if search.is_noise(at.best) and not search.leaves_much(at.best):
+                break
+            if (anew := search.anew(at.best)) is not None:
+                search, best = anew
+                at, beam = replace(at, search=search, best=best), [best]
+        if len(at.best.effects) > 1 and _is_rival(search, _free_form(search, before), at.best):
             break
-        if len(path[-1].effects) > 1 and _is_rival(search, _free_form(search, before), path[-1]):
-            break
-        what = f"trying each effect, round {len(rounds) + 1}"
-        looked = search.extended(beam, what)
+        looked = search.extended(beam, f"trying each effect, round {len(at.rounds) + 1}")
         if not looked:
             break
-        chosen = _chosen(search, looked, path[-1], limits)
-        if chosen is None or not search.is_significant(chosen, path[-1]):
+        at = replace(at, looked=tuple(looked))
+        chosen = _chosen(search, looked, at.best, limits)
+        if chosen is None or not search.is_significant(chosen, at.best):
             break
         polished = Hypothesis(
             chosen.effects,
             refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
             chosen.frame,
         )
-        rounds.append(_round(search, before, path[-1], polished, looked))
-        path.append(polished)
+        found, rivals = _round(search, before, at.best, polished, looked), _rivals(search, looked, at.best, polished)
+        at = replace(at, best=polished, rounds=(*at.rounds, found), rivals=rivals)
         beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
-    return path, rounds, looked
+    return at
 
 
 def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
@@ -162,23 +183,16 @@ def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, error
     )
 
 
-def _concluded(
-    search: Search,
-    before: Identification,
-    path: list[Hypothesis],
-    rounds: list[Round],
-    looked: Sequence[Hypothesis],
-    limits: Limits,
-    began: float,
-) -> Finding:
-    best = search.pruned(path[-1]) if len(path[-1].effects) > 1 else path[-1]
+def _concluded(before: Identification, at: _Climbed, limits: Limits, began: float) -> Finding:
+    search, rounds = at.search, at.rounds
+    best = search.pruned(at.best) if len(at.best.effects) > 1 else at.best
     if best.effects and not search.is_noise(best):
         best = only_sure(search, best)
-        rounds = [found for found in rounds if set(found.added.split(" + ")) & set(best.names)]
+        rounds = tuple(found for found in rounds if set(found.added.split(" + ")) & set(best.names))
     reading = None if _is_plain(search, best) else _free_form(search, before)
     verdict, reason, unexplained = _verdict(search, before, best, reading)
     if verdict == "unexplained" and reading is not None and _has_only_helped(search, reading, best):
-        best, rounds = search.base, []
+        best, rounds = search.base, ()
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
     if verdict != "nothing_missing":
@@ -187,13 +201,13 @@ def _concluded(
         verdict=verdict,
         reason=reason,
         added=best.effects,
-        rounds=tuple(rounds),
-        cannot_tell_apart=_classes(search, path, looked, best),
+        rounds=rounds,
+        cannot_tell_apart=tuple(pair for pair in at.rivals if pair[0] in best.names),
         unexplained=unexplained,
         before=before,
         after=after,
         held_out=_held_out(search, best) if best.effects else (),
-        ranking=tuple(_candidate(search, hypothesis, search.base, i < LISTED) for i, hypothesis in enumerate(looked)),
+        ranking=tuple(_candidate(search, other, search.base, i < LISTED) for i, other in enumerate(at.looked)),
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
     )
@@ -287,24 +301,17 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
     return identify(nearby, FINAL_STARTS, seed, waves=None if found is None else found.waves, progress=search.tell)
 
 
-def _classes(
-    search: Search, path: list[Hypothesis], looked: Sequence[Hypothesis], best: Hypothesis
-) -> tuple[tuple[str, ...], ...]:
-    """Effects that would have explained the records as well as the one that was added last."""
-    if not best.effects:
-        return ()
-    rivals = [
-        other
-        for other in search.alike(best, looked, path[-2] if len(path) > 1 else search.base)
-        if set(other.effects) != set(best.effects) and other.size <= best.size + 1
-    ]
-    classes = []
-    for other in rivals:
+def _rivals(
+    search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis
+) -> tuple[tuple[str, str], ...]:
+    """What was added to `over`, and each effect that would have explained the records as well in its place."""
+    pairs = []
+    for other in search.alike(best, looked, over):
         mine = [name for name in best.names if name not in other.names]
         theirs = [name for name in other.names if name not in best.names]
-        if len(mine) == 1 and len(theirs) == 1:
-            classes.append((mine[0], theirs[0]))
-    return tuple(dict.fromkeys(classes))
+        if len(mine) == len(theirs) == 1 and other.size <= best.size + 1:
+            pairs.append((mine[0], theirs[0]))
+    return tuple(dict.fromkeys(pairs))
 
 
 def _held_out(search: Search, best: Hypothesis) -> tuple[HeldOut, ...]:

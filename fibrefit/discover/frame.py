@@ -32,6 +32,8 @@ WIDTHS = (12, 24, 64, 256)
 
 STRETCHES = 64
 """Equal parts of a record whose say in the values is told one by one."""
+FAR = 1.4
+"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
 

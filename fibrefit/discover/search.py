@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
 
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, fit_all, scouted
+from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, carried, fit_all, scouted
 from fibrefit.discover.colour import colour_of
 from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, WORTH, WORTH_WITH_INPUTS, alike, chance
-from fibrefit.discover.frame import Frame, frame_of, group_of, waves_at
+from fibrefit.discover.frame import FAR, Frame, frame_of, group_of, reactions_of, waves_at
 from fibrefit.discover.free_form import Reading
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.effects.law import Effect
-from fibrefit.fit.joint import Joint, joint
+from fibrefit.fit.joint import Joint, expected_gap, joint
 from fibrefit.problem.input_error import input_errors
 from fibrefit.problem.noise import rests
 from fibrefit.problem.observations import Trace
@@ -32,6 +32,8 @@ SCOUTS_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 MOST_OF = 0.5
 """Share of the best one's gain from which another explanation may be like it."""
+MORE = 1.02
+"""Gap over that of a perfect model from which errors of noisy inputs leave more than noise."""
 BEAM = 3
 """Hypotheses that are extended when a single effect leaves a gap."""
 
@@ -90,7 +92,8 @@ class Search:
         """A frame that holds an effect and others; made where there is none yet.
 
         One effect by itself is tried in a frame with its group, which is quick to run. On top of others it is tried in
-        one with all: that is slower to run, but every further round does with the same program.
+        one with all: that is slower to run, but every further round does with the same program. With noisy inputs a
+        program serves one round only.
 
         Parameters
         ----------
@@ -99,7 +102,8 @@ class Search:
             All that may be present beside it.
         """
         kept = tuple(other for other in self.effects if not other.stiff)
-        group = kept if kin and not effect.stiff else group_of(effect, self.effects)
+        reused = kin and not effect.stiff and self.base.frame.reactions is None
+        group = kept if reused else group_of(effect, self.effects)
         held = tuple(dict.fromkeys((*kin, *group)))
         for frame in self.frames:
             if set(frame.effects) == {*self.task.problem.model.effects, *held}:
@@ -210,6 +214,42 @@ class Search:
             waves = waves_at(task, values, reactions)
             self.corrected[hypothesis.names] = joint(task, input_errors(task), values, waves, whole=False)
         return self.corrected[hypothesis.names]
+
+    def leaves_much(self, hypothesis: Hypothesis) -> bool:
+        """Whether all samples together have more left than a perfect model leaves, as where a second effect hides."""
+        found = self.with_inputs(hypothesis)
+        if found is None:
+            return False
+        task, known = alone(self.task, hypothesis)[0], input_errors(self.task)
+        whole = joint(task, known, found.values, found.waves)
+        self.corrected[hypothesis.names] = whole
+        return whole.gap > MORE * expected_gap(task, known, whole)[0]
+
+    def anew(self, hypothesis: Hypothesis) -> tuple[Search, Hypothesis] | None:
+        """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs."""
+        found = self.with_inputs(hypothesis)
+        if found is None:
+            return None
+        self.tell("finding what errors of inputs do to the better model", None)
+        task = alone(self.task, hypothesis)[0]
+        expected = expected_gap(task, input_errors(task), found)[0]
+        reactions = reactions_of(task, found.values, found.waves, found.gap > FAR * expected)
+        frame, own = frame_of(self.task, (), reactions), frame_of(self.task, hypothesis.effects, reactions)
+        local = np.asarray(task.problem.layout.local(found.values))
+        local = carried(own, absent_values(own, len(local)), Frame(task), local)
+        fit = refit(own, self.ground.subset(hypothesis.effects), local, self.ground.whole)
+        base = refit(frame, self.ground.subset(()), self.base.fit.local, self.ground.whole)
+        search = replace(
+            self,
+            base=Hypothesis((), base, frame),
+            samples=float(frame.samples.sum()),
+            frames=[frame],
+            scatter={},
+            singles={},
+            colours={},
+            curve=None,
+        )
+        return search, Hypothesis(hypothesis.effects, fit, own)
 
     def is_noise_with_inputs(self, hypothesis: Hypothesis) -> bool:
         """Whether only noise is left once the errors of noisy inputs are found anew."""
