@@ -21,6 +21,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -275,25 +276,42 @@ def _linearised(
 
 def _tangents(free: int, inputs: Any, times: jax.Array, known: Any) -> tuple[jax.Array, Any]:
     """Tangents of the free values, then of the inputs for each wave, ``(n_chunk, CHUNK, ...)``."""
-    waves = sum(of.size.size for of in known.values())
-    before = CHUNK * (-(-free // CHUNK))
-    parts = jnp.eye(before + waves, free)
-    moved, first = {}, before
+    first = CHUNK * (-(-free // CHUNK))
+    numbers = jnp.arange(first + sum(of.size.size for of in known.values())).reshape(-1, CHUNK)
+    parts = jnp.where(numbers[..., None] == jnp.arange(free), 1.0, 0.0)
+    moved = {}
     for name, signal in inputs.items():
-        still = jax.tree.map(lambda row: jnp.zeros((before + waves, row.size)), signal)
         if name in known:
-            last = first + known[name].size.size
-            cosines = _smoothed_cosines(times, known[name])
-            still = jax.tree.map(lambda rows, c, a=first, b=last: rows.at[a:b].set(-c), still, cosines)
-            first = last
-        moved[name] = still
-    return jax.tree.map(lambda rows: rows.reshape(-1, CHUNK, rows.shape[-1]), (parts, moved))
+            cosines = jax.lax.map(partial(_smoothed_cosines, times, known[name]), numbers - first)
+            moved[name] = jax.tree.map(jnp.negative, cosines)
+            first += known[name].size.size
+        else:
+            moved[name] = jax.tree.map(lambda row: jnp.zeros((*numbers.shape, row.size)), signal)
+    return parts, moved
 
 
-def _smoothed_cosines(times: jax.Array, known: InputErrors) -> Signals:
-    """Cosines of their sizes, and their slopes, after the smoother: ``(n_wave, n_time)`` each."""
-    angle = jnp.pi * jnp.arange(known.size.size)[:, None] * (times - times[0]) / known.duration
-    return Signals(*jnp.moveaxis(_smoothed(known.size[:, None] * jnp.cos(angle), known.weights), -1, 0))
+def _smoothed_cosines(times: jax.Array, known: InputErrors, numbers: jax.Array) -> Signals:
+    """Cosines with consecutive numbers, after the smoother, ``(n_number, n_time)``; nil where there is no such.
+
+    A cosine shifted in time is a sum of two that are not: the smoother's weights are multiplied once for all instants.
+    Each cosine is the one before it, turned on, as the functions themselves take most of the time.
+    """
+    there = (numbers >= 0) & (numbers < known.size.size)
+    size = jnp.where(there, known.size[jnp.clip(numbers, 0, known.size.size - 1)], 0.0)
+    near = known.weights.shape[1]
+    pace = jnp.pi / known.duration
+    shift = (times[1] - times[0]) * (jnp.arange(near) - near // 2) * pace * numbers[:, None]
+    even, odd = (jnp.einsum("wi,tik->wkt", wave, known.weights) for wave in (jnp.cos(shift), jnp.sin(shift)))
+    angle = pace * (times - times[0])
+    turn = jnp.cos(angle), jnp.sin(angle)
+
+    def on(here: tuple[jax.Array, jax.Array], of: tuple) -> tuple[tuple[jax.Array, jax.Array], jax.Array]:
+        (cosine, sine), (size, even, odd) = here, of
+        after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        return after, size * (even * cosine - odd * sine)
+
+    first = jnp.cos(numbers[0] * angle), jnp.sin(numbers[0] * angle)
+    return Signals(*jnp.moveaxis(jax.lax.scan(on, first, (size, even, odd))[1], 1, 0))
 
 
 def _smoothed(error: jax.Array, weights: jax.Array) -> jax.Array:

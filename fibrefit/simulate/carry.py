@@ -20,6 +20,10 @@ PACK = 4
 """Tangents are carried in multiples of this, which the processor does in one go."""
 
 
+MANY = 24
+"""Tangents from which maps of all steps, made once for all of them, pay."""
+
+
 class Told(NamedTuple):
     """Tangents of what a motion comes from, ``(n_tangent, ...)`` each.
 
@@ -153,11 +157,41 @@ def _at_point(now: _Pass) -> _Pass:
     return now._replace(step=now.step + 1, found=now.found._replace(states=states))
 
 
+class _Maps(NamedTuple):
+    """Linear maps of all pieces of a motion, its steps and then its arcs.
+
+    What the laws are told is made of units: a number of the system, which is the same throughout, or a coefficient of
+    an input, of which a piece knows that of its own step. The maps are those of units, however many the tangents.
+
+    Parameters
+    ----------
+    factor : list of lists of (n_piece,), for each state that of each state before
+    offset : list of (n_piece, n_unit), for each state that of each unit
+    same : list of (n_tangent,), the tangents of each number of the system
+    moving : list of (n_time - 1, n_tangent), those of each coefficient of the inputs
+    """
+
+    factor: list[Leaves]
+    offset: Leaves
+    same: Leaves
+    moving: Leaves
+
+    def through(self, piece: jax.Array, step: jax.Array, tangents: Leaves) -> Leaves:
+        """Tangents after a piece."""
+        told = [*self.same, *(row(rows, step) for rows in self.moving)]
+        moved = []
+        for factors, units in zip(self.factor, self.offset, strict=True):
+            parts = [row(factor, piece) * d for factor, d in zip(factors, tangents, strict=True)]
+            parts += [share * d for share, d in zip(row(units, piece), told, strict=True)]
+            moved.append(functools.reduce(jnp.add, parts))
+        return moved
+
+
 class _Flow:
     """Linear maps of tangents along a motion.
 
-    Those of smooth steps are taken on the way. For a system that may be stiff they are made for all pieces beforehand,
-    see `variation`.
+    Those of smooth steps are taken on the way. For many tangents, or a system that may be stiff, they are made for all
+    pieces beforehand, see `variation`.
     """
 
     def __init__(
@@ -166,7 +200,8 @@ class _Flow:
         self.times, self.solution, self.laws = times, solution, laws
         self.told, self.whole = parted((system, inputs), which)
         self.state = functools.partial(jax.tree.unflatten, jax.tree.structure(solution.states))
-        self.maps = None if system.stiff() is None else self._maps(which, system, inputs)
+        few = system.stiff() is None and laws[0].shape[0] < MANY if laws else True
+        self.maps = None if few else self._maps(which, system, inputs)
 
     def through_step(self, step: jax.Array, tangents: Leaves) -> Leaves:
         """Tangents ``(n_tangent,)`` after a step of the grid that holds no switch."""
@@ -195,9 +230,7 @@ class _Flow:
 
     def _along(self, piece: jax.Array, span: tuple, state: Any, mode: Any, tangents: Leaves) -> Leaves:
         if self.maps is not None:
-            factor, offset = self.maps
-            of_state = lambda rows: sum(row(f, piece) * d for f, d in zip(rows, tangents, strict=True))  # noqa: E731
-            return [of_state(rows) + row(shift, piece) for rows, shift in zip(factor, offset, strict=True)]
+            return self.maps.through(piece, span[0], tangents)
 
         def move(leaves: Leaves, told: Leaves) -> Leaves:
             system, inputs = self.whole(told)
@@ -211,8 +244,7 @@ class _Flow:
 
         return jax.vmap(push)(tangents, self.laws)
 
-    def _maps(self, which: tuple[int, ...], system: System, inputs: Inputs) -> tuple[list[Leaves], Leaves]:
-        """Factors ``(n_piece,)`` of each state on each, and offsets ``(n_piece, n_tangent)``; steps, then arcs."""
+    def _maps(self, which: tuple[int, ...], system: System, inputs: Inputs) -> _Maps:
         times, solution, arcs = self.times, self.solution, self.solution.arcs
         n_steps = times.shape[0] - 1
         first, last = (take(solution.states, slice(*ends)) for ends in ((None, -1), (1, None)))
@@ -221,16 +253,41 @@ class _Flow:
         of_arcs = Piece(arcs.step, arcs.start, arcs.end, arcs.state, arcs.reached, arcs.mode)
         pieces = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), steps, of_arcs)
         with_tangents = parted(jax.tree.map(_none, (system, inputs)), which)[1]
+        of_system = sum(i < len(jax.tree.leaves(system)) for i in which)
+        units, same, moving = _units(self.laws, of_system)
 
         def maps(kind: Callable, d_told: Leaves) -> tuple[Leaves, Leaves]:
             return kind(system, inputs, times, pieces, with_tangents(d_told))
 
         def of(kind: Callable) -> Callable[[], Any]:
-            # The factors are the same for all tangents.
-            return lambda: jax.vmap(functools.partial(maps, kind), out_axes=(None, -1))(self.laws)
+            # The factors are the same for all units.
+            return lambda: jax.vmap(functools.partial(maps, kind), out_axes=(None, -1))(units)
 
-        factor, offset = jax.lax.cond(system.stiff(), of(stiff_maps), of(explicit_maps))
-        return [list(rows) for rows in factor], offset
+        is_stiff = system.stiff()
+        made = of(explicit_maps)() if is_stiff is None else jax.lax.cond(is_stiff, of(stiff_maps), of(explicit_maps))
+        factor, offset = made
+        return _Maps([list(rows) for rows in factor], offset, same, moving)
+
+
+def _units(laws: Leaves, of_system: int) -> tuple[Leaves, Leaves, Leaves]:
+    """Units of what laws are told, ``(n_unit, ...)`` for each leaf, and what the tangents have of each, see `_Maps`.
+
+    Parameters
+    ----------
+    laws : list of (n_tangent, ...)
+        Tangents of leaves of the system, then of the inputs.
+    of_system : int
+        Number of the former.
+    """
+    sizes = [int(np.prod(leaf.shape[1:])) if i < of_system else 1 for i, leaf in enumerate(laws)]
+    number, before, units = sum(sizes), 0, []
+    for i, (leaf, size) in enumerate(zip(laws, sizes, strict=True)):
+        own = jnp.eye(size) if i < of_system else jnp.ones((1, *leaf.shape[1:]))
+        blank = jnp.zeros((number, *leaf.shape[1:]))
+        units.append(blank.at[before : before + size].set(own.reshape(size, *leaf.shape[1:])))
+        before += size
+    same = [column for leaf in laws[:of_system] for column in leaf.reshape(leaf.shape[0], -1).T]
+    return units, same, [leaf.T for leaf in laws[of_system:]]
 
 
 def _none(leaf: Any) -> Any:

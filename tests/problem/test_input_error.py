@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from fibrefit.problem.drive import smoothed, smoother
 from fibrefit.problem.foretold import fades
 from fibrefit.problem.formulate import formulate
 from fibrefit.problem.input_error import (
+    CHUNK,
     InputErrors,
+    _smoothed_cosines,
     corrected,
     eliminate,
     error_rms,
@@ -71,6 +74,28 @@ def test_the_weights_are_those_of_the_smoother() -> None:
     parabola = 0.01 + 0.3 * times - 2.0 * times**2
     found = smoothed(parabola, times, "made")
     np.testing.assert_allclose(found, np.column_stack([parabola, 0.3 - 4.0 * times]), atol=1e-9)
+
+
+def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: dict[str, InputErrors]) -> None:
+    times = task.problem.observations.experiment.times
+    of_record = jax.tree.map(lambda rows: rows[1], known["drive"])
+    for number in (0, 5, 200, of_record.size.size - 1):
+        numbers = jnp.arange(CHUNK) + number - CHUNK // 2
+        waves = np.eye(of_record.size.size)[[number]]
+        of_one = corrected(task.problem, known, {"drive": np.concatenate([waves, waves])})
+        expected = [
+            np.asarray(before - after)[1]
+            for before, after in zip(
+                task.problem.observations.experiment.inputs["drive"],
+                of_one.observations.experiment.inputs["drive"],
+                strict=True,
+            )
+        ]
+        for found, row in zip(_smoothed_cosines(times[1], of_record, numbers), expected, strict=True):
+            np.testing.assert_allclose(found[CHUNK // 2], row, atol=1e-8 * np.abs(row).max() + 1e-15)
+    # There is none before the first and none after the last.
+    assert not np.any(_smoothed_cosines(times[1], of_record, jnp.arange(CHUNK) - CHUNK).values)
+    assert not np.any(_smoothed_cosines(times[1], of_record, of_record.size.size + jnp.arange(CHUNK)).values)
 
 
 def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: dict[str, InputErrors]) -> None:

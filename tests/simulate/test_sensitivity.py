@@ -11,6 +11,8 @@ import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulate.carry import MANY
+from fibrefit.simulate.inputs import Signals
 from fibrefit.simulate.model import Experiment, Model
 from tests.simulate.drops import OF_RIG, QUICK, drive, drop, given, jacobian, kind_of, respond
 
@@ -66,11 +68,34 @@ def test_a_batch_of_jacobians_is_each_of_them(one_by_one: jax.Array, nested: str
     assert close(found, one_by_one)
 
 
-@pytest.mark.parametrize("number", [1, 2, 4, 7])
+@pytest.mark.parametrize("number", [1, 2, 4, 7, MANY + 3])
 def test_any_number_of_tangents_is_carried(one_by_one: jax.Array, number: int) -> None:
     point, directions = lanes()[0], jnp.eye(len(NAMES))[jnp.arange(number) % len(NAMES)] * lanes()[0]
     push = jax.jit(jax.vmap(lambda d: jax.jvp(readings(), (point,), (d,))[1]))
     assert close(jnp.moveaxis(push(directions), 0, -1), one_by_one[0] @ directions.T)
+
+
+@pytest.mark.parametrize("effect", [None, "pulley.inertia"])
+def test_many_tangents_of_an_input_are_those_of_a_few(effect: str | None) -> None:
+    effects = (CATALOGUE[effect],) if effect else ()
+    model, experiment = Model(RIGS["pulley_drive"], effects), drive(401, QUICK)
+    values = given(OF_RIG["pulley_drive"] | ({"pulley.inertia.rim_mass": 0.02} if effect else {}))
+
+    def channels(stiffness: jax.Array, signal: Signals) -> jax.Array:
+        there = experiment._replace(inputs={"drive": signal})
+        found = model.respond({**values, "stiffness": stiffness}, there).channels
+        return jnp.stack([found["force"] / 100.0, found["position"] / 0.01])
+
+    def along(stiffness: jax.Array, wave: Signals) -> jax.Array:
+        here = (values["stiffness"], experiment.inputs["drive"])
+        return jax.jvp(channels, here, (stiffness, wave))[1]
+
+    pace = 30.0 * jnp.arange(1, MANY + 2)[:, None]
+    waves = Signals(1e-4 * jnp.cos(pace * experiment.times), -1e-4 * pace * jnp.sin(pace * experiment.times))
+    told = jnp.where(jnp.arange(MANY + 1) % 5 == 0, 100.0, 0.0), waves
+    many = jax.jit(jax.vmap(along))(*told)
+    few = jax.jit(lambda told: jax.lax.map(lambda row: along(*row), told))(told)
+    assert close(jnp.moveaxis(many, 0, -1), jnp.moveaxis(few, 0, -1))
 
 
 def test_a_single_tangent_without_a_batch(one_by_one: jax.Array) -> None:

@@ -103,21 +103,22 @@ def run(cases: Sequence[Case], table: Path, processes: int) -> None:
     table.parent.mkdir(parents=True, exist_ok=True)
     _write(table, done_before(table))
     context = multiprocessing.get_context("spawn")
-    with (
-        table.open("a", newline="", encoding="utf-8") as file,
-        ProcessPoolExecutor(processes, mp_context=context, max_tasks_per_child=LIFETIME) as pool,
-    ):
+    some = LIFETIME * processes
+    with table.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(Outcome)])
-        waiting = [pool.submit(carry_out, case) for case in cases]
-        for number, future in enumerate(as_completed(waiting), 1):
-            outcome = future.result()
-            writer.writerow(asdict(outcome))
-            file.flush()
-            said = outcome.added or outcome.says
-            print(
-                f"[{number}/{len(cases)}] {outcome.case}: {outcome.verdict} {said} ({outcome.seconds:.0f} s)",
-                flush=True,
-            )
+        for first in range(0, len(cases), some):
+            # Processes are made anew: a pool that is to replace its own one by one may wait for them for ever.
+            with ProcessPoolExecutor(processes, mp_context=context) as pool:
+                waiting = [pool.submit(carry_out, case) for case in cases[first : first + some]]
+                for number, future in enumerate(as_completed(waiting), first + 1):
+                    outcome = future.result()
+                    writer.writerow(asdict(outcome))
+                    file.flush()
+                    said = outcome.added or outcome.says
+                    print(
+                        f"[{number}/{len(cases)}] {outcome.case}: {outcome.verdict} {said} ({outcome.seconds:.0f} s)",
+                        flush=True,
+                    )
 
 
 def document(outcomes: Sequence[Outcome], planned: int) -> str:
