@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discover.frame import Frame, frame_of
+from fibrefit.discover.frame import FAR, Frame, frame_of
 from fibrefit.discover.refit import Refit, Subset, refit
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
@@ -192,7 +192,9 @@ def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[ty
         first = sorted((refit(frame, subset, start, ground.whole, 1) for start in starts), key=lambda found: found.cost)
         starts = [found.local for found in first[:KEPT]]
     scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in starts]
-    if not parent.effects:
+    # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
+    near = frame.reactions is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
+    if not parent.effects and not near:
         scouts += [_from_data(frame, ground, subset, _suggested(frame, start, ground)) for start in starts]
     return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
 

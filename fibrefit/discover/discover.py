@@ -19,6 +19,7 @@ from fibrefit.discover.search import BEAM, Progress, Search
 from fibrefit.discover.weighing import only_sure, weights
 from fibrefit.effects.law import Effect
 from fibrefit.fit.identify import identify
+from fibrefit.fit.judge import CONVERGED
 from fibrefit.fit.result import Identification, total
 from fibrefit.problem.task import Task
 
@@ -68,11 +69,28 @@ def discover(
     """
     began, limits, tell = time.perf_counter(), limits or Limits(), progress or (lambda what, share: None)
     before = identify(task, STARTS, limits.seed, progress=progress)
-    if before.status == "failed":
-        reasons = " ".join(check.says for check in before.checks if check.fatal and not check.passed)
+    if reasons := _broken(before):
         return _not_trusted(before, reasons, began)
     search = begun(task, before, effects, tell)
     return _concluded(before, _climb(search, before, limits), limits, began)
+
+
+ASTRAY = 0.01
+"""Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
+
+
+def _broken(before: Identification) -> str:
+    """Why nothing can be said of what the base model lacks; empty where something can.
+
+    A model that lacks much comes to no rest where bounces begin or cease. What it has yet to gain is little beside what
+    it lacks, and every candidate is held against a base that is fitted again from where the candidate ended.
+    """
+    astray = ASTRAY * before.problem.n_measured
+    return " ".join(
+        check.says
+        for check in before.checks
+        if check.fatal and not check.passed and not (check.name == CONVERGED and (check.statistic or 0.0) <= astray)
+    )
 
 
 @dataclass(frozen=True)

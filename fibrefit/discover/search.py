@@ -13,7 +13,7 @@ from fibrefit.discover.colour import colour_of
 from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, WORTH, WORTH_WITH_INPUTS, alike, chance
 from fibrefit.discover.frame import FAR, Frame, frame_of, group_of, reactions_of, waves_at
 from fibrefit.discover.free_form import Reading
-from fibrefit.discover.refit import Refit, refit
+from fibrefit.discover.refit import refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.joint import Joint, expected_gap, joint
 from fibrefit.problem.input_error import input_errors
@@ -58,7 +58,7 @@ class Search:
     tell : callable
     frames : list of Frame
         Compiled so far.
-    scatter : dict of tuple of str to Refit
+    scatter : dict of tuple of str to Hypothesis
         Refits with scatter made so far, by the names of their effects.
     singles : dict of str to Hypothesis
         Each effect by itself, once it has been tried.
@@ -78,7 +78,7 @@ class Search:
     samples: float
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
-    scatter: dict[tuple[str, ...], Refit] = field(default_factory=dict)
+    scatter: dict[tuple[str, ...], Hypothesis] = field(default_factory=dict)
     singles: dict[str, Hypothesis] = field(default_factory=dict)
     colours: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
@@ -157,11 +157,12 @@ class Search:
         found += [trial.as_it_is() for trial in trials[len(near) :]]
         return sorted(found, key=lambda hypothesis: hypothesis.fit.cost)
 
-    def scattered(self, hypothesis: Hypothesis) -> Refit:
+    def scattered(self, hypothesis: Hypothesis) -> Hypothesis:
         """A hypothesis refitted with base parameters that may scatter between records."""
         if hypothesis.names not in self.scatter:
             subset = self.ground.subset(hypothesis.effects, scattering=True)
-            self.scatter[hypothesis.names] = refit(hypothesis.frame, subset, hypothesis.fit.local, self.ground.whole)
+            fit = refit(hypothesis.frame, subset, hypothesis.fit.local, self.ground.whole)
+            self.scatter[hypothesis.names] = replace(hypothesis, fit=fit)
         return self.scatter[hypothesis.names]
 
     def gain(self, hypothesis: Hypothesis, over: Hypothesis) -> float:
@@ -180,7 +181,7 @@ class Search:
                     rebased[:, j] = blank[:, j]
         subset = self.ground.subset(over.effects, scattering=True)
         again = refit(frame, subset, rebased, self.ground.whole).surprise
-        return min(again, self.scattered(over).surprise) - self.scattered(hypothesis).surprise
+        return min(again, self.scattered(over).fit.surprise) - self.scattered(hypothesis).fit.surprise
 
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
         """Whether a hypothesis is better than another by more than chance, and enough so to be worth a name."""
@@ -294,10 +295,10 @@ class Search:
     def only_scatters(self, hypothesis: Hypothesis) -> bool:
         """Whether base parameters that scatter no more than usual between records leave only noise."""
         found = self.scattered(hypothesis)
-        deviations = len(self.ground.base) * len(found.local)
-        if np.sqrt(found.cost / self.samples) > NOISE_LIKE or found.penalty > USUAL_SCATTER * deviations:
+        deviations = len(self.ground.base) * len(found.fit.local)
+        if self.gap(found) > NOISE_LIKE or found.fit.penalty > USUAL_SCATTER * deviations:
             return False
-        return not self.is_louder_in_motion(hypothesis.frame, found.local)
+        return not self.is_louder_in_motion(found.frame, found.fit.local)
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""

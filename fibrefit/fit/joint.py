@@ -15,6 +15,7 @@ from fibrefit.problem.input_error import (
     Waves,
     corrected,
     eliminate,
+    eliminate_from,
     error_rms,
     expanded,
     left_over,
@@ -123,10 +124,11 @@ def joint(
     problem = task.problem
     place, fade = _Place(values, no_waves(known) if waves is None else waves), np.ones(())
     for _ in range(LOOKS):
-        reactions = [rows for _, _, rows in expanded(problem, known, *place)]
-        fade = np.minimum(fade, fades(problem, known, *place, reactions))
+        parts = expanded(problem, known, *place)
+        fade = np.minimum(fade, fades(problem, known, *place, [reactions for _, _, reactions in parts]))
         weaker = faded(problem, fade)
-        end = _at(weaker, known, place)
+        linear = eliminate_from(known, parts, place.waves, fade)
+        end = _end(problem.layout, place, linear, float(_sums(linear.residuals, place.waves).sum()))
         number = counted(problem, fade).sum()
         hopeless = whole and end.cost - end.promised > HOPELESS * number
         end = end if hopeless else _descended(weaker, known, end)
@@ -187,8 +189,10 @@ def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _
     """The descent, begun with samples that can be foretold, to its end with all of them."""
     place = end.place
     if end.variance < LACKING:
-        place = _settled(problem, known, place)[0]
-        whole = _descended(problem, known, _at(problem, known, place))
+        whole = _at(problem, known, place)
+        if whole.promised > whole.enough:
+            place = _settled(problem, known, place)[0]
+            whole = _descended(problem, known, _at(problem, known, place))
         if whole.promised < max(STUCK * whole.variance, whole.enough):
             return whole
         place = whole.place
@@ -273,9 +277,12 @@ def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) 
 
 def _costs(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> np.ndarray:
     """Sum of squared residuals and waves of each record; infinite where its simulation breaks down."""
-    squares = np.sum(residuals(problem, known, *place) ** 2, axis=(1, 2))
-    costs = squares + sum(np.sum(wave**2, axis=1) for wave in place.waves.values())
+    costs = _sums(residuals(problem, known, *place), place.waves)
     return np.where(np.isfinite(costs), costs, np.inf)
+
+
+def _sums(residuals: np.ndarray, waves: Waves) -> np.ndarray:
+    return np.sum(residuals**2, axis=(1, 2)) + sum(np.sum(wave**2, axis=1) for wave in waves.values())
 
 
 def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, float]:

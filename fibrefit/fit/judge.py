@@ -25,6 +25,9 @@ AGREEMENT = 0.1
 STARTS = 0.8
 
 
+CONVERGED = "the solver converged"
+
+
 def converged(promised: float, success: bool) -> Check:
     """Whether the solver has arrived: its own word, and what another step would still gain."""
     passed = bool(success and promised <= SETTLED)
@@ -34,7 +37,7 @@ def converged(promised: float, success: bool) -> Check:
         else f"The solver ended where another step still promises a fall of the cost by {promised:.3g}: at a kink, "
         "where a bounce begins or ceases, or short of the minimum."
     )
-    return Check("the solver converged", passed, says, promised, SETTLED, fatal=not promised <= ASTRAY)
+    return Check(CONVERGED, passed, says, promised, SETTLED, fatal=not promised <= ASTRAY)
 
 
 def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:

@@ -19,7 +19,7 @@ Numer. Anal. 10 (1973).
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
@@ -142,9 +142,36 @@ def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.nda
     """
 
     def one(r: int) -> tuple:
-        return tuple(np.asarray(part) for part in _eliminated(*_of_record(problem, known, values, waves, r)))
+        return _eliminated(*_of_record(problem, known, values, waves, r))
 
-    residuals, slopes, wave_slopes, best, gram = map(np.stack, zip(*_each_record(problem, one), strict=True))
+    return _of_all(known, _each_record(problem, one))
+
+
+def eliminate_from(
+    known: Mapping[str, InputErrors], parts: Sequence[tuple], waves: Waves, fade: np.ndarray
+) -> Eliminated:
+    """As `eliminate`, from what `expanded` has found at the same place, with factors on the samples' weights.
+
+    Parameters
+    ----------
+    known : mapping of input to InputErrors
+    parts : sequence of (residuals, slopes, reactions)
+    waves : mapping of input to (n_record, n_wave)
+    fade : (n_record, n_channel, n_time)
+    """
+    flat = np.concatenate(list(waves.values()), axis=1)
+
+    def one(r: int) -> tuple:
+        residuals, slopes, reactions = parts[r]
+        return _without_waves(residuals * fade[r], slopes * fade[r].ravel(), reactions * fade[r].ravel(), flat[r])
+
+    return _of_all(known, [one(r) for r in range(len(parts))])
+
+
+def _of_all(known: Mapping[str, InputErrors], found: Sequence[tuple]) -> Eliminated:
+    residuals, slopes, wave_slopes, best, gram = (
+        np.stack([np.asarray(p) for p in of]) for of in zip(*found, strict=True)
+    )
     ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
     named = lambda rows: dict(zip(known, np.split(rows, ends, axis=1), strict=True))  # noqa: E731
     return Eliminated(residuals, slopes, named(wave_slopes), named(best), gram)
@@ -246,9 +273,15 @@ def _linear(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarr
 
 @eqx.filter_jit
 def _eliminated(*record: Any) -> tuple[jax.Array, ...]:
-    residuals, slopes, reactions = _linearised(*record)
-    flat = jnp.concatenate(list(record[-1].values()))
-    rows = jnp.concatenate([slopes, (residuals.ravel() - flat @ reactions)[None]])
+    return _without_waves(*_linearised(*record), jnp.concatenate(list(record[-1].values())))
+
+
+@jax.jit
+def _without_waves(
+    residuals: jax.Array, slopes: jax.Array, reactions: jax.Array, waves: jax.Array
+) -> tuple[jax.Array, ...]:
+    """Parts of `Eliminated`, of one record."""
+    rows = jnp.concatenate([slopes, (residuals.ravel() - waves @ reactions)[None]])
     imitated, left = _without(reactions, rows)
     slopes_left = jnp.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
     return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T

@@ -1,0 +1,128 @@
+"""How long a search goes on, what it needs of the base fit, and which frame a refit belongs to."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fibrefit.core.check import Check
+from fibrefit.discover import search as searching
+from fibrefit.discover.candidates import Hypothesis
+from fibrefit.discover.discover import Limits, _broken, _climb
+from fibrefit.discover.search import MORE, Search
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.law import Effect
+from fibrefit.fit.judge import CONVERGED
+from fibrefit.problem.task import Task
+from tests.discover.made import identified
+
+STRIBECK, INERTIA = CATALOGUE["guide.stribeck_friction"], CATALOGUE["pulley.inertia"]
+NOTHING = cast(Any, None)
+
+
+def hypothesis(*effects: type[Effect], frame: str = "first") -> Hypothesis:
+    fit = SimpleNamespace(local=np.zeros((1, 1)), cost=100.0 - len(effects), shared={}, surprise=0.0, penalty=0.0)
+    return Hypothesis(effects, cast(Any, fit), cast(Any, frame))
+
+
+@dataclass
+class Stub:
+    """A search that finds one effect after the other and takes what is left for noise."""
+
+    noisy_inputs: bool = True
+    much: bool = True
+    linearised: int = 0
+    base: Hypothesis = field(default_factory=hypothesis)
+    parents: list[tuple[str, ...]] = field(default_factory=list)
+    ground: Any = field(default_factory=lambda: SimpleNamespace(subset=lambda effects: effects, whole=None))
+
+    def is_noise(self, what: Hypothesis) -> bool:
+        return True
+
+    def leaves_much(self, what: Hypothesis) -> bool:
+        return self.much and len(what.effects) == 1
+
+    def anew(self, what: Hypothesis) -> tuple[Stub, Hypothesis] | None:
+        if not self.noisy_inputs:
+            return None
+        return replace(self, linearised=self.linearised + 1), replace(what, frame=cast(Any, "anew"))
+
+    def extended(self, parents: list[Hypothesis], what: str) -> list[Hypothesis]:
+        self.parents += [parent.names for parent in parents]
+        more = [effect for effect in (STRIBECK, INERTIA) if effect not in parents[0].effects]
+        return [Hypothesis((*parents[0].effects, effect), parents[0].fit, parents[0].frame) for effect in more]
+
+    def simplest(self, looked: list[Hypothesis], over: Hypothesis) -> Hypothesis:
+        return looked[0]
+
+    def is_significant(self, what: Hypothesis, over: Hypothesis) -> bool:
+        return True
+
+
+@pytest.fixture
+def climbed(monkeypatch: pytest.MonkeyPatch) -> Any:
+    # The package offers a function under the name of this module.
+    module = importlib.import_module("fibrefit.discover.discover")
+    monkeypatch.setattr(module, "refit", lambda frame, subset, local, *_: hypothesis().fit)
+    monkeypatch.setattr(module, "_round", lambda *_: "a round")
+    monkeypatch.setattr(module, "_rivals", lambda *_: ())
+    return lambda stub: _climb(cast(Search, stub), NOTHING, Limits())
+
+
+def test_what_looks_like_noise_ends_a_search(climbed: Any) -> None:
+    end = climbed(Stub(much=False))
+    assert end.best.names == (STRIBECK.name,)
+    assert end.search.linearised == 0
+
+
+def test_more_than_a_perfect_model_leaves_is_looked_into_from_the_better_model(climbed: Any) -> None:
+    end = climbed(Stub())
+    assert end.best.names == (STRIBECK.name, INERTIA.name)
+    assert len(end.rounds) == 2
+    assert end.search.linearised == 1
+    # Only the better model goes on: what errors of inputs do to the others is not known.
+    assert end.search.parents == [(), (STRIBECK.name,)]
+    assert end.best.frame == "anew"
+
+
+@pytest.mark.parametrize(("gap", "more"), [(1.001, True), (0.999, False)])
+def test_more_is_measured_against_a_perfect_model(
+    task: Task, monkeypatch: pytest.MonkeyPatch, gap: float, more: bool
+) -> None:
+    found = SimpleNamespace(values=np.zeros(1), waves={}, gap=gap * MORE * 0.95)
+    monkeypatch.setattr(searching, "joint", lambda *_: found)
+    monkeypatch.setattr(searching, "expected_gap", lambda *_: (0.95, None))
+    search = Search(task, (), NOTHING, hypothesis(), 1.0, 1.0, lambda what, share: None)
+    monkeypatch.setattr(searching, "alone", lambda task, what: (task, np.zeros(1)))
+    search.corrected[(STRIBECK.name,)] = cast(Any, found)
+    search.base = replace(search.base, frame=cast(Any, SimpleNamespace(reactions="some")))
+    assert search.leaves_much(hypothesis(STRIBECK)) is more
+
+
+def test_a_refit_with_scatter_keeps_its_frame(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness",))
+    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 1e6, lambda what, share: None)
+    monkeypatch.setattr(searching, "refit", lambda *_: hypothesis().fit)
+    monkeypatch.setattr(Search, "is_louder_in_motion", lambda self, frame, local: asked.append(frame) or False)
+    assert search.only_scatters(hypothesis(STRIBECK, frame="first"))
+    assert search.only_scatters(hypothesis(STRIBECK, frame="second"))
+    assert asked == ["first", "first"]
+
+
+def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: Task) -> None:
+    def with_check(name: str, statistic: float) -> str:
+        return _broken(
+            replace(identified(task), checks=(Check(name, False, "It failed.", statistic, 0.1, fatal=True),))
+        )
+
+    little = 0.001 * task.problem.n_measured
+    assert with_check(CONVERGED, little) == ""
+    assert with_check(CONVERGED, 1000.0 * little) == "It failed."
+    assert with_check(CONVERGED, np.nan) == "It failed."
+    assert with_check("the simulation is sound", 0.0) == "It failed."
