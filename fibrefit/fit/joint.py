@@ -128,11 +128,12 @@ def joint(
         fade = np.minimum(fade, fades(problem, known, *place, [reactions for _, _, reactions in parts]))
         weaker = faded(problem, fade)
         linear = eliminate_from(known, parts, place.waves, fade)
-        end = _end(problem.layout, place, linear, float(_sums(linear.residuals, place.waves).sum()))
+        cost = float(_sums(linear.residuals, place.waves).sum())
+        end = _end(problem.layout, place, linear, cost, SETTLED if whole else STUCK)
         number = counted(problem, fade).sum()
         hopeless = whole and end.cost - end.promised > HOPELESS * number
         end = end if hopeless else _descended(weaker, known, end)
-        if hopeless or end.promised <= end.enough:
+        if hopeless or end.promised <= max(STUCK * end.variance, end.enough):
             break
         place = end.place
     if whole and end.promised > end.enough and end.variance > LACKING and not hopeless:
@@ -225,6 +226,8 @@ class _End(NamedTuple):
     enough : float
         Promised fall below which there is nothing to go on for: little beside the errors of the values, or beside what
         the model lacks.
+    settled : float
+        Where the errors of the values are what counts, that fall for residuals of variance one.
     """
 
     place: _Place
@@ -234,6 +237,7 @@ class _End(NamedTuple):
     promised: float
     variance: float
     enough: float
+    settled: float
 
 
 def _descended(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
@@ -249,7 +253,7 @@ def _descended(problem: Problem, known: Mapping[str, InputErrors], end: _End) ->
         if not found[1] < end.cost - end.enough:
             break
         slow = slow + 1 if end.cost - found[1] < SLOW * end.promised else 0
-        end = _end(layout, found[0], eliminate(problem, known, *found[0]), found[1])
+        end = _end(layout, found[0], eliminate(problem, known, *found[0]), found[1], end.settled)
     return end
 
 
@@ -259,12 +263,12 @@ def _at(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> _E
     return _end(problem.layout, place, eliminate(problem, known, *place), cost)
 
 
-def _end(layout: Layout, place: _Place, linear: Eliminated, cost: float) -> _End:
+def _end(layout: Layout, place: _Place, linear: Eliminated, cost: float, settled: float = SETTLED) -> _End:
     goal, lowest = _goal(layout, place, linear)
     squares = np.sum(linear.residuals**2) / max(np.count_nonzero(linear.residuals), 1)
     variance = max(1.0, float(squares))
-    enough = max(SETTLED * variance, COARSE * (variance - 1.0) * np.count_nonzero(linear.residuals))
-    return _End(place, linear, cost, goal, cost - lowest, variance, enough)
+    enough = max(settled * variance, COARSE * (variance - 1.0) * np.count_nonzero(linear.residuals))
+    return _End(place, linear, cost, goal, cost - lowest, variance, enough, settled)
 
 
 def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> tuple[_Place, float]:
