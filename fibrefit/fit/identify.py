@@ -148,7 +148,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.pop("converged"),
         agreed,
-        judge.starts_agree(starts),
+        judge.starts_agree(starts, sound["gap"].passed),
         sound.pop("inside"),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),

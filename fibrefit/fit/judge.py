@@ -23,8 +23,10 @@ INPUT_ERROR = 1.15
 AGREEMENT = 0.1
 """Difference between solvers in standard errors."""
 STARTS = 0.8
-
-
+FEW = 2
+"""Starts that have to end in a minimum that leaves only noise."""
+WORSE = 1.05
+"""Factor by which the residuals of every other minimum then have to be larger."""
 CONVERGED = "the solver converged"
 
 
@@ -78,18 +80,24 @@ def interrupted(starts: Starts) -> Check:
     return Check("the fit ran to its end", False, says, float(starts.tried), float(planned))
 
 
-def starts_agree(starts: Starts) -> Check:
-    """Whether most starts end in the best minimum, and what became of the others."""
+def starts_agree(starts: Starts, noise: bool = False) -> Check:
+    """Whether most starts end in the best minimum, and what became of the others.
+
+    A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it.
+    """
     share = starts.agreeing / starts.tried
     says = f"{starts.agreeing} of {starts.tried} starts ended in the best minimum."
-    others = starts.basin > 0
+    others, excess = starts.basin > 0, np.inf
     if others.any():
-        excess = np.sqrt(starts.cost[others].min() / starts.cost.min())
+        excess = float(np.sqrt(starts.cost[others].min() / starts.cost.min()))
         says += f" {others.sum()} ended in others, the nearest with residuals {excess:.3g} times as large"
         says += ": bounces matched in the wrong order are such minima."
     if (lost := int(np.sum(starts.basin < 0))) > 0:
         says += f" {lost} could not be simulated."
-    return Check("starts agree", share >= STARTS, says, share, STARTS)
+    few = noise and starts.agreeing >= FEW and excess > WORSE
+    if few and share < STARTS:
+        says += " The best one leaves only noise: none can lie below it."
+    return Check("starts agree", share >= STARTS or few, says, share, STARTS)
 
 
 def inside_bounds(at_bound: list[str]) -> Check:

@@ -57,6 +57,18 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         judge.starts_agree(starts([0, 1, 1, -1], [1.0, 9.0, 9.0, np.inf])),
         "1 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 3 times as large",
     ),
+    (
+        "few starts find what leaves only noise",
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 1.02, 9.0]), noise=True),
+        "2 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 1.01 times as large",
+    ),
+    (
+        "one start is luck",
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
+        judge.starts_agree(starts([0, 1, 1, 1], [1.0, 9.0, 9.0, 9.0]), noise=True),
+        "1 of 4 starts ended in the best minimum.",
+    ),
     ("inside bounds", judge.inside_bounds([]), judge.inside_bounds(["damping"]), "damping stopped at the bound"),
     ("determined", judge.determined(()), judge.determined(TIED), "Only a combination of a and b"),
     ("gap", judge.gap_is_noise(gap(1.05)), judge.gap_is_noise(gap(2.0)), "by 2 times the noise: the model lacks"),
