@@ -13,7 +13,7 @@ from fibrefit.discover.colour import colour_of
 from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, WORTH, WORTH_WITH_INPUTS, alike, chance
 from fibrefit.discover.frame import FAR, Frame, frame_of, group_of, reactions_of, waves_at
 from fibrefit.discover.free_form import Reading
-from fibrefit.discover.refit import refit
+from fibrefit.discover.refit import SCATTER, refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.joint import Joint, expected_gap, joint
 from fibrefit.problem.input_error import input_errors
@@ -24,6 +24,8 @@ from fibrefit.problem.task import Task
 Progress = Callable[[str, float | None], None]
 USUAL_SCATTER = 6.0
 """Mean squared deviation between records, in units of what is usual, beyond which it is no scatter but an effect."""
+SCATTERED = 12
+"""Further starts of a refit with scatter that needs more of it than is usual."""
 PROMISING = 2.0
 """Cost over the lowest one, after some steps, up to which a candidate is refitted in full."""
 REFITTED = 4
@@ -295,10 +297,24 @@ class Search:
     def only_scatters(self, hypothesis: Hypothesis) -> bool:
         """Whether base parameters that scatter no more than usual between records leave only noise."""
         found = self.scattered(hypothesis)
-        deviations = len(self.ground.base) * len(found.fit.local)
-        if self.gap(found) > NOISE_LIKE or found.fit.penalty > USUAL_SCATTER * deviations:
+        usual = USUAL_SCATTER * len(self.ground.base) * len(found.fit.local)
+        if self.gap(found) > NOISE_LIKE:
             return False
-        return not self.is_louder_in_motion(found.frame, found.fit.local)
+        if found.fit.penalty > usual:
+            found = self._scattered_anew(hypothesis)
+        return found.fit.penalty <= usual and not self.is_louder_in_motion(found.frame, found.fit.local)
+
+    def _scattered_anew(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The best of refits with scatter from several places: bounces give them a minimum each."""
+        first, random = self.scattered(hypothesis), np.random.default_rng(0)
+        columns = [first.frame.names.index(name) for name in self.ground.base]
+        subset, fits = self.ground.subset(hypothesis.effects, scattering=True), [first.fit]
+        for _ in range(SCATTERED):
+            local = first.fit.local.copy()
+            local[:, columns] = local[:, columns].mean(axis=0) * (1.0 + SCATTER * random.standard_normal(len(columns)))
+            fits.append(refit(first.frame, subset, local, self.ground.whole))
+        self.scatter[hypothesis.names] = replace(first, fit=min(fits, key=lambda fit: fit.cost + fit.penalty))
+        return self.scatter[hypothesis.names]
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """The hypothesis without the effects a later one has made needless."""

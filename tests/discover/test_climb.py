@@ -14,7 +14,8 @@ from fibrefit.core.check import Check
 from fibrefit.discover import search as searching
 from fibrefit.discover.candidates import Hypothesis
 from fibrefit.discover.discover import Limits, _broken, _climb
-from fibrefit.discover.search import MORE, Search
+from fibrefit.discover.refit import SCATTER
+from fibrefit.discover.search import MORE, SCATTERED, Search
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
 from fibrefit.fit.judge import CONVERGED
@@ -113,6 +114,28 @@ def test_a_refit_with_scatter_keeps_its_frame(task: Task, monkeypatch: pytest.Mo
     assert search.only_scatters(hypothesis(STRIBECK, frame="first"))
     assert search.only_scatters(hypothesis(STRIBECK, frame="second"))
     assert asked == ["first", "first"]
+
+
+def test_scatter_that_is_unusual_is_looked_for_from_other_places(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness", "damping"))
+    frame = SimpleNamespace(names=("damping", "release", "stiffness"))
+    starts = []
+
+    def refitted(frame: Any, subset: Any, local: np.ndarray, whole: Any) -> Any:
+        # A minimum with little scatter lies where the stiffness is a little larger.
+        starts.append(local)
+        penalty = 1.0 if local[0, 2] > 20.0 * (1.0 + 0.5 * SCATTER) else 100.0
+        return SimpleNamespace(local=local, cost=90.0, penalty=penalty)
+
+    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 100.0, lambda what, share: None)
+    monkeypatch.setattr(searching, "refit", refitted)
+    monkeypatch.setattr(Search, "is_louder_in_motion", lambda *_: False)
+    local = np.array([[10.0, 0.1, 20.0], [10.0, 0.2, 20.0]])
+    what = replace(hypothesis(frame=cast(Any, frame)), fit=cast(Any, SimpleNamespace(local=local, cost=90.0)))
+    assert search.only_scatters(what)
+    assert len(starts) == 1 + SCATTERED
+    assert all(np.array_equal(start[:, 1], local[:, 1]) for start in starts)
+    assert search.scattered(what).fit.penalty == 1.0
 
 
 def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: Task) -> None:
