@@ -25,7 +25,7 @@ SCOUTING = 6
 FINALISTS = 2
 RETIMED = 0.01
 """Relative fall of the cost for which a refit is led once more."""
-FREQUENCIES = np.geomspace(0.125, 3.0, 14)
+FREQUENCIES = np.geomspace(0.125, 8.0, 18)
 """Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped."""
 MANY, KEPT = 12, 4
 """Starts from which on each takes a single step before the best few go on."""
