@@ -281,6 +281,9 @@ def slopes_and_differences(
 ) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
     """Parameter, channel, derivative and difference, at null or typical values; only where both are smooth."""
     values, record = dotted(effects, choose), records(kind)
+    if kind == "fibre_mass" and any(effect.name == "rig.inclination_error" for effect in effects):
+        # Straight down, where a drop is steepest, its error has no slope.
+        record = drop(801, inclination=1.0)
     exact = jacobian(record, effects, **values)
     for effect in effects:
         for p in effect.parameters:
