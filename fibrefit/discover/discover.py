@@ -75,7 +75,7 @@ def discover(
     return _concluded(before, _climb(search, before, limits), limits, began)
 
 
-ASTRAY = 0.01
+ASTRAY = 0.05
 """Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
 
 

@@ -146,6 +146,6 @@ def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: T
 
     little = 0.001 * task.problem.n_measured
     assert with_check(CONVERGED, little) == ""
-    assert with_check(CONVERGED, 1000.0 * little) == "It failed."
+    assert with_check(CONVERGED, 100.0 * little) == "It failed."
     assert with_check(CONVERGED, np.nan) == "It failed."
     assert with_check("the simulation is sound", 0.0) == "It failed."
