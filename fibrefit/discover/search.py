@@ -34,6 +34,8 @@ SCOUTS_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 MOST_OF = 0.5
 """Share of the best one's gain from which another explanation may be like it."""
+SLOWEST = 30.0
+"""Colour of the noise, over that at the pace of the motion, that no effect exceeds: a slow drift comes near."""
 MORE = 1.02
 """Gap over that of a perfect model from which errors of noisy inputs leave more than noise."""
 BEAM = 3
@@ -196,10 +198,10 @@ class Search:
         gain = min(gain, self.gain(hypothesis, over))
         if not gain > max(least, worth * over.fit.cost):
             return False
-        # How the noise is coloured where the effect acts is only asked where that decides.
+        # How the noise is coloured where the effect acts is only asked where that may decide.
         pair = hypothesis.names, over.names
-        if not gain > self.kappa * least and pair not in self.colours:
-            self.colours[pair] = min(self.kappa, colour_of(self.task, hypothesis, added))
+        if not gain > SLOWEST * self.kappa * least and pair not in self.colours:
+            self.colours[pair] = colour_of(self.task, hypothesis, added)
         return gain > least * self.colour(hypothesis, over)
 
     def colour(self, hypothesis: Hypothesis, over: Hypothesis) -> float:

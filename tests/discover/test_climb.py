@@ -105,6 +105,20 @@ def test_more_is_measured_against_a_perfect_model(
     assert search.leaves_much(hypothesis(STRIBECK)) is more
 
 
+@pytest.mark.parametrize(("colour", "significant"), [(2.0, True), (50.0, False)])
+def test_an_effect_that_acts_slowly_has_to_gain_more(
+    task: Task, monkeypatch: pytest.MonkeyPatch, colour: float, significant: bool
+) -> None:
+    # 300 is more than chance reaches at the pace of the motion, and less than it reaches in a drift.
+    frame = SimpleNamespace(reactions=None)
+    what = Hypothesis((STRIBECK,), cast(Any, SimpleNamespace(cost=9_700.0)), cast(Any, frame))
+    over = Hypothesis((), cast(Any, SimpleNamespace(cost=10_000.0)), cast(Any, frame))
+    search = Search(task, (), NOTHING, over, 6.0, 1.0, lambda what, share: None)
+    monkeypatch.setattr(Search, "gain", lambda *_: 300.0)
+    monkeypatch.setattr(searching, "colour_of", lambda *_: colour)
+    assert search.is_significant(what, over) is significant
+
+
 def test_a_refit_with_scatter_keeps_its_frame(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness",))
