@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, carried
-from fibrefit.discover.evidence import colour
+from fibrefit.discover.evidence import colour, slowest
 from fibrefit.discover.frame import FAR, Frame, frame_of, reactions_of
 from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Progress, Search
@@ -77,12 +77,14 @@ def _search(
 ) -> Search:
     trace = task.traces[0]
     rate = float(1.0 / np.diff(trace.times).mean())
+    known = task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])
     return Search(
         task=task,
         effects=wanted,
         ground=ground,
         base=Hypothesis((), fit, frame),
-        kappa=colour(task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])),
+        kappa=colour(*known),
+        slowest=slowest(*known),
         samples=float(frame.samples.sum()),
         tell=tell,
         frames=[frame],

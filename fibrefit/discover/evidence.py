@@ -47,10 +47,20 @@ def colour(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: flo
     duration : float
         Of a record, in s.
     """
-    ratios = []
-    for channel, seen in noise.items():
-        ratios.append(float(seen.over_mean(np.array([SLOW]), duration, rates[channel])[0]))
-    return max(1.0, float(np.mean(ratios)))
+    return max(1.0, float(np.mean(_powers(noise, rates, duration, SLOW))))
+
+
+def slowest(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: float) -> float:
+    """Power of the noise over its mean at half a period in a record, in the channel where it is largest.
+
+    Parameters as `colour`. No effect meets noise of more power: none acts more slowly.
+    """
+    return max(1.0, *_powers(noise, rates, duration, 0.5 / duration))
+
+
+def _powers(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: float, frequency: float) -> list[float]:
+    at = np.array([frequency])
+    return [float(seen.over_mean(at, duration, rates[channel])[0]) for channel, seen in noise.items()]
 
 
 def chance(parameters: int) -> float:

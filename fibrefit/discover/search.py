@@ -34,8 +34,6 @@ SCOUTS_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 MOST_OF = 0.5
 """Share of the best one's gain from which another explanation may be like it."""
-SLOWEST = 30.0
-"""Colour of the noise, over that at the pace of the motion, that no effect exceeds: a slow drift comes near."""
 MORE = 1.02
 """Gap over that of a perfect model from which errors of noisy inputs leave more than noise."""
 BEAM = 3
@@ -57,6 +55,8 @@ class Search:
         Nothing added.
     kappa : float
         Colour of the noise.
+    slowest : float
+        Its colour where no effect meets more of it.
     samples : float
         Number of measured samples.
     tell : callable
@@ -79,6 +79,7 @@ class Search:
     ground: Ground
     base: Hypothesis
     kappa: float
+    slowest: float
     samples: float
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
@@ -200,7 +201,7 @@ class Search:
             return False
         # How the noise is coloured where the effect acts is only asked where that may decide.
         pair = hypothesis.names, over.names
-        if not gain > SLOWEST * self.kappa * least and pair not in self.colours:
+        if not gain > self.slowest * least and pair not in self.colours:
             self.colours[pair] = colour_of(self.task, hypothesis, added)
         return gain > least * self.colour(hypothesis, over)
 

@@ -24,7 +24,7 @@ def explanation(cost: float, size: int) -> Hypothesis:
 def search(task: Task) -> Search:
     """One over so many samples that sums of squares within 500 are alike."""
     nothing = cast(Any, None)
-    return Search(task, (), nothing, nothing, kappa=1.0, samples=50_000.0, tell=lambda what, share: None)
+    return Search(task, (), nothing, nothing, kappa=1.0, slowest=1.0, samples=50_000.0, tell=lambda what, share: None)
 
 
 def test_of_explanations_alike_the_simplest_is_taken(search: Search) -> None:

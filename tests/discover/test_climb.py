@@ -98,7 +98,7 @@ def test_more_is_measured_against_a_perfect_model(
     found = SimpleNamespace(values=np.zeros(1), waves={}, gap=gap * MORE * 0.95)
     monkeypatch.setattr(searching, "joint", lambda *_: found)
     monkeypatch.setattr(searching, "expected_gap", lambda *_: (0.95, None))
-    search = Search(task, (), NOTHING, hypothesis(), 1.0, 1.0, lambda what, share: None)
+    search = Search(task, (), NOTHING, hypothesis(), 1.0, 1.0, 1.0, lambda what, share: None)
     monkeypatch.setattr(searching, "alone", lambda task, what: (task, np.zeros(1)))
     search.corrected[(STRIBECK.name,)] = cast(Any, found)
     search.base = replace(search.base, frame=cast(Any, SimpleNamespace(reactions="some")))
@@ -113,7 +113,7 @@ def test_an_effect_that_acts_slowly_has_to_gain_more(
     frame = SimpleNamespace(reactions=None)
     what = Hypothesis((STRIBECK,), cast(Any, SimpleNamespace(cost=9_700.0)), cast(Any, frame))
     over = Hypothesis((), cast(Any, SimpleNamespace(cost=10_000.0)), cast(Any, frame))
-    search = Search(task, (), NOTHING, over, 6.0, 1.0, lambda what, share: None)
+    search = Search(task, (), NOTHING, over, 6.0, 100.0, 1.0, lambda what, share: None)
     monkeypatch.setattr(Search, "gain", lambda *_: 300.0)
     monkeypatch.setattr(searching, "colour_of", lambda *_: colour)
     assert search.is_significant(what, over) is significant
@@ -122,7 +122,7 @@ def test_an_effect_that_acts_slowly_has_to_gain_more(
 def test_a_refit_with_scatter_keeps_its_frame(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness",))
-    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 1e6, lambda what, share: None)
+    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 1.0, 1e6, lambda what, share: None)
     monkeypatch.setattr(searching, "refit", lambda *_: hypothesis().fit)
     monkeypatch.setattr(Search, "is_louder_in_motion", lambda self, frame, local: asked.append(frame) or False)
     assert search.only_scatters(hypothesis(STRIBECK, frame="first"))
@@ -141,7 +141,7 @@ def test_scatter_that_is_unusual_is_looked_for_from_other_places(task: Task, mon
         penalty = 1.0 if local[0, 2] > 20.0 * (1.0 + 0.5 * SCATTER) else 100.0
         return SimpleNamespace(local=local, cost=90.0, penalty=penalty)
 
-    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 100.0, lambda what, share: None)
+    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 1.0, 100.0, lambda what, share: None)
     monkeypatch.setattr(searching, "refit", refitted)
     monkeypatch.setattr(Search, "is_louder_in_motion", lambda *_: False)
     local = np.array([[10.0, 0.1, 20.0], [10.0, 0.2, 20.0]])

@@ -9,6 +9,7 @@ import pytest
 
 from fibrefit.discover.candidates import Hypothesis, absent_values, carried
 from fibrefit.discover.colour import colour_of
+from fibrefit.discover.evidence import colour, slowest
 from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.refit import Refit
 from fibrefit.effects.catalogue import find_effect
@@ -82,3 +83,13 @@ def _columns(task: Task, hypothesis: Hypothesis) -> tuple[np.ndarray, int]:
     scaled = np.array(columns).T
     scaled = scaled / np.linalg.norm(scaled, axis=0)
     return scaled, layout.free_names.index("guide.viscous_friction.viscous_coefficient")
+
+
+def test_noise_is_strongest_where_an_effect_acts_most_slowly() -> None:
+    white, pink = Noise(1e-4, 0.0, 0.0, 0), Noise(1e-4, 1e-2, 0.0, 0)
+    rates = {"force": 2000.0, "position": 2000.0}
+    assert slowest({"force": white, "position": white}, rates, 2.0) == 1.0
+    both = {"force": white, "position": pink}
+    # The channel that wanders counts by itself, and the longer a record, the more it wanders in it.
+    assert slowest(both, rates, 2.0) > 2.0 * colour(both, rates, 2.0) > 2.0
+    assert slowest(both, rates, 20.0) > 5.0 * slowest(both, rates, 2.0)
