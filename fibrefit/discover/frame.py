@@ -196,14 +196,15 @@ class Frame:
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
         width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
         self.compiled.add(width)
-        padded = np.zeros(width, dtype=np.int32)
-        padded[:active] = columns
-        values = np.zeros((len(local), width))
-        values[:, :active] = targets
-        varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(active, dtype=jnp.int32)
+        padded = np.zeros(1 + width, dtype=np.int32)
+        padded[1 : 1 + active] = columns
+        values = np.zeros((len(local), 1 + width))
+        values[:, 0] = local[:, 0]
+        values[:, 1 : 1 + active] = targets
+        varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
         grams, scores = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
-        keep = np.r_[np.arange(active), width]
+        keep = np.r_[1 : 1 + active, 0]
         return np.asarray(grams)[:, keep][:, :, keep], np.asarray(scores)[:, :active]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -275,36 +276,34 @@ def _grams(
 ) -> tuple[jax.Array, jax.Array]:
     def one(row: tuple) -> tuple[jax.Array, jax.Array]:
         local, target, data, count, reactions = row
-        here = _residuals(problem, local, data, count)
-        marginal = here
-        if reactions is not None:
-            channels = [data.weight[channel] for channel in problem.model.rig.channels]
-            counted = jnp.stack(channels) * (jnp.arange(channels[0].size) < count) > 0.0
-            marginal = here + jnp.where(counted.ravel(), reactions.offset, 0.0)
-
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
             there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
-            return rows.at[i].set(there - here)
+            return rows.at[i].set(there - rows[0])
 
-        rows = jnp.zeros((len(columns) + 1, here.size)).at[-1].set(marginal)
+        # The first row is of the values as they are; a program with a second copy of the model takes longer to make.
+        channels = [data.weight[channel] for channel in problem.model.rig.channels]
+        rows = jnp.zeros((len(columns), len(channels) * channels[0].size))
         rows = jax.lax.fori_loop(0, active, vary, rows)
+        if reactions is not None:
+            counted = jnp.stack(channels) * (jnp.arange(channels[0].size) < count) > 0.0
+            rows = rows.at[0].add(jnp.where(counted.ravel(), reactions.offset, 0.0))
         gram = rows @ rows.T
         if reactions is None:
-            return gram, _in_stretches(rows, marginal, data)
+            return gram, _in_stretches(rows, rows[0], data)
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
         pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
-        wave = (reactions.inverse @ pulled[-1]).astype(jnp.float32)
-        told = _in_stretches(rows, marginal - (wave @ reactions.rows).astype(float), data)
+        wave = (reactions.inverse @ pulled[0]).astype(jnp.float32)
+        told = _in_stretches(rows, rows[0] - (wave @ reactions.rows).astype(float), data)
         return gram - pulled @ reactions.inverse @ pulled.T, told
 
     return jax.lax.map(one, (local, targets, problem.observations, counts, reactions))
 
 
 def _in_stretches(rows: jax.Array, residuals: jax.Array, data: Observations) -> jax.Array:
-    """Products of all but the last row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
-    products = (rows[:-1] * residuals).reshape(len(rows) - 1, -1, data.experiment.times.shape[0])
+    """Products of all but the first row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
+    products = (rows[1:] * residuals).reshape(len(rows) - 1, -1, data.experiment.times.shape[0])
     size = -(-products.shape[-1] // STRETCHES)
     ends = jnp.pad(products.sum(axis=1), ((0, 0), (0, STRETCHES * size - products.shape[-1])))
     return ends.reshape(len(rows) - 1, STRETCHES, size).sum(axis=-1)
