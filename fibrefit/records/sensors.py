@@ -29,6 +29,9 @@ _BEYOND_ROUNDING = 0.25
 #: Shortest run of equal readings that is looked at.
 _SHORTEST = 4
 
+#: Runs of equal readings to each side of one that tell how long they get there by chance: more at rest than in motion.
+_AROUND = 100
+
 #: A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off.
 _OVERSHOOT = 4.0
 
@@ -116,16 +119,18 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     if run.size < 20 or np.ptp(run) == 0:
         return masks
     starts, lengths = _runs_of_equals(run)
-    noisy, longest_by_chance = _noise_of(run, lengths)
+    noisy = _is_noisy(run, lengths)
     dead: dict[float, list[tuple[int, int]]] = {}
-    long = lengths >= _SHORTEST
-    for start, length in zip(starts[long].tolist(), lengths[long].tolist(), strict=True):
+    for which in np.flatnonzero(lengths >= _SHORTEST).tolist():
+        start, length = int(starts[which]), int(lengths[which])
         level = float(run[start])
         extreme = level in (run.max(), run.min())
         if noisy:
-            if length > longest_by_chance and extreme:
+            if length <= _longest_by_chance(lengths, which):
+                continue
+            if extreme:
                 masks.saturated[rows[run == level]] = True  # noise lets short runs reach full scale too
-            elif length > longest_by_chance:
+            else:
                 masks.stuck[rows[start : start + length]] = True
         elif extreme and abs(level) > _AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
             dead.setdefault(level, []).append((start, length))
@@ -148,25 +153,35 @@ def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return starts, np.diff(np.append(starts, run.size))
 
 
-def _noise_of(run: np.ndarray, lengths: np.ndarray) -> tuple[bool, float]:
-    """Whether readings scatter from sample to sample, and the longest run of equal ones that leaves to chance."""
+def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
+    """Whether readings scatter from sample to sample."""
     steps = np.abs(np.diff(run))
     second = np.diff(run, 2)
     second = second[second != 0]
     if second.size < 10:
-        return False, math.inf
+        return False
     # A smooth motion in coarse steps turns round by one step at most: that is rounding, not noise.
     smallest = float(np.quantile(steps[steps > 0], 0.01))
     if np.mean(np.abs(second) > 1.5 * smallest) < _BEYOND_ROUNDING:
-        return False, math.inf
+        return False
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
-    ordinary = np.sort(lengths)[: max(1, lengths.size - 5)]
-    equal = 1.0 - ordinary.size / float(ordinary.sum())
-    if turns < 0.55 or equal > 0.6:
-        return False, math.inf
-    equal = max(equal, 1.0 / run.size)
-    return True, max(_SHORTEST, 1 + math.log(_CHANCE / run.size) / math.log(equal))
+    return bool(turns >= 0.55 and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= 0.6)
+
+
+def _share_of_equals(lengths: np.ndarray) -> float:
+    """Readings that equal the one before, as a share of all."""
+    return 1.0 - lengths.size / float(lengths.sum()) if lengths.size else 0.0
+
+
+def _longest_by_chance(lengths: np.ndarray, which: int) -> float:
+    """Longest run of equal readings that noise leaves where one of the runs is, as far as the runs around tell."""
+    samples = int(lengths.sum())
+    sides = np.sort(lengths)[: max(1, lengths.size - 5)], lengths[:which][-_AROUND:], lengths[which + 1 :][:_AROUND]
+    # Others as long as the one in question may be frozen too.
+    usual = [side[side < max(lengths[which] / 2, _SHORTEST)] for side in sides]
+    equal = max(*map(_share_of_equals, usual), 1.0 / samples)
+    return max(_SHORTEST, 1 + math.log(_CHANCE / samples) / math.log(equal))
 
 
 def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> bool:

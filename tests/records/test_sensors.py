@@ -94,6 +94,25 @@ def test_a_frozen_reading_is_masked(length: int, read: Callable) -> None:
     assert not column.valid[1000 : 1000 + length].any()
 
 
+def rests_then_strokes(seed: int) -> np.ndarray:
+    """A drive in coarse steps, in mm, whose readings repeat more often at rest than on the way."""
+    stroke = np.where(TIME < 0.4, 0.0, 90.0 * (TIME - 0.4))
+    return 0.005 * np.round((stroke + 0.005 * np.random.default_rng(seed).standard_normal(N)) / 0.005)
+
+
+def test_a_rest_in_coarse_steps_is_not_frozen(read: Callable) -> None:
+    force, _ = bounce(0.4)
+    found = [masked(read(force, rests_then_strokes(seed)))[1] for seed in range(60)]
+    assert sum(map(bool, found)) <= 1
+
+
+def test_a_reading_that_freezes_at_rest_is_masked(read: Callable) -> None:
+    force, _ = bounce(0.4)
+    drive = rests_then_strokes(1)
+    drive[300:330] = 0.005
+    assert 30 <= masked(read(force, drive))[1]["stuck"] <= 32
+
+
 @pytest.mark.parametrize("value", ["9.9E37", "1E+10", "-9999", "999999", "3.4028235E+38", "-1e30"])
 def test_absurd_values_are_masked(value: str, write: Callable) -> None:
     force, _ = bounce(0.4)
