@@ -276,6 +276,7 @@ def _grams(
 ) -> tuple[jax.Array, jax.Array]:
     def one(row: tuple) -> tuple[jax.Array, jax.Array]:
         local, target, data, count, reactions = row
+
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
             there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
             return rows.at[i].set(there - rows[0])

@@ -19,6 +19,8 @@ NO_SCATTER = 0.0005
 """The same where records agree."""
 ROUGH = 1.0
 """Difference in N between neighbouring heights of a curve that counts as much as a standard error."""
+ARRIVED = 0.1
+"""Promised fall of the objective, as a share of one that is small enough to stop after, at which a step is not taken."""
 STEP = 1e-6
 """Difference step, as a share of a value's size."""
 
@@ -196,13 +198,17 @@ def refit(
     objective = cost + unknown.penalty(x)
     for step in range(1, max_steps + 1):
         trial = unknown.clipped(x - _damped(unknown, x, matrix, gradient, damping))
-        there = float(frame.costs(unknown.local(trial), counts).sum())
-        gain = objective - there - unknown.penalty(trial)
-        if np.isfinite(there) and gain > 0.0:
+        way = trial - x
+        if -way @ (2.0 * gradient + matrix @ way) < ARRIVED * enough * objective:
+            break
+        # A trial is mostly kept: its slopes are then at hand, and its cost alone takes more than half as long.
+        there = unknown.normal(trial, counts)
+        gain = objective - there[2] - unknown.penalty(trial)
+        if np.isfinite(gain) and gain > 0.0:
             x, damping = trial, max(damping / 10.0, 1e-9)
+            matrix, gradient, cost = there
             if gain < enough * objective:
-                return unknown.refit(x, there, step)
-            matrix, gradient, cost = unknown.normal(x, counts)
+                return unknown.refit(x, cost, step)
             objective = cost + unknown.penalty(x)
         else:
             damping *= 10.0
