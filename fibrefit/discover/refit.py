@@ -20,7 +20,7 @@ NO_SCATTER = 0.0005
 ROUGH = 1.0
 """Difference in N between neighbouring heights of a curve that counts as much as a standard error."""
 ARRIVED = 0.1
-"""Promised fall of the objective, as a share of one that is small enough to stop after, at which a step is not taken."""
+"""Promised fall at which a step is not taken, as a share of the fall that is small enough to stop after."""
 STEP = 1e-6
 """Difference step, as a share of a value's size."""
 
