@@ -18,7 +18,7 @@ from tests.validation.validate_discover import carry_out, document, done_before,
 GOOD = Outcome(
     case="a", kind="single", rig="fibre_mass", hidden="sensor.force_delay", base_gap=1.5, pink=0.0, scatter=0.0,
     verdict="named", added="sensor.force_delay", alike="", gap_before=2.0, gap_after=1.0, held_out=1.0, seconds=60.0,
-    says="", processor_seconds=20.0,
+    says="", processor_seconds=20.0, expected_gap=1.0,
 )  # fmt: skip
 LAG = replace(GOOD, case="b", added="sensor.force_lag")
 WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
@@ -54,13 +54,21 @@ def test_rates() -> None:
     }
 
 
+def test_rates_by_rig() -> None:
+    found = rates([GOOD, WRONG, replace(GOOD, rig="pulley_drive")])[0]
+    assert found.by_rig == ((1, 2), (1, 1))
+    assert str(found).startswith("| one effect: right class first | 67 % (2 of 3) |")
+    assert "| 1 of 2 | 1 of 1 |" in str(found)
+
+
 def test_effects_too_weak_or_too_strong_are_not_counted() -> None:
     assert rates([replace(GOOD, base_gap=0.3), replace(GOOD, base_gap=5.0)])[0].cases == 0
 
 
 def test_the_gap_closed_is_that_beyond_noise() -> None:
-    assert GOOD.closed == 1.0
+    assert GOOD.closed == replace(GOOD, expected_gap=math.nan).closed == 1.0
     assert replace(GOOD, gap_after=math.sqrt(2.5)).closed == pytest.approx(0.5)
+    assert replace(GOOD, gap_after=0.9, expected_gap=0.9).closed == pytest.approx(1.0)
 
 
 def test_tables() -> None:
@@ -115,12 +123,13 @@ def test_a_table_of_fewer_columns_is_read_and_gets_the_others(tmp_path: Path) ->
     run([], table, 1)
     header = table.read_text().strip()
     rows = [f"{GOOD.case},single,fibre_mass,sensor.force_delay,1.5,0.0,0.0,named,sensor.force_delay,,2.0,1.0,1.0,60.0,"]
-    table.write_text("\n".join([header.removesuffix(",processor_seconds"), *rows]) + "\n")
+    table.write_text("\n".join([header.removesuffix(",processor_seconds,expected_gap"), *rows]) + "\n")
     run([], table, 1)
     assert table.read_text().startswith(header)
     (outcome,) = done_before(table)
     assert math.isnan(outcome.processor_seconds)
-    assert replace(outcome, processor_seconds=20.0) == GOOD
+    assert math.isnan(outcome.expected_gap)
+    assert replace(outcome, processor_seconds=20.0, expected_gap=1.0) == GOOD
 
 
 def test_a_fault_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import beta
 
+from tests.independent.laws import DRIVE, DROP
 from tests.validation.discover_cases import class_of
 
+RIGS = DROP, DRIVE
 WEAKEST, STRONGEST = 0.4, 4.0
 """Clean gaps between which a hidden effect must be found, in units of the noise."""
 
@@ -34,6 +36,7 @@ class Outcome:
     seconds : by the clock; the machine may have been busy with other things
     says : what it looks like, or the error
     processor_seconds : compilation included, and the making of the series; nan where that was not noted
+    expected_gap : that a perfect model leaves, which has errors of its inputs to fit; nan where that was not noted
     """
 
     case: str
@@ -52,6 +55,7 @@ class Outcome:
     seconds: float
     says: str
     processor_seconds: float = math.nan
+    expected_gap: float = math.nan
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -80,7 +84,7 @@ class Outcome:
     @property
     def closed(self) -> float:
         """Share of the squared gap beyond noise that the final model closes."""
-        beyond = self.gap_before**2 - 1.0
+        beyond = self.gap_before**2 - (self.expected_gap if math.isfinite(self.expected_gap) else 1.0) ** 2
         return (self.gap_before**2 - self.gap_after**2) / beyond if beyond > 0.0 else math.nan
 
     @property
@@ -96,20 +100,30 @@ def names(joined: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Rate:
-    """A share with its 95 % interval (Clopper-Pearson), and what it is held to."""
+    """A share with its 95 % interval (Clopper-Pearson), in all and by rig, and what it is held to.
+
+    Parameters
+    ----------
+    what : of what
+    hits, cases : number
+    by_rig : hits and cases of each of `RIGS`
+    goal : in words
+    """
 
     what: str
     hits: int
     cases: int
+    by_rig: tuple[tuple[int, int], ...]
     goal: str
 
     def __str__(self) -> str:
+        rigs = " | ".join(f"{hits} of {cases}" for hits, cases in self.by_rig)
         if not self.cases:
-            return f"| {self.what} | no case yet | | {self.goal} |"
+            return f"| {self.what} | no case yet | | {rigs} | {self.goal} |"
         low = beta.ppf(0.025, self.hits, self.cases - self.hits + 1) if self.hits else 0.0
         high = beta.ppf(0.975, self.hits + 1, self.cases - self.hits) if self.hits < self.cases else 1.0
         share = f"{100.0 * self.hits / self.cases:.0f} % ({self.hits} of {self.cases})"
-        return f"| {self.what} | {share} | {100 * low:.0f} to {100 * high:.0f} % | {self.goal} |"
+        return f"| {self.what} | {share} | {100 * low:.0f} to {100 * high:.0f} % | {rigs} | {self.goal} |"
 
 
 def rates(outcomes: Sequence[Outcome]) -> list[Rate]:
@@ -120,7 +134,8 @@ def rates(outcomes: Sequence[Outcome]) -> list[Rate]:
     strangers = [o for o in outcomes if o.kind == "outside" and o.base_gap >= WEAKEST]
 
     def rate(what: str, of: Sequence[Outcome], goal: str, hit: Callable[[Outcome], bool]) -> Rate:
-        return Rate(what, sum(map(hit, of)), len(of), goal)
+        by_rig = tuple((sum(hit(o) for o in of if o.rig == rig), sum(o.rig == rig for o in of)) for rig in RIGS)
+        return Rate(what, sum(map(hit, of)), len(of), by_rig, goal)
 
     return [
         rate("one effect: right class first", singles, ">= 95 %", lambda o: o.first_is_right),

@@ -19,7 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.validation.discover_cases import KINDS, Case, all_cases
-from tests.validation.discover_scores import Outcome, by_effect, confusions, rates, times
+from tests.validation.discover_scores import RIGS, Outcome, by_effect, confusions, rates, times
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "results" / "validate_discover" / "cases.csv"
@@ -71,6 +71,7 @@ def _searched(case: Case) -> dict[str, object]:
         "alike": " + ".join(dict.fromkeys(name for names in finding.cannot_tell_apart for name in names)),
         "gap_before": summary.before.gap.total,
         "gap_after": summary.gap.total,
+        "expected_gap": finding.after.expected_gap,
         "held_out": max((held.gap_after for held in finding.held_out), default=math.nan),
         "says": finding.unexplained.looks_like or finding.reason,
     }
@@ -136,8 +137,8 @@ def document(outcomes: Sequence[Outcome], planned: int) -> str:
             f"one that is not in the catalogue, {number['null']} with none.",
             "`make validate-discover` goes on with the rest.",
             "",
-            "| | share | 95 % interval | held to |",
-            "|---|---|---|---|",
+            f"| | share | 95 % interval | {' | '.join(RIGS)} | held to |",
+            "|---|---|---|---|---|---|",
             *map(str, rates(outcomes)),
             "",
             A_CLASS,
