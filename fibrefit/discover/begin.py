@@ -31,19 +31,25 @@ def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], t
         Told what is being done.
     """
     wanted = _wanted(task, effects)
-    far = total(before.gap) > FAR * before.expected_gap
-    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, far))
+    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, _is_far(before)))
     ground, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
 
 
-def laid_out(task: Task, values: np.ndarray, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    """All effects in one frame at values given, for what needs no data; parameters as `begun`."""
+def laid_out(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+    """All effects in one frame, at the values a task begins with where nothing was fitted; parameters as `begun`."""
     wanted = _wanted(task, effects)
-    frame = frame_of(task, wanted)
-    fit = Refit(_local(frame, task, values), float(task.problem.n_measured), 0.0, {}, 0)
+    values = task.start if before is None else before.plain.values
+    reactions = None if before is None else reactions_of(task, values, before.waves, _is_far(before))
+    frame = frame_of(task, wanted, reactions)
+    gap = 1.0 if before is None else total(before.gap)
+    fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), 0.0, {}, 0)
     return _search(task, wanted, frame, _ground(task), fit, tell)
+
+
+def _is_far(before: Identification) -> bool:
+    return total(before.gap) > FAR * before.expected_gap
 
 
 def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -12,12 +12,19 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discover.frame import FAR, Frame, frame_of
-from fibrefit.discover.refit import Refit, Subset, refit
+from fibrefit.discover.refit import Refit, Subset, made_up_for, refit
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 
 SMALL = 0.1
 """Strength at which a refit starts, as a share of the typical one: small enough not to spoil the orbit."""
+BLOWN, GENTLER = 4.0, 3
+"""Cost over that of the model without the effect from which a start is made weaker, and how often: bounces that come
+at other times lead nowhere."""
+GROWTH, GROWN, FOLLOWED = 1.3, 20, 8
+"""Factor by which the strength of an effect then grows from a weak one, how often, and steps of the refits on the way."""
+PAST = 3
+"""Strengths in turn with no lower cost after which the best one is past."""
 SHAPES = (0.25, 1.0, 4.0)
 """Where a shape parameter, which has no slope while the strength is nil, starts: multiples of its typical size."""
 SCOUTING = 6
@@ -187,11 +194,16 @@ def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[ty
     subset = ground.subset(effects)
     blank = absent_values(frame, len(parent.fit.local))
     before = carried(frame, blank, parent.frame, parent.fit.local)
-    starts = _starts(frame, before, added)
+    most = BLOWN * parent.fit.cost
+    plain = _starts(frame, before, added)
+    starts = [_gentle(frame, ground, start, added, most) for start in plain]
+    blown = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
         first = sorted((refit(frame, subset, start, ground.whole, 1) for start in starts), key=lambda found: found.cost)
         starts = [found.local for found in first[:KEPT]]
     scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in starts]
+    if blown:
+        scouts += _led(frame, ground, subset, min(scouts, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
     near = frame.reactions is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
     if not parent.effects and not near:
@@ -207,6 +219,49 @@ def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> l
             done.append(found)
             tell(len(done))
     return done
+
+
+def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[type[Effect]], most: float) -> np.ndarray:
+    """A start, or a weaker one where it costs more than `most`."""
+    for _ in range(GENTLER):
+        if frame.costs(start, ground.whole).sum() <= most:
+            break
+        start = _scaled(frame, start, added, SMALL)
+    return start
+
+
+def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Sequence[type[Effect]]) -> list[Refit]:
+    """Refits at strengths that grow step by step, from a weak one; the other values are led along.
+
+    Where a motion bounces, a strong effect is far beyond what slopes foretell, and a weak one lies in a dent of its own:
+    each strength is reached from the one before.
+    """
+    strengths = {f"{effect.name}.{name}" for effect in added for name in effect.strength}
+    held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))
+    local, led, best = weak.local, [], weak.cost
+    for _ in range(GROWN):
+        goal = _scaled(frame, local, added, GROWTH)
+        way = made_up_for(frame, held, subset, local, goal, ground.whole)
+        led.append(refit(frame, held, local + way, ground.whole, FOLLOWED, 1e-5))
+        local, best = led[-1].local, min(best, led[-1].cost)
+        if all(fit.cost > best for fit in led[-PAST:]):
+            break
+    return led
+
+
+def _scaled(frame: Frame, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
+    """Values with added effects made stronger or weaker, inside their bounds; a frequency stays."""
+    scaled = values.copy()
+    for effect in added:
+        for name in effect.strength:
+            j = frame.names.index(f"{effect.name}.{name}")
+            declared = frame.declared[frame.names[j]]
+            if declared.reciprocal:
+                scaled[:, j] /= factor
+            elif declared.unit != "Hz":
+                scaled[:, j] = declared.null + factor * (scaled[:, j] - declared.null)
+            scaled[:, j] = np.clip(scaled[:, j], declared.lower, declared.upper)
+    return scaled
 
 
 def _suggested(frame: Frame, before: np.ndarray, ground: Ground) -> np.ndarray:

@@ -8,8 +8,10 @@ the worst pair follows Hunter and Reiner, Technometrics 7 (1965).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -17,37 +19,19 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discover.candidates import SMALL, Ground
-from fibrefit.discover.evidence import CHANCE
-from fibrefit.discover.frame import Frame
+from fibrefit.discover.candidates import SMALL, Ground, absent_values, carried
+from fibrefit.discover.finding import Choice, Direction, Split
+from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.refit import STEP
+from fibrefit.discover.search import Search
 from fibrefit.effects.law import Effect
+from fibrefit.problem.task import Task
+from fibrefit.simulate.inputs import Signals
 
 INSEPARABLE = 0.98
 """Cosine beyond which two effects change the records in the same way."""
 UNIQUE = 0.02
 """Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all."""
-
-
-@dataclass(frozen=True)
-class Direction:
-    """What one effect would do to the records.
-
-    Parameters
-    ----------
-    effect, parameter, unit : str
-    detectable : float
-        Smallest strength that would be found in these records, in `unit`; infinite if none would. For a parameter that
-        vanishes at infinity, the largest value.
-    unique : float
-        Share of the change that base parameters and nuisances cannot imitate, 0 to 1.
-    """
-
-    effect: str
-    parameter: str
-    unit: str
-    detectable: float
-    unique: float
 
 
 @dataclass(frozen=True)
@@ -82,7 +66,7 @@ class Confusion:
 
 
 def confusion(
-    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], kappa: float
+    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], gate: Callable[[int], float]
 ) -> Confusion:
     """Compare what effects of a frame would do to its records.
 
@@ -94,9 +78,8 @@ def confusion(
         Values of the base model, with every effect that may be missing absent.
     effects : sequence of Effect classes
         Those of the frame that may be missing.
-    kappa : float
-        Power of what is no effect, where effects act, in units of the noise: its colour, see `evidence.colour`, or more
-        where the records are known to hold more than noise.
+    gate : callable
+        Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `Search.gate`.
 
     Returns
     -------
@@ -107,65 +90,89 @@ def confusion(
     grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
     norms, unique, cosine = _compared(grams, ground)
     visible = unique > UNIQUE
-    needed = np.sqrt(kappa * CHANCE)
     directions = []
-    for (name, parameter), size, norm, share, seen in zip(strengths, sizes, norms, unique, visible, strict=True):
-        least = needed / norm if seen else np.inf
+    for i, (name, parameter) in enumerate(strengths):
+        size, share = sizes[i], unique[i]
+        least = np.sqrt(gate(len(effects[i].parameters))) / norms[i] if visible[i] else np.inf
         strength = (1.0 / (least * size) if np.isfinite(least) else np.inf) if parameter.reciprocal else least * size
         directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(share)))
     return Confusion(tuple(directions), cosine)
 
 
-@dataclass(frozen=True)
-class Split:
-    """The further record that best tells two effects apart.
+def detectable(search: Search) -> tuple[Direction, ...]:
+    """Smallest strength of each effect that a search with nothing to find would have found, in its frames.
+
+    An effect without a frame was not tried, as there was nothing left for it to explain.
 
     Parameters
     ----------
-    pair : tuple of str
-    record : int
-        Its place in the menu.
-    before, after : float
-        Cosine of the pair without it and with it.
+    search : Search
     """
+    found: dict[str, Direction] = {}
+    for frame in search.frames:
+        effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
+        if not effects:
+            continue
+        blank = absent_values(frame, len(search.ground.whole))
+        local = carried(frame, blank, search.base.frame, search.base.fit.local)
+        seen = confusion(frame, search.ground, local, effects, search.gate)
+        found |= {direction.effect: direction for direction in seen.directions}
+    return tuple(found[effect.name] for effect in search.effects if effect.name in found)
 
-    pair: tuple[str, str]
-    record: int
-    before: float
-    after: float
+
+CONDITIONS: dict[str, dict[str, tuple[float, ...]]] = {
+    "fibre_mass": {
+        "lift": (0.005, 0.01, 0.02, 0.04),
+        "inclination": (np.pi / 6, np.pi / 4, np.pi / 2),
+        "added_mass": (0.0, 5.035),
+    },
+    "pulley_drive": {"added_mass": (0.0, 2.5, 5.035, 10.0), "inclination": (np.pi / 12, np.pi / 6, np.pi / 4)},
+}
+"""Conditions a further record could have, by kind of rig, in SI units."""
+FACTORS = (0.5, 2.0)
+"""On pace and size of an input."""
 
 
-def best_split(
-    frame: Frame,
-    ground: Ground,
-    local: np.ndarray,
-    pair: Sequence[type[Effect]],
-    menu: Sequence[Mapping[str, float]],
-) -> Split:
-    """Search a menu of further records for the one that splits a pair best.
+def menu_of(task: Task) -> list[Choice]:
+    """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller.
 
     Parameters
     ----------
-    frame : Frame
-    ground : Ground
-    local : (n_record, n_local) in SI units
+    task : Task
+    """
+    rig = task.problem.model.rig
+    known = CONDITIONS.get(rig.kind, {})
+    menu = [Choice(0, dict(zip(known, values, strict=True))) for values in product(*known.values())] if known else []
+    for record in range(len(task.problem.layout.records) if rig.inputs else 0):
+        menu += [Choice(record, {}, pace=factor) for factor in FACTORS]
+        menu += [Choice(record, {}, size=factor) for factor in FACTORS]
+    return menu
+
+
+def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
+    """The record of the menu that splits a pair of effects best; None where the rig has no menu.
+
+    Inputs count as known: what they would be measured like is not known beforehand.
+
+    Parameters
+    ----------
+    search : Search
     pair : sequence of Effect classes
         Two.
-    menu : sequence of mapping of condition to value in SI units
-        Each a record like the first one under other conditions.
-
-    Returns
-    -------
-    Split
     """
-    strengths = _strengths(pair)
-    columns, targets, _ = _varied(frame, ground, local, strengths)
-    grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
-    before = float(_compared(grams, ground)[2][0, 1])
-    further = _menu_grams(frame, ground, local, columns, targets, menu)
-    after = [float(_compared(np.concatenate([grams, gram[None]]), ground)[2][0, 1]) for gram in further]
+    if not (menu := menu_of(search.task)):
+        return None
+    held = next((frame for frame in search.frames if frame.holds(pair)), None)
+    frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None)
+    local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
+    columns, targets, _ = _varied(frame, search.ground, local, _strengths(pair))
+    grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
+    before = float(_compared(grams, search.ground)[2][0, 1])
+    further = _menu_grams(frame, search.ground, local, columns, targets, menu)
+    after = [float(_compared(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
-    return Split((pair[0].name, pair[1].name), best, before, after[best])
+    record = search.task.problem.layout.records[menu[best].record]
+    return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
 
 
 def _menu_grams(
@@ -174,22 +181,47 @@ def _menu_grams(
     local: np.ndarray,
     columns: np.ndarray,
     targets: np.ndarray,
-    menu: Sequence[Mapping[str, float]],
+    menu: Sequence[Choice],
 ) -> list[np.ndarray]:
     """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled."""
     records, found = len(local), []
     for start in range(0, len(menu), records):
         batch = [menu[min(start + r, len(menu) - 1)] for r in range(records)]
-        data = jax.tree.map(lambda leaf: jnp.repeat(leaf[:1], records, axis=0), frame.problem.observations)
-        conditions = dict(data.experiment.conditions)
-        for name in menu[0]:
-            conditions[name] = jnp.array([choice[name] for choice in batch])
-        planned = data._replace(experiment=data.experiment._replace(conditions=conditions))
-        problem = eqx.tree_at(lambda p: p.observations, frame.problem, planned)
-        same = [np.repeat(values[:1], records, axis=0) for values in (local, targets, ground.whole)]
-        elsewhere = replace(frame, task=replace(frame.task, problem=problem), reactions=None)
-        found += list(elsewhere.grams(same[0], columns, same[1], same[2])[:, :-1, :-1])
+        rows = np.array([choice.record for choice in batch])
+        data = jax.tree.map(lambda leaf, rows=rows: leaf[rows], frame.problem.observations)
+        experiment = data.experiment._replace(
+            conditions=_conditions(data.experiment.conditions, batch), inputs=_driven(data.experiment, batch)
+        )
+        problem = eqx.tree_at(lambda p: p.observations, frame.problem, data._replace(experiment=experiment))
+        elsewhere = replace(frame, task=replace(frame.task, problem=problem))
+        same = local[rows], columns, targets[rows], ground.whole[rows]
+        found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
+
+
+def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice]) -> dict[str, Any]:
+    changed = {name: np.array(values) for name, values in stated.items()}
+    for r, choice in enumerate(batch):
+        for name, value in choice.conditions.items():
+            changed[name][r] = value
+    return {name: jnp.asarray(values) for name, values in changed.items()}
+
+
+def _driven(experiment: Any, batch: Sequence[Choice]) -> dict[str, Signals]:
+    """Inputs of records run at another pace and size, about where they begin; held where they end."""
+    times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
+    driven = {}
+    for name, signals in experiment.inputs.items():
+        values, slopes = np.array(signals.values), np.array(signals.slopes)
+        for r, choice in enumerate(batch):
+            known = slice(0, counts[r])
+            there = times[r, 0] + choice.pace * (times[r] - times[r, 0])
+            moved = np.interp(there, times[r, known], values[r, known])
+            values[r] = values[r, 0] + choice.size * (moved - values[r, 0])
+            steep = np.interp(there, times[r, known], slopes[r, known], right=0.0)
+            slopes[r] = choice.size * choice.pace * steep
+        driven[name] = Signals(jnp.asarray(values), jnp.asarray(slopes))
+    return driven
 
 
 def _strengths(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:

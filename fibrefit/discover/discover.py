@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import replace
 
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
-from fibrefit.discover.evidence import NOISE_LIKE, chance, outdone
-from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
+from fibrefit.discover.confuse import best_split, detectable
+from fibrefit.discover.evidence import NOISE_LIKE
+from fibrefit.discover.finding import Finding, Split, Unexplained
+from fibrefit.discover.foresight import held_out
 from fibrefit.discover.free_form import Reading, described, probe_all
-from fibrefit.discover.refit import Subset, refit, standard_errors
-from fibrefit.discover.search import BEAM, Progress, Search
+from fibrefit.discover.rounds import LISTED, Climbed, Limits, candidate, climb, free_form, is_rival
+from fibrefit.discover.search import Progress, Search
 from fibrefit.discover.weighing import only_sure, weights
 from fibrefit.effects.law import Effect
 from fibrefit.fit.identify import identify
@@ -27,25 +27,6 @@ STARTS = 8
 FINAL_STARTS = 3
 NEARBY = 1.01
 """Factor by which parameters of the final starts differ from the best ones."""
-LISTED = 8
-"""Candidates whose parameters are shown with errors."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """How far a search may go.
-
-    Parameters
-    ----------
-    max_effects : int
-    seed : int
-    choose : callable, optional
-        Given a round's ranking, names the effect to add; None lets the search decide.
-    """
-
-    max_effects: int = 3
-    seed: int = 0
-    choose: Callable[[Sequence[Candidate]], str | None] | None = None
 
 
 def discover(
@@ -72,7 +53,7 @@ def discover(
     if reasons := _broken(before):
         return _not_trusted(before, reasons, began)
     search = begun(task, before, effects, tell)
-    return _concluded(before, _climb(search, before, limits), limits, began)
+    return _concluded(before, climb(search, before, limits), limits, began)
 
 
 ASTRAY = 0.05
@@ -93,165 +74,67 @@ def _broken(before: Identification) -> str:
     )
 
 
-@dataclass(frozen=True)
-class _Climbed:
-    """Where a search has come to.
-
-    Parameters
-    ----------
-    search : Search
-        In its last state.
-    best : Hypothesis
-    rounds : tuple of Round
-    looked : tuple of Hypothesis
-        Candidates of the last round, best first.
-    rivals : tuple of (str, str)
-        What was added last, each with an effect that does as well.
-    """
-
-    search: Search
-    best: Hypothesis
-    rounds: tuple[Round, ...] = ()
-    looked: tuple[Hypothesis, ...] = ()
-    rivals: tuple[tuple[str, str], ...] = ()
-
-
-def _climb(search: Search, before: Identification, limits: Limits) -> _Climbed:
-    """Add effects while the records ask for them."""
-    at, beam = _Climbed(search, search.base), [search.base]
-    while len(at.best.effects) < limits.max_effects:
-        if at.best.effects:
-            if search.is_noise(at.best) and not search.leaves_much(at.best):
-                break
-            if (anew := search.anew(at.best)) is not None:
-                search, best = anew
-                at, beam = replace(at, search=search, best=best), [best]
-        if len(at.best.effects) > 1 and _is_rival(search, _free_form(search, before), at.best):
-            break
-        looked = search.extended(beam, f"trying each effect, round {len(at.rounds) + 1}")
-        if not looked:
-            break
-        at = replace(at, looked=tuple(looked))
-        chosen = _chosen(search, looked, at.best, limits)
-        if chosen is None or not search.is_significant(chosen, at.best):
-            break
-        polished = Hypothesis(
-            chosen.effects,
-            refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
-            chosen.frame,
-        )
-        found, rivals = _round(search, before, at.best, polished, looked), _rivals(search, looked, at.best, polished)
-        at = replace(at, best=polished, rounds=(*at.rounds, found), rivals=rivals)
-        beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
-    return at
-
-
-def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
-    if limits.choose is None:
-        return search.simplest(looked, over)
-    name = limits.choose([_candidate(search, hypothesis, search.base) for hypothesis in looked[:LISTED]])
-    return next((hypothesis for hypothesis in looked if name in hypothesis.names), None)
-
-
-def _round(
-    search: Search, before: Identification, parent: Hypothesis, chosen: Hypothesis, looked: Sequence[Hypothesis]
-) -> Round:
-    ranking = tuple(_candidate(search, hypothesis, parent, errors=i < LISTED) for i, hypothesis in enumerate(looked))
-    added = " + ".join(name for name in chosen.names if name not in parent.names)
-    gaps = search.gap(parent), search.gap(chosen)
-    changes = _changes(parent, chosen)
-    sentence = f"{added}: the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise. {changes}".strip()
-    if not parent.effects:
-        sentence = f"{where.in_words(before)}. {sentence}"
-    return Round(added, *gaps, where.places(before) if not parent.effects else (), ranking, sentence)
-
-
-CARRIED = 0.05
-"""Relative change of a base parameter from which it is said to have carried part of a missing effect."""
-
-
-def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
-    """What the base parameters had carried in place of the effect."""
-    said = []
-    for name, old in parent.fit.shared.items():
-        new = chosen.fit.shared.get(name, old)
-        if abs(new - old) > CARRIED * abs(old):
-            unit = chosen.frame.declared[name].unit
-            said.append(f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}")
-    return f"With it {' and '.join(said)}." if said else ""
-
-
-def _candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
-    kappa = search.colour(hypothesis, parent)
-    gain = parent.fit.cost - hypothesis.fit.cost
-    subset = search.ground.subset(hypothesis.effects)
-    spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}
-    inflation = np.sqrt(kappa * max(hypothesis.fit.cost / search.samples, 1.0))
-    parameters = {}
-    for effect in hypothesis.effects:
-        for parameter in effect.parameters:
-            name = f"{effect.name}.{parameter.name}"
-            error = float(spread.get(name, np.inf) * inflation)
-            parameters[name] = (hypothesis.fit.shared[name], error, parameter.unit)
-    return Candidate(
-        " + ".join(name for name in hypothesis.names if name not in parent.names) or "nothing",
-        search.gap(hypothesis),
-        float(gain / kappa - chance(hypothesis.size - parent.size)),
-        parameters,
-    )
-
-
-def _concluded(before: Identification, at: _Climbed, limits: Limits, began: float) -> Finding:
-    search, rounds = at.search, at.rounds
-    best = search.pruned(at.best) if len(at.best.effects) > 1 else at.best
+def _concluded(before: Identification, at: Climbed, limits: Limits, began: float) -> Finding:
+    search = at.search
+    best = search.pruned(at.best) if len(at.best.effects) > 1 and limits.choose is None else at.best
     if best.effects and not search.is_noise(best):
         best = only_sure(search, best)
-        rounds = tuple(found for found in rounds if set(found.added.split(" + ")) & set(best.names))
-    reading = None if _is_plain(search, best) else _free_form(search, before)
-    verdict, reason, unexplained = _verdict(search, before, best, reading)
-    if verdict == "unexplained" and reading is not None and _has_only_helped(search, reading, best):
-        best, rounds = search.base, ()
+    reading = None if _is_plain(search, best) else free_form(search, before)
+    noise_like = search.is_noise(best)
+    explained = noise_like and (reading is None or not is_rival(search, reading, best))
+    if not explained and reading is not None and _has_only_helped(search, reading, best):
+        best = search.base
+    rounds = tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names))
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
-    if verdict != "nothing_missing":
-        unexplained = replace(unexplained, gap=total(after.gap))
+    if explained:
+        verdict, reason = _explained(search, best, reading)
+        unexplained = Unexplained(search.gap(best) if verdict == "nothing_missing" else total(after.gap))
+    else:
+        verdict, reason = "unexplained", NO_EFFECT
+        unexplained = Unexplained(total(after.gap), where.places(after), _looks_like(search, after, best, reading))
+    alike = tuple(pair for pair in dict.fromkeys(at.rivals) if pair[0] in best.names)
     return Finding(
         verdict=verdict,
-        reason=reason,
+        reason=" ".join([reason, *_taken_out(at, best)]),
         added=best.effects,
         rounds=rounds,
-        cannot_tell_apart=tuple(pair for pair in at.rivals if pair[0] in best.names),
+        cannot_tell_apart=alike,
         unexplained=unexplained,
         before=before,
         after=after,
-        held_out=_held_out(search, best) if best.effects else (),
-        ranking=tuple(_candidate(search, other, search.base, i < LISTED) for i, other in enumerate(at.looked)),
+        held_out=held_out(search, best) if best.effects else (),
+        ranking=tuple(candidate(search, other, search.base, i < LISTED) for i, other in enumerate(at.looked)),
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
+        detectable=() if best.effects or not explained else detectable(search),
+        splits=_splits(search, alike),
     )
+
+
+def _splits(search: Search, alike: Sequence[tuple[str, str]]) -> tuple[Split, ...]:
+    known = {effect.name: effect for effect in search.effects}
+    found = []
+    for i, (first, second) in enumerate(alike):
+        search.tell("looking for records that tell effects apart", i / len(alike))
+        found.append(best_split(search, (known[first], known[second])))
+    return tuple(split for split in found if split is not None)
+
+
+def _taken_out(at: Climbed, best: Hypothesis) -> list[str]:
+    """What is said of effects that were added and are not kept."""
+    added = [name for found in at.rounds for name in found.added.split(" + ")]
+    gone = [name for name in dict.fromkeys(added) if name not in best.names]
+    if not gone or not best.effects:
+        return []
+    plural = len(gone) > 1
+    said = f"{' and '.join(gone)} {'were' if plural else 'was'} added and taken out again: with the others "
+    return [f"{said}{'they are' if plural else 'it is'} no longer more than chance."]
 
 
 def _is_plain(search: Search, best: Hypothesis) -> bool:
     """Whether nothing is left that a probe should look at: noise, explained by at most one effect."""
     return search.is_noise(best) and len(best.effects) <= 1
-
-
-def _free_form(search: Search, before: Identification) -> Reading:
-    """Best probe on the model the search began with."""
-    if search.curve is None:
-        tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
-        tell(0.0)
-        search.curve = probe_all(search.base, before, search.ground, search.kappa, tell)[0]
-    return search.curve
-
-
-def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
-    """Whether one curve of one variable explains more than what was named, which then merely helped.
-
-    Effects that are what is missing explain more with a few parameters than a curve does with many.
-    """
-    curve = reading.hypothesis.fit.cost
-    return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)
 
 
 NEARLY_ALL = 1.15
@@ -265,42 +148,40 @@ def _has_only_helped(search: Search, reading: Reading, best: Hypothesis) -> bool
 
     Where even the curve leaves much, it is better than a name by what its many knots happen to fit.
     """
-    if not _is_rival(search, reading, best):
+    if not is_rival(search, reading, best):
         return False
     whole, curve = search.base.fit.cost, reading.hypothesis.fit.cost
     return search.gap(reading.hypothesis) <= NEARLY_ALL or whole - best.fit.cost < MOST * (whole - curve)
 
 
-def _verdict(
-    search: Search, before: Identification, best: Hypothesis, reading: Reading | None
-) -> tuple[str, str, Unexplained]:
-    noise_like = search.is_noise(best)
-    if noise_like and reading is None:
-        plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE
-        left = (
-            "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
-        )
-        verdict = "named" if best.effects else "nothing_missing"
-        return verdict, f"What is left is {left}.", Unexplained(search.gap(best))
-    if noise_like and reading is not None and not _is_rival(search, reading, best):
-        return "named", "What is left is noise, and no single curve explains more.", Unexplained(search.gap(best))
-    looks = _looks_like(search, before, best, reading)
-    reason = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
-    return "unexplained", reason, Unexplained(search.gap(best), where.places(before), looks)
+NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
+
+
+def _explained(search: Search, best: Hypothesis, reading: Reading | None) -> tuple[str, str]:
+    """Verdict and reason where what is left is noise, and no single curve explains more than what was named."""
+    if reading is not None:
+        return "named", "What is left is noise, and no single curve explains more."
+    plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE
+    left = "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
+    return "named" if best.effects else "nothing_missing", f"What is left is {left}."
 
 
 TELLS = 0.6
 """Share of the gap a curve must account for to be what the missing effect looks like."""
 
 
-def _looks_like(search: Search, before: Identification, best: Hypothesis, reading: Reading | None) -> str:
-    whole = max(search.base.fit.cost - search.samples, 1.0)
-    share = 0.0 if reading is None else min((search.base.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
-    event = where.onset(before)
+def _looks_like(search: Search, found: Identification, best: Hypothesis, reading: Reading | None) -> str:
+    """What is left of a fit in words, by an event in time or by the free curve that accounts for most of it."""
+    if best.effects and reading is not None:
+        tell = lambda share: search.tell("probing what is left", share)  # noqa: E731
+        reading = probe_all(best, found, search.ground, search.kappa, tell)[0]
+    whole = max(best.fit.cost - search.samples, 1.0)
+    share = 0.0 if reading is None else min((best.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
+    event = where.onset(found)
     if event is not None and share < TELLS:
         return f"an event in time: {event[0]} parts from the model at {event[1]:.3f} s, the other records do not"
     if reading is None:
-        return where.in_words(before)
+        return where.in_words(found)
     return f"{described(reading)}; it accounts for {100 * share:.0f} % of the gap"
 
 
@@ -317,39 +198,6 @@ def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
         ladders=task.ladders[:1, -1:],
     )
     return identify(nearby, FINAL_STARTS, seed, waves=None if found is None else found.waves, progress=search.tell)
-
-
-def _rivals(
-    search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis
-) -> tuple[tuple[str, str], ...]:
-    """What was added to `over`, and each effect that would have explained the records as well in its place."""
-    pairs = []
-    for other in search.alike(best, looked, over):
-        mine = [name for name in best.names if name not in other.names]
-        theirs = [name for name in other.names if name not in best.names]
-        if len(mine) == len(theirs) == 1 and other.size <= best.size + 1:
-            pairs.append((mine[0], theirs[0]))
-    return tuple(dict.fromkeys(pairs))
-
-
-def _held_out(search: Search, best: Hypothesis) -> tuple[HeldOut, ...]:
-    records = search.task.problem.layout.records
-    if len(records) == 1:
-        return ()
-    found = []
-    for r, record in enumerate(records):
-        search.tell("predicting each record from the others", r / len(search.task.traces))
-        found.append(HeldOut(record, *(_predicted(search, hypothesis, r) for hypothesis in (search.base, best))))
-    return tuple(found)
-
-
-def _predicted(search: Search, hypothesis: Hypothesis, record: int) -> float:
-    ground = search.ground
-    others, alone = ground.whole.copy(), np.zeros_like(ground.whole)
-    others[record], alone[record] = 0, ground.whole[record]
-    fitted = refit(hypothesis.frame, ground.subset(hypothesis.effects), hypothesis.fit.local, others, 15)
-    own = refit(hypothesis.frame, Subset((), ground.each), fitted.local, alone, 15)
-    return float(np.sqrt(own.cost / search.base.frame.samples[record]))
 
 
 def _not_trusted(before: Identification, reason: str, began: float) -> Finding:

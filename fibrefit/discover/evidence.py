@@ -15,8 +15,8 @@ from fibrefit.problem.noise import Noise
 
 SLOW = 5.0
 """Frequency in Hz of what effects do to a record: bounces and strokes."""
-CHANCE = 20.0
-"""Gain of 2 log likelihood that the best of some thirty candidates reaches by chance once in a thousand searches."""
+CHANCE, USUAL = 20.0, 30
+"""Gain of 2 log likelihood that the best of so many candidates reaches by chance once in a thousand searches."""
 EACH = 4.0
 """The same for each further parameter of a candidate."""
 KNOT = 2.0
@@ -63,9 +63,29 @@ def _powers(noise: Mapping[str, Noise], rates: Mapping[str, float], duration: fl
     return [float(seen.over_mean(at, duration, rates[channel])[0]) for channel, seen in noise.items()]
 
 
-def chance(parameters: int) -> float:
-    """Gain of 2 log likelihood that the best of all candidates with so many parameters hardly reaches by chance."""
-    return CHANCE + EACH * parameters
+def chance(parameters: int, candidates: int = USUAL) -> float:
+    """Gain of 2 log likelihood that the best of so many candidates with so many parameters hardly reaches by chance."""
+    return CHANCE + 2.0 * float(np.log(max(candidates, USUAL) / USUAL)) + EACH * parameters
+
+
+def needed(parameters: int, candidates: int, kappa: float, cost: float, with_inputs: bool) -> float:
+    """Gain of 2 log likelihood from which a candidate is given its name.
+
+    Parameters
+    ----------
+    parameters : int
+        It adds.
+    candidates : int
+        It was the best of.
+    kappa : float
+        Colour of the noise.
+    cost : float
+        Of the model without it.
+    with_inputs : bool
+        Whether errors of measured inputs are found too.
+    """
+    worth = WORTH_WITH_INPUTS if with_inputs else WORTH
+    return max(kappa * chance(parameters, candidates), worth * cost)
 
 
 def alike(cost: float, other: float, samples: float, kappa: float) -> bool:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from fibrefit.core.units import format_quantity
 from fibrefit.effects.law import Effect
 from fibrefit.fit.result import Identification
 
@@ -152,6 +155,90 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class Direction:
+    """What one effect would do to the records.
+
+    Parameters
+    ----------
+    effect, parameter, unit : str
+    detectable : float
+        Smallest strength that would be found in these records, in `unit`; infinite if none would. For a parameter that
+        vanishes at infinity, the largest value.
+    unique : float
+        Share of the change that base parameters and nuisances cannot imitate, 0 to 1.
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    detectable: float
+    unique: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A record that could be measured: like one of the study, under other conditions or driven otherwise.
+
+    Parameters
+    ----------
+    record : int
+        Of the study.
+    conditions : mapping of str to float, in SI units
+        That differ from its own.
+    pace, size : float
+        Factors on how fast and how far its input runs.
+    """
+
+    record: int
+    conditions: Mapping[str, float]
+    pace: float = 1.0
+    size: float = 1.0
+
+
+LITTLE = 0.97
+"""Factor on the likeness that is no great help."""
+
+
+def _condition(name: str, value: float) -> str:
+    if name == "inclination":
+        return f"{np.degrees(value):.3g} deg"
+    return format_quantity(value, "kg" if name.endswith("mass") else "m", 3)
+
+
+@dataclass(frozen=True)
+class Split:
+    """The further record that best tells two effects apart.
+
+    Parameters
+    ----------
+    pair : tuple of str
+    choice : Choice
+        What to measure.
+    record : str
+        The one of the study it is like.
+    before, after : float
+        Cosine of the pair without it and with it.
+    """
+
+    pair: tuple[str, str]
+    choice: Choice
+    record: str
+    before: float
+    after: float
+
+    @property
+    def says(self) -> str:
+        """The record in a sentence."""
+        parts = [f"{name} {_condition(name, value)}" for name, value in self.choice.conditions.items()]
+        for factor, how in ((self.choice.pace, "fast"), (self.choice.size, "far")):
+            if factor != 1.0:
+                parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
+        says = f"To tell {self.pair[0]} from {self.pair[1]}, the best further record is one like {self.record} with "
+        says += f"{', '.join(parts)}: their likeness falls from {self.before:.3f} to {self.after:.3f}."
+        return says + (" That is little: it takes another kind of test." if self.after > LITTLE * self.before else "")
+
+
+@dataclass(frozen=True)
 class Finding:
     """Result of a search.
 
@@ -165,6 +252,8 @@ class Finding:
     rounds : tuple of Round
     cannot_tell_apart : tuple of tuple of str
         Classes of effects that explain the records alike.
+    splits : tuple of Split
+        The further records that would tell those apart, where records of the rig can be varied.
     unexplained : Unexplained
     before, after : Identification
         Of the model before and after the search.
@@ -174,6 +263,9 @@ class Finding:
     seconds : float
     weights : tuple of Weight
         Of what was added.
+    detectable : tuple of Direction
+        Smallest strength of each effect that would have been found, where nothing is missing; without those that were
+        not tried, as there was nothing left for them.
     """
 
     verdict: str
@@ -188,3 +280,5 @@ class Finding:
     ranking: tuple[Candidate, ...]
     seconds: float
     weights: tuple[Weight, ...] = ()
+    detectable: tuple[Direction, ...] = ()
+    splits: tuple[Split, ...] = ()

@@ -231,6 +231,39 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
     return step
 
 
+def made_up_for(
+    frame: Frame, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
+) -> np.ndarray:
+    """Way from values to others, with the values of a subset led along so that the cost rises least.
+
+    Parameters
+    ----------
+    frame : Frame
+    held : Subset
+        The values that are led along.
+    subset : Subset
+        Those and the ones that go to the goal.
+    local, goal : (n_record, n_local) in SI units
+    counts : (n_record,) int
+
+    Returns
+    -------
+    (n_record, n_local)
+        To first order, in SI units.
+    """
+    unknown = _Map(frame, subset, local)
+    here = unknown.unknowns()
+    matrix = unknown.normal(here, counts)[0]
+    way = _Map(frame, subset, goal).unknowns() - here
+    led = np.array([name in held.shared for name in subset.shared] + [True] * (len(here) - len(subset.shared)))
+    way[led] = 0.0
+    size = np.sqrt(np.diag(matrix)[led])
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = matrix[np.ix_(led, led)] / np.outer(size, size)
+    way[led] = -np.linalg.lstsq(scaled, (matrix @ way)[led] / size, rcond=1e-10)[0] / size
+    return unknown.local(unknown.clipped(here + way)) - local
+
+
 def standard_errors(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> dict[str, float]:
     """Standard errors of the shared values for white noise, in SI units; infinite where the data see nothing."""
     unknown = _Map(frame, subset, local)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, carried, fit_all, scouted
 from fibrefit.discover.colour import colour_of
-from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, WORTH, WORTH_WITH_INPUTS, alike, chance
+from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, USUAL, alike, needed
 from fibrefit.discover.frame import FAR, Frame, frame_of, group_of, reactions_of, waves_at
 from fibrefit.discover.free_form import Reading
 from fibrefit.discover.refit import SCATTER, refit
@@ -70,6 +70,10 @@ class Search:
         Colour of the noise where what one hypothesis adds to another acts, as far as it was asked for.
     corrected : dict of tuple of str to Joint
         Refits together with the errors of measured inputs made so far.
+    foreseen : dict of tuple of str to (n_record,)
+        Gap of each record as foreseen from the others, by the names of effects.
+    tried : int
+        Candidates of the last look for more.
     curve : Reading or None
         Best free curve on the model the search began with, once it has been looked for.
     """
@@ -87,6 +91,8 @@ class Search:
     singles: dict[str, Hypothesis] = field(default_factory=dict)
     colours: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
+    foreseen: dict[tuple[str, ...], np.ndarray] = field(default_factory=dict)
+    tried: int = USUAL
     curve: Reading | None = None
 
     def gap(self, hypothesis: Hypothesis) -> float:
@@ -120,6 +126,7 @@ class Search:
     def extended(self, parents: Sequence[Hypothesis], what: str) -> list[Hypothesis]:
         """Every parent with every further effect, refitted, best first; costly ones only where others leave a gap."""
         pairs = self._extensions(parents)
+        self.tried = len(pairs)
         found = self._tried([pair for pair in pairs if not pair[1].costly], parents, what)
         costly = [pair for pair in pairs if pair[1].costly and self._may_help(*pair)]
         if costly and not (found and (self.gap(found[0]) <= NOISE_LIKE or self.only_scatters(found[0]))):
@@ -133,8 +140,10 @@ class Search:
         seen: set[frozenset[str]] = set()
         for parent in parents:
             for effect in self.effects:
-                names = frozenset((*parent.names, effect.name))
-                if effect in parent.effects or names in seen or not set(effect.needs) <= self._present(parent):
+                names, present = frozenset((*parent.names, effect.name)), self._present(parent)
+                if effect in parent.effects or names in seen or not set(effect.needs) <= present:
+                    continue
+                if set(effect.excludes) & present or effect.name in self._excluded(parent):
                     continue
                 seen.add(names)
                 pairs.append((parent, effect))
@@ -191,19 +200,30 @@ class Search:
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
         """Whether a hypothesis is better than another by more than chance, and enough so to be worth a name."""
         added = [effect for effect in hypothesis.effects if effect not in over.effects]
-        least = chance(hypothesis.size - over.size)
-        worth = WORTH if hypothesis.frame.reactions is None else WORTH_WITH_INPUTS
         gain = over.fit.cost - hypothesis.fit.cost
-        if not gain > max(least, worth * over.fit.cost):
+        if not gain > self.needed(hypothesis, over, 1.0):
             return False
         gain = min(gain, self.gain(hypothesis, over))
-        if not gain > max(least, worth * over.fit.cost):
+        if not gain > self.needed(hypothesis, over, 1.0):
             return False
         # How the noise is coloured where the effect acts is only asked where that may decide.
         pair = hypothesis.names, over.names
-        if not gain > self.slowest * least and pair not in self.colours:
+        if not gain > self.needed(hypothesis, over, self.slowest) and pair not in self.colours:
             self.colours[pair] = colour_of(self.task, hypothesis, added)
-        return gain > least * self.colour(hypothesis, over)
+        return gain > self.needed(hypothesis, over, self.colour(hypothesis, over))
+
+    def needed(self, hypothesis: Hypothesis, over: Hypothesis, kappa: float) -> float:
+        """Gain over another hypothesis from which what is added gets its name, in noise of a colour."""
+        size, inputs = hypothesis.size - over.size, hypothesis.frame.reactions is not None
+        return needed(size, self.tried, kappa, over.fit.cost, inputs)
+
+    def gate(self, parameters: int, louder: float = 1.0) -> float:
+        """Gain over the base from which an effect with so many parameters gets its name, unless the base scatters.
+
+        What is no effect may be `louder` than noise of the colour found, in units of its power.
+        """
+        inputs = self.base.frame.reactions is not None
+        return needed(parameters, len(self.effects), max(self.kappa, louder), self.base.fit.cost, inputs)
 
     def colour(self, hypothesis: Hypothesis, over: Hypothesis) -> float:
         """Colour of the noise for what a hypothesis adds to another: at the motion's pace if it was not asked for."""
@@ -253,6 +273,7 @@ class Search:
             scatter={},
             singles={},
             colours={},
+            foreseen={},
             curve=None,
         )
         return search, Hypothesis(hypothesis.effects, fit, own)
@@ -323,7 +344,7 @@ class Search:
         """The hypothesis without the effects a later one has made needless."""
         for effect in hypothesis.effects:
             rest = tuple(other for other in hypothesis.effects if other is not effect)
-            if not rest:
+            if not rest or any(effect.name in other.needs for other in rest):
                 continue
             local = hypothesis.fit.local.copy()
             blank = absent_values(hypothesis.frame, len(local))
@@ -338,6 +359,9 @@ class Search:
 
     def _present(self, parent: Hypothesis) -> set[str]:
         return {effect.name for effect in (*self.task.problem.model.effects, *parent.effects)}
+
+    def _excluded(self, parent: Hypothesis) -> set[str]:
+        return {name for effect in (*self.task.problem.model.effects, *parent.effects) for name in effect.excludes}
 
 
 def moving(trace: Trace) -> tuple[int, int]:

@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 
 from fibrefit.core.units import shown_unit
+from fibrefit.report.confusion import strength
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
 from fibrefit.report.text import doubts, input_noise, parameter_row, with_error
-from fibrefit.study.summaries import Before, Candidate, DiscoverySummary, Gap, ParameterSummary, Place
+from fibrefit.study.summaries import Before, Candidate, Detectable, DiscoverySummary, Gap, ParameterSummary, Place
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""
@@ -39,6 +40,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("Where the first model goes wrong", _places(places)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
+        section("Smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
         section("What to doubt", doubts(summary)),
@@ -144,6 +146,16 @@ def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str
 
 def _change(before: float, after: float) -> str:
     return f"{before:.2f}{ARROW}{after:.2f}"
+
+
+def _detectable(summary: DiscoverySummary) -> list[str]:
+    """A row for each effect that would have been found had it been there."""
+    rows = [(one.effect, one.parameter, _strength(one)) for one in summary.detectable]
+    return table(("effect", "parameter", "would show from"), rows, right={2})
+
+
+def _strength(one: Detectable) -> str:
+    return strength(math.inf if one.smallest_detectable is None else one.smallest_detectable, one.unit)
 
 
 def _tried(summary: DiscoverySummary) -> list[str]:

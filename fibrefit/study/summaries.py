@@ -230,6 +230,29 @@ class Weight(Part):
     says: str
 
 
+class Separation(Part):
+    """The further record that best tells two effects apart."""
+
+    pair: tuple[str, str]
+    record: str = Field(description="One of the study that it is like.")
+    conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
+    pace: float = Field(description="Factor on how fast its input runs.")
+    size: float = Field(description="Factor on how far its input runs.")
+    cosine_before: float = Field(description="Likeness of the two without it; 1 is inseparable.")
+    cosine_after: float = Field(description="The same with it.")
+    says: str
+
+
+class Detectable(Part):
+    """The smallest strength of an effect that records would show."""
+
+    effect: str
+    parameter: str
+    unit: str
+    smallest_detectable: float | None = Field(description="None where they would show none.")
+    unique: float = Field(description="Share of its change that base parameters cannot imitate, 0 to 1.")
+
+
 class DiscoverySummary(FitResultSummary):
     """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
 
@@ -239,6 +262,8 @@ class DiscoverySummary(FitResultSummary):
     added: tuple[str, ...] = ()
     rounds: tuple[Round, ...] = ()
     cannot_tell_apart: tuple[tuple[str, ...], ...] = ()
+    separated_by: tuple[Separation, ...] = Field(default=(), description="What would tell those apart.")
+    detectable: tuple[Detectable, ...] = Field(default=(), description="What would have been found had it been there.")
     unexplained: Unexplained | None = None
     before: Before | None = None
     held_out: tuple[HeldOut, ...] = ()

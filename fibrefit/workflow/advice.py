@@ -33,8 +33,9 @@ def _named(finding: Finding) -> tuple[str, ...]:
         either = " or ".join(names)
         said.append(
             f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
-            "these do not separate them. fibrefit confuse says which record would."
+            "these do not separate them."
         )
+    said += [split.says for split in finding.splits]
     missed = [held.record for held in finding.held_out if not held.gap_after <= FORESEEN]
     if missed:
         said.append(

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.discover.discover import Limits, discover
+from fibrefit.discover.discover import discover
 from fibrefit.discover.finding import Candidate, Finding
+from fibrefit.discover.rounds import Limits
 from fibrefit.fit.result import Estimate
 from fibrefit.records import Record
 from fibrefit.report.discovery import discovery_report

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from fibrefit.discover.finding import Candidate, Finding, Place, Unexplained
+from fibrefit.discover.finding import Candidate, Direction, Finding, Place, Split, Unexplained
 from fibrefit.effects.fibre_point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -44,6 +44,8 @@ def discovery_summary(
             for found in finding.rounds
         ),
         cannot_tell_apart=finding.cannot_tell_apart,
+        separated_by=tuple(map(separation, finding.splits)),
+        detectable=tuple(map(detectable, finding.detectable)),
         unexplained=_unexplained(finding.unexplained),
         before=_before(finding),
         held_out=tuple(
@@ -52,6 +54,31 @@ def discovery_summary(
         ),
         weights=tuple(s.Weight(**asdict(found), says=found.says) for found in finding.weights),
         ranking=tuple(map(_candidate, finding.ranking)),
+    )
+
+
+def separation(split: Split) -> s.Separation:
+    """The further record that splits a pair."""
+    return s.Separation(
+        pair=split.pair,
+        record=split.record,
+        conditions=dict(split.choice.conditions),
+        pace=split.choice.pace,
+        size=split.choice.size,
+        cosine_before=split.before,
+        cosine_after=split.after,
+        says=split.says,
+    )
+
+
+def detectable(direction: Direction) -> s.Detectable:
+    """The smallest strength that would be found."""
+    return s.Detectable(
+        effect=direction.effect,
+        parameter=direction.parameter,
+        unit=direction.unit,
+        smallest_detectable=finite(direction.detectable),
+        unique=direction.unique,
     )
 
 

@@ -13,8 +13,9 @@ import pytest
 from fibrefit.core.check import Check
 from fibrefit.discover import search as searching
 from fibrefit.discover.candidates import Hypothesis
-from fibrefit.discover.discover import Limits, _broken, _climb
+from fibrefit.discover.discover import _broken
 from fibrefit.discover.refit import SCATTER
+from fibrefit.discover.rounds import Limits, climb
 from fibrefit.discover.search import MORE, SCATTERED, Search
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
@@ -37,13 +38,16 @@ class Stub:
 
     noisy_inputs: bool = True
     much: bool = True
+    noise: bool = True
+    telling: tuple[tuple[str, ...], ...] | None = None
+    refuted: tuple[tuple[str, ...], ...] = ()
     linearised: int = 0
     base: Hypothesis = field(default_factory=hypothesis)
     parents: list[tuple[str, ...]] = field(default_factory=list)
     ground: Any = field(default_factory=lambda: SimpleNamespace(subset=lambda effects: effects, whole=None))
 
     def is_noise(self, what: Hypothesis) -> bool:
-        return True
+        return self.noise
 
     def leaves_much(self, what: Hypothesis) -> bool:
         return self.much and len(what.effects) == 1
@@ -58,21 +62,25 @@ class Stub:
         more = [effect for effect in (STRIBECK, INERTIA) if effect not in parents[0].effects]
         return [Hypothesis((*parents[0].effects, effect), parents[0].fit, parents[0].frame) for effect in more]
 
+    def pruned(self, what: Hypothesis) -> Hypothesis:
+        return what
+
     def simplest(self, looked: list[Hypothesis], over: Hypothesis) -> Hypothesis:
         return looked[0]
 
     def is_significant(self, what: Hypothesis, over: Hypothesis) -> bool:
-        return True
+        return self.telling is None or what.names in self.telling
 
 
 @pytest.fixture
 def climbed(monkeypatch: pytest.MonkeyPatch) -> Any:
-    # The package offers a function under the name of this module.
-    module = importlib.import_module("fibrefit.discover.discover")
+    module = importlib.import_module("fibrefit.discover.rounds")
+    monkeypatch.setattr(module, "is_refuted", lambda search, what, over: what.names in search.refuted)
     monkeypatch.setattr(module, "refit", lambda frame, subset, local, *_: hypothesis().fit)
     monkeypatch.setattr(module, "_round", lambda *_: "a round")
     monkeypatch.setattr(module, "_rivals", lambda *_: ())
-    return lambda stub: _climb(cast(Search, stub), NOTHING, Limits())
+    monkeypatch.setattr(module, "candidate", lambda *_: "a candidate")
+    return lambda stub, limits=Limits(): climb(cast(Search, stub), NOTHING, limits)  # noqa: B008
 
 
 def test_what_looks_like_noise_ends_a_search(climbed: Any) -> None:
@@ -163,3 +171,24 @@ def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: T
     assert with_check(CONVERGED, 100.0 * little) == "It failed."
     assert with_check(CONVERGED, np.nan) == "It failed."
     assert with_check("the simulation is sound", 0.0) == "It failed."
+
+
+def test_where_the_best_is_not_more_than_chance_the_next_is_asked(climbed: Any) -> None:
+    end = climbed(Stub(much=False, telling=((INERTIA.name,),)))
+    assert end.best.names == (INERTIA.name,)
+
+
+def test_two_effects_that_hide_each_other_are_tried_together(climbed: Any) -> None:
+    both = (STRIBECK.name, INERTIA.name)
+    assert climbed(Stub(noise=False, telling=(both,)), Limits(max_effects=2)).best.names == both
+    assert climbed(Stub(noise=True, much=False, telling=(both,))).best.names == ()
+
+
+def test_what_foresees_most_records_worse_is_not_added(climbed: Any) -> None:
+    assert climbed(Stub(much=False, refuted=((STRIBECK.name,),))).best.names == ()
+
+
+def test_a_person_s_choice_stands(climbed: Any) -> None:
+    stub = Stub(noise=False, noisy_inputs=False, telling=(), refuted=((INERTIA.name,),))
+    assert climbed(stub, Limits(max_effects=1, choose=lambda looked: INERTIA.name)).best.names == (INERTIA.name,)
+    assert climbed(stub, Limits(choose=lambda looked: None)).best.names == ()

@@ -1,0 +1,209 @@
+"""The rounds of a search: what is added in each, and why no more is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fibrefit.discover import where
+from fibrefit.discover.candidates import Hypothesis
+from fibrefit.discover.evidence import chance, outdone
+from fibrefit.discover.finding import Candidate, Round
+from fibrefit.discover.foresight import is_refuted
+from fibrefit.discover.free_form import Reading, probe_all
+from fibrefit.discover.refit import refit, standard_errors
+from fibrefit.discover.search import BEAM, Search
+from fibrefit.fit.result import Identification
+
+LISTED = 8
+"""Candidates whose parameters are shown with errors."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far a search may go.
+
+    Parameters
+    ----------
+    max_effects : int
+    seed : int
+    choose : callable, optional
+        Given a round's ranking, names the effect to add; None lets the search decide.
+    """
+
+    max_effects: int = 3
+    seed: int = 0
+    choose: Callable[[Sequence[Candidate]], str | None] | None = None
+
+
+@dataclass(frozen=True)
+class Climbed:
+    """Where a search has come to.
+
+    Parameters
+    ----------
+    search : Search
+        In its last state.
+    best : Hypothesis
+    rounds : tuple of Round
+    looked : tuple of Hypothesis
+        Candidates of the last round, best first.
+    rivals : tuple of (str, str)
+        What was added last, each with an effect that does as well.
+    """
+
+    search: Search
+    best: Hypothesis
+    rounds: tuple[Round, ...] = ()
+    looked: tuple[Hypothesis, ...] = ()
+    rivals: tuple[tuple[str, str], ...] = ()
+
+
+def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
+    """Add effects while the records ask for them."""
+    at, beam = Climbed(search, search.base), [search.base]
+    while len(at.best.effects) < limits.max_effects:
+        if at.best.effects:
+            if search.is_noise(at.best) and not search.leaves_much(at.best):
+                break
+            if (anew := search.anew(at.best)) is not None:
+                search, best = anew
+                at, beam = replace(at, search=search, best=best, looked=()), [best]
+        if len(at.best.effects) > 1 and is_rival(search, free_form(search, before), at.best):
+            break
+        looked = search.extended(beam, f"trying each effect, round {len(at.rounds) + 1}")
+        if not looked:
+            break
+        at = replace(at, looked=tuple(looked))
+        chosen = _chosen(search, looked, at.best, limits)
+        if chosen is None and limits.choose is None and _may_hide_each_other(search, at.best, limits):
+            looked = search.extended(looked[:BEAM], "trying effects in pairs")
+            chosen = _pair(search, looked)
+        if chosen is None:
+            break
+        polished = Hypothesis(
+            chosen.effects,
+            refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
+            chosen.frame,
+        )
+        if limits.choose is None and is_refuted(search, polished, at.best):
+            break
+        found, rivals = _round(search, before, at.best, polished, looked), _rivals(search, looked, at.best, polished)
+        # Where only the best one went on, the rivals of an earlier effect are not tried again beside a later one.
+        kept = at.rivals if len(beam) == 1 else ()
+        at = replace(at, best=polished, rounds=(*at.rounds, found), rivals=(*kept, *rivals))
+        beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
+    return at
+
+
+OTHERS = 2
+"""Candidates after the best one that are asked too, where scatter between records would imitate that one."""
+
+
+def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
+    """What is added to a hypothesis: what a person chooses, or the best that is more than chance; None for nothing."""
+    if limits.choose is not None:
+        name = limits.choose([candidate(search, hypothesis, search.base) for hypothesis in looked[:LISTED]])
+        further = [hypothesis for hypothesis in looked if set(over.effects) <= set(hypothesis.effects)]
+        return next((hypothesis for hypothesis in further if name in hypothesis.names), None)
+    asked = [search.simplest(looked, over), *looked[: 1 + OTHERS]]
+    return next((hypothesis for hypothesis in asked if search.is_significant(hypothesis, over)), None)
+
+
+def _may_hide_each_other(search: Search, best: Hypothesis, limits: Limits) -> bool:
+    """Whether two effects, neither of which helps by itself, are to be tried together."""
+    return not best.effects and limits.max_effects > 1 and not search.is_noise(best)
+
+
+def _pair(search: Search, looked: Sequence[Hypothesis]) -> Hypothesis | None:
+    """The best of two effects together that are more than chance and need each other; None where there is none."""
+    best = search.simplest(looked, search.base) if looked else None
+    if best is None or not search.is_significant(best, search.base):
+        return None
+    return best if len(search.pruned(best).effects) == len(best.effects) else None
+
+
+def _round(
+    search: Search, before: Identification, parent: Hypothesis, chosen: Hypothesis, looked: Sequence[Hypothesis]
+) -> Round:
+    ranking = tuple(candidate(search, hypothesis, parent, errors=i < LISTED) for i, hypothesis in enumerate(looked))
+    added = " + ".join(name for name in chosen.names if name not in parent.names)
+    gone = " and ".join(name for name in parent.names if name not in chosen.names)
+    instead = f", in place of {gone}" if gone else ""
+    gaps = search.gap(parent), search.gap(chosen)
+    changes = _changes(parent, chosen)
+    sentence = f"{added}{instead}: the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise. {changes}".strip()
+    if not parent.effects:
+        sentence = f"{where.in_words(before)}. {sentence}"
+    return Round(added, *gaps, where.places(before) if not parent.effects else (), ranking, sentence)
+
+
+CARRIED = 0.05
+"""Relative change of a base parameter from which it is said to have carried part of a missing effect."""
+
+
+def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
+    """What the base parameters had carried in place of the effect."""
+    said = []
+    for name, old in parent.fit.shared.items():
+        new = chosen.fit.shared.get(name, old)
+        if abs(new - old) > CARRIED * abs(old):
+            unit = chosen.frame.declared[name].unit
+            said.append(f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}")
+    return (
+        f"With it {' and '.join(said)}: until then {'they' if len(said) > 1 else 'it'} stood in for it." if said else ""
+    )
+
+
+def candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
+    """How a hypothesis did, over its parent; parameters with their standard errors, or infinite ones."""
+    kappa = search.colour(hypothesis, parent)
+    gain = parent.fit.cost - hypothesis.fit.cost
+    subset = search.ground.subset(hypothesis.effects)
+    spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}
+    inflation = np.sqrt(kappa * max(hypothesis.fit.cost / search.samples, 1.0))
+    parameters = {}
+    for effect in hypothesis.effects:
+        for parameter in effect.parameters:
+            name = f"{effect.name}.{parameter.name}"
+            error = float(spread.get(name, np.inf) * inflation)
+            parameters[name] = (hypothesis.fit.shared[name], error, parameter.unit)
+    return Candidate(
+        " + ".join(name for name in hypothesis.names if name not in parent.names) or "nothing",
+        search.gap(hypothesis),
+        float(gain / kappa - chance(hypothesis.size - parent.size, search.tried)),
+        parameters,
+    )
+
+
+def _rivals(
+    search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis
+) -> tuple[tuple[str, str], ...]:
+    """What was added to `over`, and each effect that would have explained the records as well in its place."""
+    pairs = []
+    for other in search.alike(best, looked, over):
+        mine = [name for name in best.names if name not in other.names]
+        theirs = [name for name in other.names if name not in best.names]
+        if len(mine) == len(theirs) == 1 and other.size <= best.size + 1:
+            pairs.append((mine[0], theirs[0]))
+    return tuple(dict.fromkeys(pairs))
+
+
+def free_form(search: Search, before: Identification) -> Reading:
+    """Best probe on the model the search began with."""
+    if search.curve is None:
+        tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
+        tell(0.0)
+        search.curve = probe_all(search.base, before, search.ground, search.kappa, tell)[0]
+    return search.curve
+
+
+def is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
+    """Whether one curve of one variable explains more than what was named, which then merely helped.
+
+    Effects that are what is missing explain more with a few parameters than a curve does with many.
+    """
+    curve = reading.hypothesis.fit.cost
+    return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)
