@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
+from fibrefit.discover.curves import drawn
 from fibrefit.discover.evidence import NOISE_LIKE, chance, outdone
 from fibrefit.discover.finding import Candidate, Finding, HeldOut, Round, Unexplained
 from fibrefit.discover.free_form import Reading, described, probe_all
@@ -228,6 +229,9 @@ def _concluded(before: Identification, at: _Climbed, limits: Limits, began: floa
         ranking=tuple(_candidate(search, other, search.base, i < LISTED) for i, other in enumerate(at.looked)),
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
+        curves=()
+        if verdict != "unexplained"
+        else drawn(search.curves, before, search.ground, search.samples, search.kappa),
     )
 
 
@@ -238,11 +242,11 @@ def _is_plain(search: Search, best: Hypothesis) -> bool:
 
 def _free_form(search: Search, before: Identification) -> Reading:
     """Best probe on the model the search began with."""
-    if search.curve is None:
+    if not search.curves:
         tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
         tell(0.0)
-        search.curve = probe_all(search.base, before, search.ground, search.kappa, tell)[0]
-    return search.curve
+        search.curves = tuple(probe_all(search.base, before, search.ground, search.kappa, tell))
+    return search.curves[0]
 
 
 def _is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:

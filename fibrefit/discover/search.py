@@ -70,8 +70,8 @@ class Search:
         Colour of the noise where what one hypothesis adds to another acts, as far as it was asked for.
     corrected : dict of tuple of str to Joint
         Refits together with the errors of measured inputs made so far.
-    curve : Reading or None
-        Best free curve on the model the search began with, once it has been looked for.
+    curves : tuple of Reading
+        Free curves on the model the search began with, best first, once they have been looked for.
     """
 
     task: Task
@@ -87,7 +87,7 @@ class Search:
     singles: dict[str, Hypothesis] = field(default_factory=dict)
     colours: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
-    curve: Reading | None = None
+    curves: tuple[Reading, ...] = ()
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -253,7 +253,7 @@ class Search:
             scatter={},
             singles={},
             colours={},
-            curve=None,
+            curves=(),
         )
         return search, Hypothesis(hypothesis.effects, fit, own)
 
