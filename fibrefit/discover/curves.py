@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.discover.candidates import Ground, fit_all
 from fibrefit.discover.finding import FreeCurve
 from fibrefit.discover.free_form import SI, Reading, acting, in_motion, price, shape_of, with_curve
-from fibrefit.discover.refit import covariance
+from fibrefit.discover.refit import ROUGH, covariance
 from fibrefit.fit.result import Identification
 
 
@@ -42,8 +42,8 @@ def drawn(
 def shape_errors(reading: Reading, ground: Ground, samples: float, kappa: float) -> np.ndarray:
     """Standard errors ``(n_knot,)`` of the heights but for their level, which base parameters may take up as well.
 
-    They are of the differences from the mean height, each counted by what the records see of it, and wider by the
-    colour of the noise and by what is left unexplained.
+    They are of the differences from the mean height, each counted by what the records see of it. Noise counts for more
+    by its colour and by what is left unexplained; how much neighbours are alike is taken for known.
 
     Parameters
     ----------
@@ -58,10 +58,13 @@ def shape_errors(reading: Reading, ground: Ground, samples: float, kappa: float)
     subset = with_curve(ground, hypothesis.effects[:-1], reading.probe)
     n = len(reading.heights)
     spread = covariance(hypothesis.frame, subset, hypothesis.fit.local, ground.whole)[-n:, -n:]
+    inflation = kappa * max(hypothesis.fit.cost / samples, 1.0)
+    steepness = np.diff(np.eye(n), axis=0) / (ROUGH * reading.probe.size)
+    known = spread @ steepness.T @ steepness @ spread
+    spread = inflation * spread - (inflation - 1.0) * known
     seen = 1.0 / np.diag(spread)
     without_level = np.eye(n) - seen / seen.sum()
-    variance = np.diag(without_level @ spread @ without_level.T)
-    return np.sqrt(np.abs(variance) * kappa * max(hypothesis.fit.cost / samples, 1.0))
+    return np.sqrt(np.abs(np.diag(without_level @ spread @ without_level.T)))
 
 
 def _curve(
