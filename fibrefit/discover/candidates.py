@@ -22,7 +22,7 @@ BLOWN, GENTLER = 4.0, 3
 """Cost over that of the model without the effect from which a start is made weaker, and how often: bounces that come
 at other times lead nowhere."""
 GROWTH, GROWN, FOLLOWED = 1.3, 20, 8
-"""Factor by which the strength of an effect then grows from a weak one, how often, and steps of the refits on the way."""
+"""Factor by which the strength of an effect then grows from a weak one, how often, and steps of each refit."""
 PAST = 3
 """Strengths in turn with no lower cost after which the best one is past."""
 SHAPES = (0.25, 1.0, 4.0)
@@ -233,8 +233,8 @@ def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[typ
 def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Sequence[type[Effect]]) -> list[Refit]:
     """Refits at strengths that grow step by step, from a weak one; the other values are led along.
 
-    Where a motion bounces, a strong effect is far beyond what slopes foretell, and a weak one lies in a dent of its own:
-    each strength is reached from the one before.
+    Where a motion bounces, a strong effect is far beyond what slopes foretell, and a weak one lies in a dent of its
+    own: each strength is reached from the one before.
     """
     strengths = {f"{effect.name}.{name}" for effect in added for name in effect.strength}
     held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))

@@ -10,6 +10,7 @@ from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.confuse import best_split, detectable
+from fibrefit.discover.curves import drawn
 from fibrefit.discover.evidence import NOISE_LIKE
 from fibrefit.discover.finding import Finding, Split, Unexplained
 from fibrefit.discover.foresight import held_out
@@ -87,12 +88,14 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
     rounds = tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names))
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
+    readings: tuple[Reading, ...] = ()
     if explained:
         verdict, reason = _explained(search, best, reading)
         unexplained = Unexplained(search.gap(best) if verdict == "nothing_missing" else total(after.gap))
     else:
-        verdict, reason = "unexplained", NO_EFFECT
-        unexplained = Unexplained(total(after.gap), where.places(after), _looks_like(search, after, best, reading))
+        verdict, reason, readings = "unexplained", NO_EFFECT, _readings(search, after, best)
+        looks = _looks_like(search, after, best, readings[0] if readings else None)
+        unexplained = Unexplained(total(after.gap), where.places(after), looks)
     alike = tuple(pair for pair in dict.fromkeys(at.rivals) if pair[0] in best.names)
     return Finding(
         verdict=verdict,
@@ -109,6 +112,7 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         weights=weights(search, best, after) if best.effects else (),
         detectable=() if best.effects or not explained else detectable(search),
         splits=_splits(search, alike),
+        curves=() if explained else drawn(readings, after, search.ground, search.samples, search.kappa),
     )
 
 
@@ -166,15 +170,20 @@ def _explained(search: Search, best: Hypothesis, reading: Reading | None) -> tup
     return "named" if best.effects else "nothing_missing", f"What is left is {left}."
 
 
+def _readings(search: Search, found: Identification, best: Hypothesis) -> tuple[Reading, ...]:
+    """Free curves on the model that is kept, best first; none where none was asked for."""
+    if not best.effects or not search.curves:
+        return search.curves
+    tell = lambda share: search.tell("probing what is left", share)  # noqa: E731
+    return tuple(probe_all(best, found, search.ground, search.kappa, tell))
+
+
 TELLS = 0.6
 """Share of the gap a curve must account for to be what the missing effect looks like."""
 
 
 def _looks_like(search: Search, found: Identification, best: Hypothesis, reading: Reading | None) -> str:
     """What is left of a fit in words, by an event in time or by the free curve that accounts for most of it."""
-    if best.effects and reading is not None:
-        tell = lambda share: search.tell("probing what is left", share)  # noqa: E731
-        reading = probe_all(best, found, search.ground, search.kappa, tell)[0]
     whole = max(best.fit.cost - search.samples, 1.0)
     share = 0.0 if reading is None else min((best.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
     event = where.onset(found)

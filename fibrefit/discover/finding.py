@@ -96,6 +96,45 @@ class Unexplained:
     looks_like: str = ""
 
 
+@dataclass(frozen=True)
+class FreeCurve:
+    """What is missing, as an unknown curve of one state of the rig on the model the search began with.
+
+    Parameters
+    ----------
+    variable : str
+        What it depends on.
+    says : str
+        What it is, in words.
+    unit, height_unit : str
+        SI units of the variable and of the heights.
+    knots, heights : (n_knot,) in SI units
+        Heights without their median: what is the same everywhere, the model can do without the curve.
+    errors : (n_knot,) in SI units
+        Standard error of each height; of the shape, not of the level.
+    seconds : (n_knot,) in s
+        Time the simulated motion spends nearest to each knot.
+    acts : (float, float) or None
+        From where to where it acts, in SI units, where that is one end of its range.
+    gap_after : float
+        With the curve in the model.
+    cost : float
+        Sum of squared residuals over the noise, and what chance gives to so many knots.
+    """
+
+    variable: str
+    says: str
+    unit: str
+    height_unit: str
+    knots: np.ndarray
+    heights: np.ndarray
+    errors: np.ndarray
+    seconds: np.ndarray
+    acts: tuple[float, float] | None
+    gap_after: float
+    cost: float
+
+
 SMALL = 0.05
 """Share of the signal below which an effect is called small."""
 SURE = 5.0
@@ -266,6 +305,8 @@ class Finding:
     detectable : tuple of Direction
         Smallest strength of each effect that would have been found, where nothing is missing; without those that were
         not tried, as there was nothing left for them.
+    curves : tuple of FreeCurve
+        What an unexplained gap looks like, best first.
     """
 
     verdict: str
@@ -282,3 +323,4 @@ class Finding:
     weights: tuple[Weight, ...] = ()
     detectable: tuple[Direction, ...] = ()
     splits: tuple[Split, ...] = ()
+    curves: tuple[FreeCurve, ...] = ()

@@ -17,14 +17,12 @@ from fibrefit.effects.law import Effect
 from fibrefit.fit.result import Identification
 from fibrefit.problem.phases import HELD
 
-UNITS = {
-    "position": ("mm", 1e3),
-    "speed": ("m/s", 1.0),
-    "tension": ("N", 1.0),
-    "stretch": ("mm", 1e3),
-    "stretch rate": ("m/s", 1.0),
-}
-"""Unit a person reads a variable in, and its factor from SI."""
+SI = {"position": "m", "speed": "m/s", "tension": "N", "stretch": "m", "stretch rate": "m/s", "force": "N"}
+"""SI unit of each variable."""
+READ_IN = {"m": ("mm", 1e3)}
+"""Unit a person reads an SI unit in, and its factor, where it is another."""
+FROM_ZERO = ("speed", "tension", "stretch")
+"""Variables whose range begins at zero."""
 ACTS = 0.2
 """Share of its largest height from which a curve is said to act."""
 
@@ -62,8 +60,9 @@ def probe_all(
     tell : callable
         Told the share that is done.
     """
-    ranges = _ranges(found)
-    probes = [probe for probe in PROBES if probe.variable in ranges]
+    ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
+    kind = found.problem.model.rig.kind
+    probes = [probe for probe in PROBES if probe.variable in ranges and kind in probe.rigs]
     frame = parent.frame
     if not frame.holds(probes):
         frame = frame_of(frame.task, probes, frame.reactions)
@@ -71,26 +70,49 @@ def probe_all(
     jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in probes]
     ends = fit_all(jobs, lambda done: tell(done / len(jobs)))
     readings = [_read(probe, end, ranges) for probe, end in zip(probes, ends, strict=True)]
-    return sorted(readings, key=lambda reading: reading.hypothesis.fit.cost + KNOT * kappa * len(reading.heights))
+    return sorted(readings, key=lambda reading: price(reading, kappa))
+
+
+def price(reading: Reading, kappa: float) -> float:
+    """Cost of a fitted probe, and what chance gives to so many knots, for noise of a colour."""
+    return reading.hypothesis.fit.cost + KNOT * kappa * len(reading.heights)
 
 
 def described(reading: Reading) -> str:
     """The curve in words."""
-    unit, factor = UNITS[reading.probe.variable]
+    probe, shape = reading.probe, shape_of(reading)
+    unit, factor = _read_in(SI[probe.variable])
     knots = reading.knots * factor
-    # What is the same everywhere, the model can do without the curve.
-    heights = reading.heights - np.median(reading.heights)
-    lowest, highest = float(heights.min()), float(heights.max())
-    says = f"{reading.probe.says}, between {lowest:.2g} and {highest:.2g} N"
-    acting = np.flatnonzero(np.abs(heights) > ACTS * np.abs(heights).max())
-    if len(acting) and acting[0] >= len(knots) // 2:
-        says += f", beyond a {reading.probe.variable} of {knots[acting[0] - 1]:.3g} {unit}"
-    elif len(acting) and acting[-1] < len(knots) // 2:
-        says += f", below a {reading.probe.variable} of {knots[acting[-1] + 1]:.3g} {unit}"
+    height_unit, height_factor = _read_in(probe.unit)
+    heights = shape * height_factor
+    says = f"{probe.says}, between {heights.min():.2g} and {heights.max():.2g} {height_unit}"
+    if acts := acting(heights):
+        beyond = acts[1] == len(knots) - 1
+        place = knots[acts[0] if beyond else acts[1]]
+        says += f", {'beyond' if beyond else 'below'} a {probe.variable} of {place:.3g} {unit}"
     turns = _turns(heights)
     if turns >= 2:
         says += f", rising and falling {turns} times over {knots[-1] - knots[0]:.3g} {unit}"
     return says
+
+
+def shape_of(reading: Reading) -> np.ndarray:
+    """Heights without their median: what is the same everywhere, the model can do without the curve."""
+    return reading.heights - np.median(reading.heights)
+
+
+def acting(shape: np.ndarray) -> tuple[int, int] | None:
+    """First and last knot between which a curve acts, where that is one end of its range."""
+    half, there = len(shape) // 2, np.flatnonzero(np.abs(shape) > ACTS * np.abs(shape).max())
+    if len(there) and there[0] >= half:
+        return int(there[0]) - 1, len(shape) - 1
+    if len(there) and there[-1] < half:
+        return 0, int(there[-1]) + 1
+    return None
+
+
+def _read_in(si: str) -> tuple[str, float]:
+    return READ_IN.get(si, (si, 1.0))
 
 
 def _turns(heights: np.ndarray) -> int:
@@ -107,11 +129,16 @@ def _turns(heights: np.ndarray) -> int:
 
 
 def _fit(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], start: np.ndarray) -> Hypothesis:
-    heights = tuple(f"{probe.name}.{height}" for height in probe.heights)
-    subset = ground.subset(parent.effects)
-    active = Subset(subset.shared + heights, subset.each, curve=heights)
+    active = with_curve(ground, parent.effects, probe)
     end = retimed(frame, active, refit(frame, active, start, ground.whole, 40), ground)
     return Hypothesis((*parent.effects, probe), end, frame)
+
+
+def with_curve(ground: Ground, effects: Sequence[type[Effect]], probe: type[Curve]) -> Subset:
+    """Active values when a probe is fitted on top of effects; its heights are the last of the shared ones."""
+    heights = tuple(f"{probe.name}.{height}" for height in probe.heights)
+    subset = ground.subset(effects)
+    return Subset(subset.shared + heights, subset.each, curve=heights)
 
 
 def _prepared(
@@ -130,27 +157,40 @@ def _read(probe: type[Curve], end: Hypothesis, ranges: dict[str, tuple[float, fl
     return Reading(probe, np.linspace(*ranges[probe.variable], len(heights)), heights, end)
 
 
-def _ranges(found: Identification) -> dict[str, tuple[float, float]]:
-    """Range of each variable the rig has in the simulated motion, in SI units."""
+def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Every variable the rig has while it moves in the simulated motion, in SI units, and the time it stays there in s.
+
+    Parameters
+    ----------
+    found : Identification
+
+    Returns
+    -------
+    dict of str to ((n_sample,), (n_sample,))
+    """
     times = np.asarray(found.problem.observations.experiment.times)
     counts = np.asarray(found.problem.observations.experiment.count)
     moving = (found.motion.phase != HELD) & (np.arange(times.shape[1]) < counts[:, None])
+    steps = np.diff(times, append=times[:, -1:])[moving]
     states = found.motion.states
-    position, speed = (states[name][moving] for name in ("position", "speed"))
-    ranges = {
-        "position": (float(position.min()), float(position.max())),
-        "speed": (0.0, float(np.abs(speed).max())),
-    }
-    if "tension" not in states:
-        return ranges
-    stretch = states["tension"] / found.parameters["stiffness"].value
-    rate = np.gradient(stretch, axis=1) / np.gradient(times, axis=1)
-    fast = float(np.quantile(np.abs(rate[moving]), 0.995))
-    return ranges | {
-        "tension": (0.0, float(states["tension"][moving].max())),
-        "stretch": (0.0, float(stretch[moving].max())),
-        "stretch rate": (-fast, fast),
-    }
+    known = {"position": states["position"], "speed": np.abs(states["speed"])}
+    if "tension" in states:
+        stretch = states["tension"] / found.parameters["stiffness"].value
+        rate = np.gradient(stretch, axis=1) / np.gradient(times, axis=1)
+        known |= {"tension": states["tension"], "stretch": stretch, "stretch rate": rate}
+    there = {variable: (values[moving], steps) for variable, values in known.items()}
+    forces = [values[moving] for channel, values in found.readings.items() if channel.startswith("force")]
+    if forces:
+        there["force"] = np.concatenate(forces), np.tile(steps, len(forces))
+    return there
+
+
+def _range(variable: str, values: np.ndarray) -> tuple[float, float]:
+    """Range of a variable, in SI units."""
+    if variable == "stretch rate":
+        fast = float(np.quantile(np.abs(values), 0.995))
+        return -fast, fast
+    return 0.0 if variable in FROM_ZERO else float(values.min()), float(values.max())
 
 
 def is_probe(effect: type[Effect]) -> bool:

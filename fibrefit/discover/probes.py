@@ -1,4 +1,4 @@
-"""Free-form probes: a force, a friction or a tension as an unknown curve of one state of the rig.
+"""Free-form probes: a force, a friction, a tension or an error of a gauge as an unknown curve of one state of the rig.
 
 A probe has no name to offer, only a place and a variable. It shows what any effect of that kind could at best explain,
 and so tells a wrong name that merely helps from a missing one.
@@ -11,7 +11,18 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, Memory, quantity
+from fibrefit.effects.law import (
+    FIBRE_RIGS,
+    GUIDE_RIGS,
+    Channels,
+    Effect,
+    FibreLaw,
+    GuideLaw,
+    Memory,
+    SensorLaw,
+    of_force,
+    quantity,
+)
 
 KNOTS, FINE_KNOTS = 10, 40
 """Knots of a curve; of one over the position, where a guide may repeat itself every few millimetres."""
@@ -26,7 +37,11 @@ class Curve(Effect):
         What it depends on, and what it is in words.
     knots : int
     heights : tuple of str
-        Names of the heights at the knots, in N.
+        Names of the heights at the knots.
+    unit : str
+        SI unit of the heights.
+    size : float
+        By how much neighbouring heights usually differ, in that unit.
     """
 
     low: jax.Array = quantity("-", "left end of the curve", 0.0)
@@ -36,12 +51,14 @@ class Curve(Effect):
     says: ClassVar[str] = ""
     knots: ClassVar[int] = KNOTS
     heights: ClassVar[tuple[str, ...]] = ()
+    unit: ClassVar[str] = "N"
+    size: ClassVar[float] = 1.0
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         cls.heights = tuple(f"c{i}" for i in range(cls.knots))
         for i, name in enumerate(cls.heights):
             cls.__annotations__[name] = jax.Array
-            setattr(cls, name, quantity("N", f"height at knot {i}", 1.0))
+            setattr(cls, name, quantity(cls.unit, f"height at knot {i}", cls.size))
         super().__init_subclass__(**keywords)
 
     def at(self, x: jax.Array) -> jax.Array:
@@ -126,6 +143,34 @@ class TensionOfRate(Curve, FibreLaw):
         return self.at(rate)
 
 
+class ForceErrorOfForce(Curve, SensorLaw):
+    """A force gauge that is not linear."""
+
+    name: ClassVar[str] = "probe.force_error_of_force"
+    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    variable: ClassVar[str] = "force"
+    says: ClassVar[str] = "an error of the force gauge that depends on the force"
+
+    def measure(self, channels: Channels, times: jax.Array) -> Channels:
+        """Force and the height of the curve there."""
+        return of_force(channels, lambda force: force + self.at(force))
+
+
+class PositionErrorOfPosition(Curve, SensorLaw):
+    """A displacement gauge that is not linear."""
+
+    name: ClassVar[str] = "probe.position_error_of_position"
+    rigs: ClassVar[frozenset[str]] = GUIDE_RIGS
+    variable: ClassVar[str] = "position"
+    says: ClassVar[str] = "an error of the displacement gauge that depends on the position"
+    unit: ClassVar[str] = "m"
+    size: ClassVar[float] = 1e-4
+
+    def measure(self, channels: Channels, times: jax.Array) -> Channels:
+        """Position and the height of the curve there."""
+        return channels | {"position": channels["position"] + self.at(channels["position"])}
+
+
 PROBES: tuple[type[Curve], ...] = (
     ForceOfPosition,
     FrictionOfPosition,
@@ -133,4 +178,6 @@ PROBES: tuple[type[Curve], ...] = (
     FrictionOfTension,
     TensionOfStretch,
     TensionOfRate,
+    ForceErrorOfForce,
+    PositionErrorOfPosition,
 )

@@ -18,7 +18,7 @@ SCATTER = 0.005
 NO_SCATTER = 0.0005
 """The same where records agree."""
 ROUGH = 1.0
-"""Difference in N between neighbouring heights of a curve that counts as much as a standard error."""
+"""Difference between neighbouring heights of a curve that counts as much as a standard error, in their usual one."""
 ARRIVED = 0.1
 """Promised fall at which a step is not taken, as a share of the fall that is small enough to stop after."""
 STEP = 1e-6
@@ -38,7 +38,7 @@ class Subset:
     scattering : tuple of str
         Shared values that may deviate from record to record.
     curve : tuple of str
-        Shared values that are heights of a curve, in N: neighbours are alike where the records do not see them.
+        Shared values that are heights of a curve: neighbours are alike where the records do not see them.
     """
 
     shared: tuple[str, ...]
@@ -100,6 +100,7 @@ class _Map:
         self.lower = np.array([ranges[name].lower for name in subset.shared])
         self.upper = np.array([ranges[name].upper for name in subset.shared])
         self.size = np.array([abs(frame.declared[name].typical) for name in (*subset.shared, *subset.each)])
+        self.steepness = np.diff(np.eye(len(self.curve)), axis=0) / (ROUGH * self.size[self.curve])
 
     @property
     def n_own(self) -> int:
@@ -148,15 +149,14 @@ class _Map:
             gradient += spread.T @ gram[:-1, -1]
             matrix[places, places] += SCATTER**-2
             gradient[places] += deviation / SCATTER**2
-        steepness = np.diff(np.eye(len(self.curve)), axis=0) / ROUGH
-        matrix[np.ix_(self.curve, self.curve)] += steepness.T @ steepness
-        gradient[self.curve] += steepness.T @ (steepness @ shared[self.curve])
+        matrix[np.ix_(self.curve, self.curve)] += self.steepness.T @ self.steepness
+        gradient[self.curve] += self.steepness.T @ (self.steepness @ shared[self.curve])
         return matrix, gradient, float(grams[:, -1, -1].sum())
 
     def penalty(self, unknowns: np.ndarray) -> float:
         """Of the deviations, and of a curve that is not level."""
         shared, own = self.split(unknowns)
-        rough = np.diff(shared[self.curve]) / ROUGH
+        rough = self.steepness @ shared[self.curve]
         return float(np.sum((own[:, len(self.each) :] / SCATTER) ** 2) + np.sum(rough**2))
 
     def clipped(self, unknowns: np.ndarray) -> np.ndarray:
@@ -264,13 +264,30 @@ def made_up_for(
     return unknown.local(unknown.clipped(here + way)) - local
 
 
-def standard_errors(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> dict[str, float]:
-    """Standard errors of the shared values for white noise, in SI units; infinite where the data see nothing."""
+def covariance(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Covariance ``(n_shared, n_shared)`` of the shared values for white noise, in SI units.
+
+    Parameters
+    ----------
+    frame, subset, local, counts : as `refit`
+
+    Returns
+    -------
+    (n_shared, n_shared) in SI units
+        With an infinite variance where the data see nothing.
+    """
     unknown = _Map(frame, subset, local)
     matrix, _, _ = unknown.normal(unknown.unknowns(), counts)
     scale = np.sqrt(np.diag(matrix))
-    seen = scale > 0.0
-    scaled = matrix[np.ix_(seen, seen)] / np.outer(scale[seen], scale[seen])
-    errors = np.full(len(scale), np.inf)
-    errors[seen] = np.sqrt(np.abs(np.diag(np.linalg.pinv(scaled, rcond=1e-10)))) / scale[seen]
-    return dict(zip(subset.shared, errors[: len(subset.shared)].tolist(), strict=True))
+    seen = np.flatnonzero(scale > 0.0)
+    scale = np.outer(scale[seen], scale[seen])
+    found = np.zeros(matrix.shape)
+    np.fill_diagonal(found, np.inf)
+    found[np.ix_(seen, seen)] = np.linalg.pinv(matrix[np.ix_(seen, seen)] / scale, rcond=1e-10) / scale
+    return found[: len(subset.shared), : len(subset.shared)]
+
+
+def standard_errors(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> dict[str, float]:
+    """Standard errors of the shared values for white noise, in SI units; infinite where the data see nothing."""
+    errors = np.sqrt(np.abs(np.diag(covariance(frame, subset, local, counts))))
+    return dict(zip(subset.shared, errors.tolist(), strict=True))

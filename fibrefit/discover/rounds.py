@@ -193,11 +193,11 @@ def _rivals(
 
 def free_form(search: Search, before: Identification) -> Reading:
     """Best probe on the model the search began with."""
-    if search.curve is None:
+    if not search.curves:
         tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
         tell(0.0)
-        search.curve = probe_all(search.base, before, search.ground, search.kappa, tell)[0]
-    return search.curve
+        search.curves = tuple(probe_all(search.base, before, search.ground, search.kappa, tell))
+    return search.curves[0]
 
 
 def is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:

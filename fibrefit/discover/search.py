@@ -74,8 +74,8 @@ class Search:
         Gap of each record as foreseen from the others, by the names of effects.
     tried : int
         Candidates of the last look for more.
-    curve : Reading or None
-        Best free curve on the model the search began with, once it has been looked for.
+    curves : tuple of Reading
+        Free curves on the model the search began with, best first, once they have been looked for.
     """
 
     task: Task
@@ -93,7 +93,7 @@ class Search:
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
     foreseen: dict[tuple[str, ...], np.ndarray] = field(default_factory=dict)
     tried: int = USUAL
-    curve: Reading | None = None
+    curves: tuple[Reading, ...] = ()
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Gap a hypothesis leaves."""
@@ -274,7 +274,7 @@ class Search:
             singles={},
             colours={},
             foreseen={},
-            curve=None,
+            curves=(),
         )
         return search, Hypothesis(hypothesis.effects, fit, own)
 

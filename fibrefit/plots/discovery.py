@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fibrefit.plots.before_after import before_after_figure
+from fibrefit.plots.curve import curve_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.gaps import candidates_figure, gap_figure
@@ -29,7 +30,8 @@ def discovery_figures(finding: Finding) -> Figures:
     -------
     Figures
         A dict. ``gap``: of each record and channel before and after, and as foreseen from the other records.
-        ``candidates``: how each effect did, one figure a round. ``places``: where and in which phase the first model
+        ``candidates``: how each effect did, one figure a round. ``curve``: what an
+        unexplained gap looks like. ``places``: where and in which phase the first model
         goes wrong. ``states`` and ``map``: residuals against position, speed and tension. ``record <name>``: measured
         and simulated, before and after.
     """
@@ -43,6 +45,8 @@ def discovery_figures(finding: Finding) -> Figures:
         figures["candidates" if number == 1 else f"candidates {number}"] = candidates_figure(
             *look, finding.before.expected_gap
         )
+    if finding.curves:
+        figures["curve"] = curve_figure(finding.curves)
     places = finding.rounds[0].where if finding.rounds else finding.unexplained.where
     figures["places"] = places_figure(finding.before, places)
     figures["states"] = states_figure(before, after if changed else None)

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from fibrefit.core.units import shown_unit
 from fibrefit.report.confusion import strength
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
 from fibrefit.report.text import doubts, input_noise, parameter_row, with_error
+from fibrefit.report.text_plot import WIDTH as ACROSS
+from fibrefit.report.text_plot import text_plot
 from fibrefit.study.summaries import Before, Candidate, Detectable, DiscoverySummary, Gap, ParameterSummary, Place
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""
 MOST_RECORDS = 12
-LONGEST_NAME = 34
+LONGEST_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
 
 
@@ -38,6 +42,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
         section("How much it matters", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(places)),
+        section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
         section("Smallest strength that these records would show", _detectable(summary)),
@@ -102,6 +107,25 @@ def _places(places: Sequence[Place]) -> list[str]:
         for place in places
     ]
     return table(("record", "channel", "from / s", "to / s", "phase", "share"), rows, right={2, 3, 5})
+
+
+def _curves(summary: DiscoverySummary) -> list[str]:
+    """The best curve in letters, and how the others did; nothing where there is none."""
+    curves = summary.unexplained.curves if summary.unexplained else ()
+    if not curves:
+        return []
+    best = curves[0]
+    unit, worth = shown_unit(float(np.max(np.abs(best.knots))), best.unit)
+    high, size = shown_unit(float(np.max(np.abs(best.heights))), best.height_unit)
+    x = np.linspace(best.knots[0], best.knots[-1], ACROSS)
+    heights = np.interp(x, best.knots, best.heights) / size
+    errors = [error / size for error in best.std_errors if error is not None]
+    said = f"{best.says[:1].upper()}{best.says[1:]}: with it, the gap of the first model is {best.gap_after:.2f}."
+    if errors:
+        said += f" The heights are good to {np.median(errors):.2g} {high} (median standard error)."
+    lines = [paragraph(said), *text_plot(f"{best.variable} / {unit}", high, x / worth, np.zeros(ACROSS), heights), ""]
+    others = [(shortened(curve.says, LONGEST_CURVE), f"{curve.gap_after:.3f}") for curve in curves[1:]]
+    return lines + table(("other curves", "gap after"), others, right={1})
 
 
 def _gaps(summary: DiscoverySummary) -> list[str]:

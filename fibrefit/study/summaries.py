@@ -193,12 +193,32 @@ class Round(Part):
     sentence: str
 
 
+class FreeCurve(Part):
+    """What is missing, as an unknown curve of one state of the rig on the model the search began with."""
+
+    variable: str = Field(description="What it depends on.")
+    unit: str = Field(description="SI unit of the variable.")
+    says: str = Field(description="What it is, in words.")
+    knots: tuple[float, ...] = Field(description="Values of the variable, in `unit`; the curve is straight between.")
+    heights: tuple[float, ...] = Field(description="At the knots, in `height_unit`, without their median.")
+    height_unit: str = Field(default="N", description="SI unit of the heights.")
+    std_errors: tuple[float | None, ...] = Field(
+        description="Of the heights, in `height_unit`, but for the level of the whole curve; null where not determined."
+    )
+    seconds: tuple[float, ...] = Field(default=(), description="Time the motion spends nearest to each knot, in s.")
+    acts: Interval | None = Field(
+        default=None, description="From where to where it acts, in `unit`, where that is one end of its range."
+    )
+    gap_after: float = Field(description="With the curve in the model.")
+
+
 class Unexplained(Part):
     """What is left that no effect accounts for."""
 
     gap: float
     where: tuple[Place, ...] = ()
     looks_like: str | None = None
+    curves: tuple[FreeCurve, ...] = Field(default=(), description="What it looks like, best first.")
 
 
 class Before(Part):

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from fibrefit.discover.finding import Candidate, Direction, Finding, Place, Split, Unexplained
+from fibrefit.discover.finding import Candidate, Direction, Finding, FreeCurve, Place, Split
 from fibrefit.effects.fibre_point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -46,7 +46,7 @@ def discovery_summary(
         cannot_tell_apart=finding.cannot_tell_apart,
         separated_by=tuple(map(separation, finding.splits)),
         detectable=tuple(map(detectable, finding.detectable)),
-        unexplained=_unexplained(finding.unexplained),
+        unexplained=_unexplained(finding),
         before=_before(finding),
         held_out=tuple(
             s.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
@@ -125,12 +125,13 @@ def _points(finding: Finding) -> dict[str, int]:
 
 
 def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
-    """Groups of ``result.h5``: those of the final fit, the readings before, and how every candidate did."""
+    """Groups of ``result.h5``: those of the final fit, the readings before, every candidate, and what is left."""
     readings = fit_groups(finding.before)["predictions"]
     return {
         **fit_groups(finding.after),
         "predictions_before": readings,
         "discovery": _trials(finding),
+        "curves": _curves(finding.curves),
         "held_out": {
             "record": Variable(_text(held.record for held in finding.held_out), ("record",)),
             "gap_before": Variable(np.array([held.gap_before for held in finding.held_out]), ("record",)),
@@ -157,6 +158,33 @@ def _trials(finding: Finding) -> dict[str, Variable]:
         "estimate": Variable(np.array([v[2] for v in values], dtype=float), ("value",), doc="In `unit`."),
         "std_error": Variable(np.array([v[3] for v in values], dtype=float), ("value",), doc="In `unit`."),
         "unit": Variable(_text(v[4] for v in values), ("value",)),
+    }
+
+
+def _curves(curves: Sequence[FreeCurve]) -> dict[str, Variable]:
+    """Every knot of every curve, best curve first."""
+    sizes = [len(curve.knots) for curve in curves]
+
+    def knots(name: str, unit_of: str, doc: str) -> Variable:
+        values = np.concatenate([np.zeros(0), *(getattr(curve, name) for curve in curves)])
+        return Variable(values, ("value",), doc=f"{doc}, in {unit_of}.")
+
+    return {
+        "variable": Variable(_text(curve.variable for curve in curves), ("curve",), doc="What it depends on."),
+        "says": Variable(_text(curve.says for curve in curves), ("curve",)),
+        "unit": Variable(_text(curve.unit for curve in curves), ("curve",), doc="Of the knots."),
+        "height_unit": Variable(_text(curve.height_unit for curve in curves), ("curve",), doc="Of the heights."),
+        "gap_after": Variable(np.array([curve.gap_after for curve in curves], dtype=float), ("curve",)),
+        "cost": Variable(
+            np.array([curve.cost for curve in curves], dtype=float),
+            ("curve",),
+            doc="Sum of squared residuals over the noise, and what chance gives to so many knots.",
+        ),
+        "curve_of": Variable(np.repeat(np.arange(len(curves)), sizes), ("value",), doc="Curve it belongs to."),
+        "knot": knots("knots", "`unit`", "Value of the variable"),
+        "height": knots("heights", "`height_unit`", "Height of the curve without its median"),
+        "std_error": knots("errors", "`height_unit`", "Of the height, but for the level of the whole curve"),
+        "seconds": knots("seconds", "s", "Time the motion spends nearest to the knot"),
     }
 
 
@@ -209,5 +237,21 @@ def _places(places: Sequence[Place]) -> tuple[s.Place, ...]:
     )
 
 
-def _unexplained(left: Unexplained) -> s.Unexplained:
-    return s.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None)
+def _unexplained(finding: Finding) -> s.Unexplained:
+    left, curves = finding.unexplained, tuple(map(_curve, finding.curves))
+    return s.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None, curves=curves)
+
+
+def _curve(curve: FreeCurve) -> s.FreeCurve:
+    return s.FreeCurve(
+        variable=curve.variable,
+        unit=curve.unit,
+        says=curve.says,
+        knots=tuple(curve.knots.tolist()),
+        heights=tuple(curve.heights.tolist()),
+        height_unit=curve.height_unit,
+        std_errors=tuple(map(finite, curve.errors.tolist())),
+        seconds=tuple(curve.seconds.tolist()),
+        acts=curve.acts,
+        gap_after=curve.gap_after,
+    )

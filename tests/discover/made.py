@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.discover.finding import Candidate, Finding, HeldOut, Place, Round, Unexplained
+from fibrefit.discover.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
 from fibrefit.discover.frame import frame_of
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
@@ -101,6 +101,24 @@ def candidate(effect: str, gap: float, error: float = 0.1) -> Candidate:
     return Candidate(effect, gap, 1000.0 * (4.0 - gap), values)
 
 
+def curve(says: str, gap: float, unit: str = "m", acts: bool = False) -> FreeCurve:
+    """A detent, or a stop, that was found without a name."""
+    knots = np.linspace(-0.02, 0.01, 40)
+    heights = 2e3 * np.maximum(knots - 5e-3, 0.0) if acts else np.sin(900.0 * knots)
+    seconds = np.where(knots > -0.015, 0.2, 0.0)
+    errors = np.where(seconds > 0.0, 0.1, np.inf)
+    end = (float(knots[32]), float(knots[-1])) if acts else None
+    return FreeCurve("position", says, unit, "N", knots, heights, errors, seconds, end, gap, 3e3 * gap**2)
+
+
+CURVES = (
+    curve("a friction in the guide that depends on the position of the weight", 1.01, acts=True),
+    curve("a force on the weight that depends on its position", 1.31),
+    replace(curve("an error of the displacement gauge that depends on the position", 2.2), height_unit="m"),
+    curve("a friction in the guide that depends on the speed of the weight", 3.2, "m/s"),
+)
+
+
 def named(task: Task) -> Finding:
     """One effect was missing, and another could stand in for it."""
     ranking = (
@@ -134,7 +152,7 @@ def unexplained(task: Task) -> Finding:
     looks = "a friction in the guide that depends on the position of the weight, between -0.5 and 2.4 N"
     return replace(
         named(task), verdict="unexplained", reason="A gap is left.", added=(), rounds=(), cannot_tell_apart=(),
-        unexplained=Unexplained(3.6, WHERE, looks), before=before, after=before, held_out=(),
+        unexplained=Unexplained(3.6, WHERE, looks), before=before, after=before, held_out=(), curves=CURVES,
     )  # fmt: skip
 
 
@@ -144,15 +162,18 @@ def nothing_missing(task: Task) -> Finding:
     reason = "The model explains the records down to their noise."
     left = Unexplained(1.0)
     return replace(
-        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before
-    )
+        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before,
+        curves=(),
+    )  # fmt: skip
 
 
 def not_trusted(task: Task) -> Finding:
     """The first fit failed, so that nothing was searched for."""
     before = identified(task, wrong=5.0, fatal=True)
     reason = "The best simulation is not finite."
-    found = replace(unexplained(task), verdict="not_trusted", reason=reason, unexplained=Unexplained(3.6), ranking=())
+    found = replace(
+        unexplained(task), verdict="not_trusted", reason=reason, unexplained=Unexplained(3.6), ranking=(), curves=()
+    )
     return replace(found, before=before, after=before)
 
 

@@ -9,8 +9,9 @@ import pytest
 
 from fibrefit.plots import discovery_figures
 from fibrefit.plots.before_after import _smooth
+from fibrefit.plots.curve import curve_figure
 from fibrefit.problem.task import Task
-from tests.discover.made import FINDINGS, named
+from tests.discover.made import CURVES, FINDINGS, named
 
 RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 
@@ -19,7 +20,8 @@ RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
     figures = discovery_figures(FINDINGS[verdict](task))
     expected = {"gap", "candidates", "places", "states", "map"} | RECORDS
-    assert set(figures) == (expected - {"candidates"} if verdict == "not_trusted" else expected)
+    expected -= {"candidates"} if verdict == "not_trusted" else set()
+    assert set(figures) == expected | ({"curve"} if verdict == "unexplained" else set())
     for figure in figures.values():
         figure.canvas.draw()
 
@@ -54,3 +56,31 @@ def test_averages_leave_out_what_is_missing() -> None:
     assert smooth[2] == 1.0
     assert smooth[4] == pytest.approx(7.0 / 3.0)
     assert np.isnan(smooth[7])
+
+
+def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supported() -> None:
+    figure = curve_figure(CURVES)
+    figure.canvas.draw()
+    best, stays, *others = figure.axes
+    assert best.get_legend_handles_labels()[1] == ["where it acts", "95 % band", "height at a knot"]
+    assert best.get_ylabel() == "height / N"
+    assert (stays.get_xlabel(), stays.get_ylabel()) == ("position / mm", "time / s")
+    (line,) = (line for line in best.lines if line.get_label() == "height at a knot")
+    np.testing.assert_allclose(line.get_ydata(), CURVES[0].heights)
+    assert [bar.get_height() for bar in stays.patches] == CURVES[0].seconds.tolist()
+    assert len(others) == len(CURVES) - 1
+    assert others[1].get_ylabel() == "height / mm"
+    assert others[2].get_xlabel() == "position / (mm/s)"
+    said = [" ".join(axes.texts[0].get_text().split()) for axes in others]
+    assert said == [f"{curve.says}: gap {curve.gap_after:.2f}" for curve in CURVES[1:]]
+
+
+def test_where_nothing_was_seen_the_band_does_not_set_the_scale() -> None:
+    axes = curve_figure(CURVES[:1]).axes[0]
+    assert np.isfinite(axes.get_ylim()).all()
+    assert axes.get_ylim()[1] < 1.7 * CURVES[0].heights.max()
+
+
+def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
+    blind = replace(CURVES[0], heights=np.zeros(40), errors=np.full(40, np.inf), seconds=np.zeros(40), acts=None)
+    curve_figure((blind, blind)).canvas.draw()

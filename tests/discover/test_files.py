@@ -22,7 +22,7 @@ from fibrefit.workflow import model_of
 from fibrefit.workflow.candidates import candidates_of
 from fibrefit.workflow.discover import Discovery, Options, finished
 from tests.discover.conftest import DATA
-from tests.discover.made import FINDINGS, VISCOUS, identified, named
+from tests.discover.made import CURVES, FINDINGS, VISCOUS, identified, named
 from tests.discover.test_candidates import OWN
 
 Make = Callable[..., Discovery]
@@ -60,7 +60,7 @@ def test_the_contract_of_the_summary(discovery: Make) -> None:
     assert best["effect"] == VISCOUS.name
     assert set(best["parameters"]["guide.viscous_friction.viscous_coefficient"]) >= {"value", "std_error", "unit"}
     assert content["cannot_tell_apart"] == [[VISCOUS.name, "guide.quadratic_drag"]]
-    assert content["unexplained"] == {"gap": 1.0, "where": [], "looks_like": None}
+    assert content["unexplained"] == {"gap": 1.0, "where": [], "looks_like": None, "curves": []}
     assert content["before"]["gap"]["total"] > 3.0 > content["gap"]["total"]
     assert [held["gap_after"] for held in content["held_out"]] == [1.02, 1.31]
 
@@ -75,6 +75,32 @@ def test_the_candidates_in_the_file_of_arrays(discovery: Make, elsewhere: Path) 
     assert trials["effect"].values[owner] == "fibre.hysteresis"
     assert np.isinf(trials["std_error"].values).sum() > 0
     assert groups["held_out"]["gap_before"].values.tolist() == [6.8, 7.0]
+
+
+def test_the_curves_in_the_summary(discovery: Make) -> None:
+    content = json.loads(discovery("unexplained").summary().model_dump_json(by_alias=True))
+    curves = content["unexplained"]["curves"]
+    assert [curve["gap_after"] for curve in curves] == [1.01, 1.31, 2.2, 3.2]
+    best = curves[0]
+    assert (best["variable"], best["unit"], best["height_unit"]) == ("position", "m", "N")
+    assert best["heights"] == CURVES[0].heights.tolist()
+    assert best["knots"][0] == -0.02
+    # What the records do not see has no error that could be written down.
+    assert (best["std_errors"][0], best["std_errors"][-1]) == (None, 0.1)
+    assert best["acts"] == list(CURVES[0].acts or ())
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_curves_in_the_file_of_arrays(discovery: Make, elsewhere: Path) -> None:
+    groups, _ = read_result(discovery("unexplained").save(elsewhere / "out") / "result.h5")
+    curves = groups["curves"]
+    assert list(curves["variable"].values) == ["position"] * 4
+    assert curves["gap_after"].values.tolist() == [1.01, 1.31, 2.2, 3.2]
+    second = curves["curve_of"].values == 1
+    np.testing.assert_array_equal(curves["knot"].values[second], CURVES[1].knots)
+    np.testing.assert_array_equal(curves["height"].values[second], CURVES[1].heights)
+    np.testing.assert_array_equal(curves["std_error"].values[second], CURVES[1].errors)
+    assert read_result(discovery().save(elsewhere / "named") / "result.h5")[0]["curves"]["knot"].values.size == 0
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -70,6 +70,15 @@ def with_verdict(verdict: s.Verdict, **changes: object) -> s.DiscoverySummary:
     return NAMED.model_copy(update=found | {"reason": "The reason is this.", **changes})
 
 
+CURVE = s.FreeCurve(
+    variable="position", unit="m", says="a friction that depends on the position of the weight",
+    knots=(-0.02, -0.01, 0.0, 0.01), heights=(-1.5, 0.0, 0.0, 2.5), std_errors=(None, 0.2, 0.1, 0.3), gap_after=1.02,
+)  # fmt: skip
+SENSED = CURVE.model_copy(
+    update={"says": "an error of the displacement gauge that depends on the position", "gap_after": 2.5}
+)
+
+
 ALL = {
     "named": NAMED.model_copy(update={"before": BEFORE}),
     "full": full(),
@@ -77,6 +86,7 @@ ALL = {
     "unexplained": with_verdict(
         "unexplained", unexplained=s.Unexplained(gap=2.0, looks_like="a friction that depends on the position " * 5)
     ),
+    "drawn": with_verdict("unexplained", unexplained=s.Unexplained(gap=2.0, curves=(CURVE, SENSED))),
     "not_trusted": with_verdict("not_trusted"),
 }
 
@@ -106,6 +116,17 @@ def test_the_unexplained_says_what_it_looks_like() -> None:
     text = discovery_report(ALL["unexplained"])
     assert text.startswith("UNEXPLAINED: looks like a friction that depends on the position")
     assert discovery_report(with_verdict("unexplained", unexplained=None)).startswith("UNEXPLAINED\n")
+
+
+def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:
+    text = discovery_report(ALL["drawn"])
+    assert "What is missing, as a curve\n" in text
+    assert "with it, the gap of the first model is 1.02. The heights are good to 0.2 N" in " ".join(text.split())
+    assert "      2.5 |" in text
+    assert "     -1.5 |" in text
+    assert "position / mm" in text
+    assert "an error of the displacement gauge that depends on the position      2.500" in text
+    assert "as a curve" not in discovery_report(ALL["unexplained"])
 
 
 def test_it_says_what_helped_but_is_not_all() -> None:
