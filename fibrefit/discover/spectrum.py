@@ -70,8 +70,8 @@ def spectrum_of(own: Sequence[Strand]) -> Spectrum:
         segments.append(2 * len(piece.times) // size - 1)
     freedom = max(2.0 * OVERLAP * sum(segments), 2.0)
     low, high = (float(chi2.ppf(chance, freedom) / freedom) for chance in (BY_CHANCE, 1.0 - BY_CHANCE))
-    # The mean is taken off each segment: what is left at the lowest frequency is not the spectrum's.
-    inner = slice(2, None) if size >= SHORTEST else slice(1, None)
+    # The mean is taken off each segment, and half the rate has one phase only: neither is what it was.
+    inner = slice(2, -1) if size >= SHORTEST else slice(1, None)
     power = np.average(powers, axis=0, weights=segments)
     return Spectrum(frequency[inner], power[inner], own[0].noise.density(frequency[inner]), (low, high))
 
