@@ -6,6 +6,7 @@ import numpy as np
 
 from fibrefit.discover.chance import loudest
 from fibrefit.discover.contacts import after_take_up
+from fibrefit.discover.events import events
 from fibrefit.discover.finding import Place
 from fibrefit.discover.left import Left, Strand, strands
 from fibrefit.discover.spectrum import narrow_band, spectrum_of
@@ -164,7 +165,12 @@ def _besides(found: Left, channel: int, phase: int) -> str:
 
 
 def onset(found: Left) -> tuple[str, float] | None:
-    """Record and instant [s] from which one record alone parts from the model; None if others do too."""
+    """Record and instant [s] from which one record alone parts from the model; None if others do too.
+
+    Of a series of one record it is the instant of its event; see `fibrefit.discover.events`, which tells of any number.
+    """
+    if len(found.problem.layout.records) == 1:
+        return next(iter(events(found)), None)
     gaps = {}
     for r, record in enumerate(found.problem.layout.records):
         count = int(np.asarray(found.problem.observations.experiment.count)[r])

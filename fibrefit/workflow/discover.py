@@ -117,7 +117,7 @@ class Discovery(Saved):
         return discovery_report(self.summary())
 
     def plot(self) -> Figures:
-        """Figures by name: gaps, candidates, places, states, held-out records, and each record before and after."""
+        """Figures by name: gaps, candidates, places, states, maps, spectrum, and each record before and after."""
         from fibrefit.plots import discovery_figures
 
         return discovery_figures(self.finding)

@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.phases import FORWARDS, LOADING, REST, SLACK, STICKING, UNLOADING, Motion, _phase, motion, moves
+from fibrefit.problem.phases import (
+    FORWARDS,
+    LOADING,
+    REST,
+    SLACK,
+    STICKING,
+    UNLOADING,
+    Motion,
+    _known,
+    _phase,
+    motion,
+    moves,
+)
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulate.model import Model
@@ -111,6 +124,20 @@ def test_both_fibres_of_an_upright_pendulum_are_stretched_by_their_preload() -> 
         assert stretch[0] == pytest.approx(400.0 / float(values["stiffness"]))
     assert first_rate[0] == pytest.approx(-second_rate[0])
     assert first_rate[0] > 0.0
+
+
+def test_of_two_fibres_the_one_that_is_stretched_more_counts() -> None:
+    states = SimpleNamespace(angle=np.zeros((1, 3)), rate=np.ones((1, 3)))
+    forces = {"angle": np.zeros((1, 3)), "force_1": np.array([[5.0, 1.0, 0.0]]), "force_2": np.array([[0.0, 2.0, 7.0]])}
+    first = np.array([[3.0, 1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])
+    second = np.array([[-1.0, 2.0, 4.0]]), np.array([[-1.0, -1.0, -1.0]])
+    response: Any = SimpleNamespace(solution=SimpleNamespace(states=states), channels=forces)
+    known = _known(response, (first, second))
+    assert known["stretch"].tolist() == [[3.0, 2.0, 4.0]]
+    assert known["stretch rate"].tolist() == [[1.0, -1.0, -1.0]]
+    assert known["tension"].tolist() == [[5.0, 2.0, 7.0]]
+    modes = SimpleNamespace(fibre_1=np.array([[1, 1, 0]]), fibre_2=np.array([[0, 1, 0]]))
+    assert _phase(modes, known, None, np.ones((1, 3), dtype=bool)).tolist() == [[LOADING, UNLOADING, SLACK]]
 
 
 def test_a_mass_on_a_guide_has_no_stretch() -> None:
