@@ -51,9 +51,9 @@ def _event(found: Left, own: list[Strand], looks: int) -> float | None:
     width = _width(own[0])
     powers = np.array([_powers(piece, width) for piece in own])
     limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
-    loud = (powers > limits).any(axis=0)
+    loud = np.asarray((powers > limits).any(axis=0))
     phase = _usual(own[0].phase, width)
-    moving = np.isin(phase, (HELD, REST), invert=True)
+    moving = ~np.isin(phase, (HELD, REST))
     if not loud.any():
         return None
     first = int(loud.argmax())
