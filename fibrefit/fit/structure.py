@@ -142,8 +142,9 @@ def _states(residuals: Residuals) -> Check:
             if share > worst:
                 worst, where = share, f"{channel} residual depends on the {name}"
     passed = worst <= STATE_SHARE
+    names = list(residuals.motion.states)
     says = (
-        "Residuals do not depend on position, speed or tension."
+        f"Residuals do not depend on {', '.join(names[:-1])} or {names[-1]}."
         if passed
         else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left."
     )

@@ -10,7 +10,8 @@ from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.gaps import candidates_figure, gap_figure
 from fibrefit.plots.places import places_figure
-from fibrefit.plots.states import map_figure, states_figure
+from fibrefit.plots.spectrum import spectrum_figure
+from fibrefit.plots.states import has_fibre_map, map_figure, states_figure
 
 if TYPE_CHECKING:
     from fibrefit.discover.finding import Finding
@@ -30,10 +31,11 @@ def discovery_figures(finding: Finding) -> Figures:
     -------
     Figures
         A dict. ``gap``: of each record and channel before and after, and as foreseen from the other records.
-        ``candidates``: how each effect did, one figure a round. ``curve``: what an
-        unexplained gap looks like. ``places``: where and in which phase the first model
-        goes wrong. ``states`` and ``map``: residuals against position, speed and tension. ``record <name>``: measured
-        and simulated, before and after.
+        ``candidates``: how each effect did, one figure a round. ``curve``: what an unexplained gap looks like.
+        ``places``: where and in which phase the first model goes wrong. ``states``: residuals against position, speed,
+        stretch, its rate, and tension; ``map``: over the plane of position and speed, and ``map of the fibre`` over
+        that of stretch and its rate where it says more. ``spectrum``: power of the residuals and of the noise against
+        frequency. ``record <name>``: measured and simulated, before and after.
     """
     before, after = Fitted(finding.before), Fitted(finding.after)
     changed = finding.after is not finding.before
@@ -51,6 +53,9 @@ def discovery_figures(finding: Finding) -> Figures:
     figures["places"] = places_figure(finding.before, places)
     figures["states"] = states_figure(before, after if changed else None)
     figures["map"] = map_figure(before, after if changed else None)
+    if has_fibre_map(before):
+        figures["map of the fibre"] = map_figure(before, after if changed else None, ("stretch", "stretch rate"))
+    figures["spectrum"] = spectrum_figure(before, after if changed else None)
     for r in _worst(before):
         inside = [place for place in places if place.record == before.records[r]]
         figures[f"record {before.records[r]}"] = before_after_figure(before, after if changed else None, r, inside)

@@ -12,7 +12,7 @@ from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.records import compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
-from fibrefit.problem.phases import LOADING, PHASES, REST, UNLOADING
+from fibrefit.problem.phases import PHASES, TAUT
 
 if TYPE_CHECKING:
     from fibrefit.fit.result import Identification
@@ -37,7 +37,7 @@ def fit_figures(found: Identification) -> Figures:
     """
     fitted = Fitted(found)
     figures = Figures({f"record {fitted.records[r]}": record_figure(fitted, r) for r in _chosen(fitted)})
-    for number, figure in enumerate(snap_figures(fitted, (LOADING, UNLOADING, REST))):
+    for number, figure in enumerate(snap_figures(fitted, TAUT)):
         figures["snaps" if number == 0 else f"snaps {number + 1}"] = figure
     units = {estimate.name: estimate.unit for estimate in found.estimates}
     if found.starts.names:

@@ -11,11 +11,17 @@ from matplotlib.figure import Figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, legend, new_figure, place, title
-from fibrefit.problem.phases import HELD
+from fibrefit.problem.phases import HELD, TAUT
 
-STATES = {"position": "m", "speed": "m/s", "tension": "N"}
+STATES = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
 """States shown where the rig has them, with their SI units."""
+TURNING = {"position": "rad", "speed": "rad/s"}
+"""The units of those that are angles, on a rig that turns."""
+OF_FIBRE = ("stretch", "stretch rate", "tension")
+"""States that say something only while a fibre is taut."""
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
+CLOSE = 4.0
+"""Distance in mm of panels that share an axis."""
 BINS, FEWEST = 24, 12
 CELLS, PLANE = 44, 46.0
 LOUDEST = 4.0
@@ -31,76 +37,106 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
         None where the model did not change.
     """
     channels = before.channels
-    known = {state: si for state, si in STATES.items() if state in before.found.motion.states}
+    known = [state for state in STATES if state in before.found.motion.states]
     figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
-    title(figure, "Residual against the state of the rig", "while the weight moves; grey: ± 1 noise rms")
+    beside = (
+        "while the weight moves; of the fibre, while it is taut" if "tension" in known else "while the weight moves"
+    )
+    title(figure, "Residual against the state of the rig", f"{beside}; grey: ± 1 noise rms")
     across, up = figure.get_size_inches() * 25.4
-    width = (across - LEFT - RIGHT - BETWEEN * (len(known) - 1)) / len(known)
+    width = (across - LEFT - RIGHT - CLOSE * (len(known) - 1)) / len(known)
     for row, channel in enumerate(channels):
-        for column, (state, si) in enumerate(known.items()):
-            bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)
-            axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, HEIGHT)
-            axes.axhspan(-1.0, 1.0, facecolor=PALE, edgecolor="none", zorder=0)
-            axes.axhline(0.0, color="0.5", linewidth=0.4)
-            unit, worth = readable_unit(_of_state(before, state), si)
-            for fitted, colour, said in ((before, VERMILLION, "first model"), (after, BLUE, "final model")):
-                if fitted is not None:
-                    _band(axes, _of_state(fitted, state) / worth, _residual(fitted, row), colour, said)
-            if row == len(channels) - 1:
-                label(axes, x=axis_label(state, unit))
-            if column == 0:
+        bottom, first = up - TOP - HEIGHT - row * (HEIGHT + GAP), None
+        for column, state in enumerate(known):
+            axes = place(figure, LEFT + column * (width + CLOSE), bottom, width, HEIGHT)
+            _panel(axes, before, after, state, row)
+            if first is None:
+                first = axes
                 label(axes, y=f"{channel} residual / noise")
+            else:
+                axes.sharey(first)
+                axes.tick_params(labelleft=False)
+            if row < len(channels) - 1:
+                axes.set_xlabel("")
             if row == column == 0:
                 legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
     return figure
 
 
-def map_figure(before: Fitted, after: Fitted | None) -> Figure:
-    """Mean residual over the plane of position and speed, for each channel before and after.
+def _panel(axes: Axes, before: Fitted, after: Fitted | None, state: str, channel: int) -> None:
+    axes.axhspan(-1.0, 1.0, facecolor=PALE, edgecolor="none", zorder=0)
+    axes.axhline(0.0, color="0.5", linewidth=0.4)
+    unit, worth = readable_unit(_of_state(before, state), _unit(before, state))
+    for fitted, colour, said in ((before, VERMILLION, "first model"), (after, BLUE, "final model")):
+        if fitted is not None:
+            _band(axes, _of_state(fitted, state) / worth, _residual(fitted, channel, state), colour, said)
+    label(axes, x=axis_label(state, unit))
+
+
+def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] = ("position", "speed")) -> Figure:
+    """Mean residual over the plane of two states, for each channel before and after.
 
     Parameters
     ----------
     before, after : Fitted
         None where the model did not change.
+    variables : tuple of str
+        Across and up.
     """
     stages = [("first model", before)] + ([("final model", after)] if after is not None else [])
     # A row for each channel; where nothing changed, the channels stand side by side.
     panels = [(channel, stage) for channel in range(len(before.channels)) for stage in stages]
     rows = -(-len(panels) // 2)
     figure = new_figure(TOP + BOTTOM + rows * (PLANE + GAP) - GAP)
-    title(figure, "Mean residual over position and speed", "in units of the noise")
+    title(figure, f"Mean residual over {variables[0]} and {variables[1]}", "in units of the noise")
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - 20.0 - BETWEEN) / 2
+    units = [readable_unit(_of_state(before, state), _unit(before, state)) for state in variables]
     for number, (channel, (said, fitted)) in enumerate(panels):
         row, column = divmod(number, 2)
         bottom = up - TOP - PLANE - row * (PLANE + GAP)
         axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
-        mesh = _map(axes, fitted, channel)
+        mesh = _map(axes, fitted, channel, variables, (units[0][1], units[1][1]))
         heading = f"{before.channels[channel]}, {said}"
         axes.text(0.0, 1.02, heading, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
-        label(axes, x=axis_label("position", "mm") if row == rows - 1 else "")
-        label(axes, y=axis_label("speed", "mm/s") if column == 0 else "")
+        label(axes, x=axis_label(variables[0], units[0][0]) if row == rows - 1 else "")
+        label(axes, y=axis_label(variables[1], units[1][0]) if column == 0 else "")
     bar = place(figure, LEFT + 2 * width + BETWEEN + 4.0, bottom, 2.5, PLANE)
     figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LOUDEST, -2, 0, 2, LOUDEST])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure
 
 
-def _moving(fitted: Fitted) -> np.ndarray:
-    within = np.arange(fitted.found.motion.phase.shape[1]) < fitted.counts[:, None]
-    return within & (fitted.found.motion.phase != HELD)
+def has_fibre_map(fitted: Fitted) -> bool:
+    """Whether stretch and its rate say anything that position and speed do not: on a drop they are the same."""
+    states = fitted.found.motion.states
+    if "stretch" not in states or not _moving(fitted, "stretch").any():
+        return False
+    return not np.array_equal(states["stretch rate"], states["speed"])
+
+
+def _unit(fitted: Fitted, state: str) -> str:
+    return TURNING.get(state, STATES[state]) if "angle" in fitted.channels else STATES[state]
+
+
+def _moving(fitted: Fitted, state: str) -> np.ndarray:
+    phase = fitted.found.motion.phase
+    within = np.arange(phase.shape[1]) < fitted.counts[:, None]
+    return within & (np.isin(phase, TAUT) if state in OF_FIBRE else phase != HELD)
 
 
 def _of_state(fitted: Fitted, state: str) -> np.ndarray:
-    return fitted.found.motion.states[state][_moving(fitted)]
+    return fitted.found.motion.states[state][_moving(fitted, state)]
 
 
-def _residual(fitted: Fitted, channel: int) -> np.ndarray:
-    """Measured minus simulated while moving, in units of the noise."""
-    return -fitted.found.residuals[:, channel][_moving(fitted)]
+def _residual(fitted: Fitted, channel: int, state: str) -> np.ndarray:
+    """Measured minus simulated while that state says something, in units of the noise."""
+    return -fitted.found.residuals[:, channel][_moving(fitted, state)]
 
 
 def _band(axes: Axes, state: np.ndarray, residual: np.ndarray, colour: str, said: str) -> None:
+    if len(state) < FEWEST:
+        return
     low, high = np.quantile(state, (0.002, 0.998))
     edges = np.linspace(float(low), float(high), BINS + 1)
     index = np.clip(np.digitize(state, edges) - 1, 0, BINS - 1)
@@ -115,9 +151,9 @@ def _band(axes: Axes, state: np.ndarray, residual: np.ndarray, colour: str, said
     axes.plot(centre, mean, color=colour, linewidth=1.0, label=said)
 
 
-def _map(axes: Axes, fitted: Fitted, channel: int) -> QuadMesh:
-    x, y = (1e3 * _of_state(fitted, state) for state in ("position", "speed"))
-    residual = _residual(fitted, channel)
+def _map(axes: Axes, fitted: Fitted, channel: int, variables: tuple[str, str], worth: tuple[float, float]) -> QuadMesh:
+    x, y = (_of_state(fitted, state) / unit for state, unit in zip(variables, worth, strict=True))
+    residual = _residual(fitted, channel, variables[0])
     number, edges_x, edges_y = np.histogram2d(x, y, CELLS)
     total, _, _ = np.histogram2d(x, y, (edges_x, edges_y), weights=residual)
     mean = np.ma.masked_where(number == 0, total / np.maximum(number, 1))

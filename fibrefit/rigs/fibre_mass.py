@@ -197,6 +197,13 @@ def observe(system: FibreMass, state: FibreMassState, mode: FibreMassMode, input
     return {"force": system.tension(state, mode), "position": state.position}
 
 
+def fibres(
+    system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any
+) -> tuple[tuple[jax.Array, jax.Array], ...]:
+    """Stretch in m and its rate in m/s."""
+    return ((system.fibre.stretch(state.position), state.velocity),)
+
+
 FIBRE_MASS = Rig(
     kind="fibre_mass",
     parameters=PARAMETERS,
@@ -207,4 +214,6 @@ FIBRE_MASS = Rig(
     build=build,
     start=start,
     observe=observe,
+    fibres=fibres,
+    directions=("down", "up"),
 )

@@ -284,6 +284,13 @@ def observe(
     return {"angle": state.angle, "force_1": force_1, "force_2": force_2}
 
 
+def fibres(
+    system: InvertedPendulum, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
+) -> tuple[tuple[jax.Array, jax.Array], ...]:
+    """Stretch in m and its rate in m/s, of both fibres."""
+    return tuple((system.fibre.stretch(leg.length), leg.rate) for leg in system.legs(state, inputs))
+
+
 INVERTED_PENDULUM = Rig(
     kind="inverted_pendulum",
     parameters=PARAMETERS,
@@ -294,4 +301,5 @@ INVERTED_PENDULUM = Rig(
     build=build,
     start=start,
     observe=observe,
+    fibres=fibres,
 )

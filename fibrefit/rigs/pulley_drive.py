@@ -361,6 +361,14 @@ def observe(system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode,
     return {"force": system.tensions(near, far, state, mode)[0], "position": state.position}
 
 
+def fibres(
+    system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any
+) -> tuple[tuple[jax.Array, jax.Array], ...]:
+    """Stretch in m and its rate in m/s, of the fibre at the gauge as if it were the whole."""
+    near, _ = system.sides(state, mode, inputs)
+    return ((system.fibre.stretch(near.length), near.rate),)
+
+
 PULLEY_DRIVE = Rig(
     kind="pulley_drive",
     parameters=PARAMETERS,
@@ -371,4 +379,6 @@ PULLEY_DRIVE = Rig(
     build=build,
     start=start,
     observe=observe,
+    fibres=fibres,
+    directions=("up", "down"),
 )

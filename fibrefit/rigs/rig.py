@@ -50,6 +50,10 @@ class Rig:
     anchor : str or None
         Channel whose measured value and rate tell where the motion begins, as an input "anchor"; a motion that nothing
         brings back to its place is begun anew again and again.
+    fibres : callable ``(system, state, mode, inputs) -> ((stretch, rate), ...)``, optional
+        Stretch [m] and its rate [m/s] of each fibre at one instant, negative while slack; None where there is no fibre.
+    directions : tuple of str
+        Words for the + and the - direction of the position.
     """
 
     kind: str
@@ -62,3 +66,5 @@ class Rig:
     start: Callable[[Any, Values, Values, Any], Start]
     observe: Callable[[Any, Any, Any, Any], dict[str, jax.Array]]
     anchor: str | None = None
+    fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
+    directions: tuple[str, str] = ("forwards", "back")

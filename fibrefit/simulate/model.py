@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
-from fibrefit.simulate.inputs import courses, inputs_at
+from fibrefit.simulate.inputs import Course, courses, inputs_at
 from fibrefit.simulate.jumps import Jumps, jumps_of
 from fibrefit.simulate.lanes import in_turn, parted, tangent_of, that_move, that_vary
 from fibrefit.simulate.pieces import pieces_of
@@ -112,15 +112,29 @@ class Model:
             return response
         return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
 
-    def _respond(self, values: Values, experiment: Experiment) -> Response:
-        laws = self.laws(values)
-        times, count = experiment.times, experiment.count
-        inputs = courses(experiment.inputs, times)
+    def stretched(
+        self, values: Values, experiment: Experiment, solution: Solution
+    ) -> tuple[tuple[jax.Array, jax.Array], ...]:
+        """Stretch [m] and its rate [m/s] ``(n_time,)`` of each fibre of a simulated record; none without one."""
+        if (fibres := self.rig.fibres) is None:
+            return ()
+        system, _ = self._system(values, self.laws(values), experiment)
+        here = _at_samples(courses(experiment.inputs, experiment.times), experiment.times)
+        return jax.vmap(partial(fibres, system))(solution.states, solution.modes, here)
+
+    def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
+        """The system that moves, and the conditions of its record."""
         # A condition that no one knows is a value like any other, and is found.
         conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
         for law in laws_of(RigLaw, laws):
             conditions = law.correct(conditions)
-        system = self.rig.build(values, conditions, laws, self.tension_law)
+        return self.rig.build(values, conditions, laws, self.tension_law), conditions
+
+    def _respond(self, values: Values, experiment: Experiment) -> Response:
+        laws = self.laws(values)
+        times, count = experiment.times, experiment.count
+        inputs = courses(experiment.inputs, times)
+        system, conditions = self._system(values, laws, experiment)
         start = self.rig.start(system, values, conditions, inputs_at(inputs, times, jnp.int32(0), times[0]))
         begin = times[0] if start.time is None else start.time
         solution = solve(system, start.state, begin, start.mode, times, count, inputs)
@@ -128,9 +142,7 @@ class Model:
         def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
             return self.rig.observe(system, state, mode, here)
 
-        steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
-        here = jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
-        channels = jax.vmap(observe)(solution.states, solution.modes, here)
+        channels = jax.vmap(observe)(solution.states, solution.modes, _at_samples(inputs, times))
         jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
         if chain := chain_of(laws):
             lags, late_by, nil = chain
@@ -143,6 +155,12 @@ class Model:
         if "position_zero" in values:
             channels["position"] = channels["position"] + values["position_zero"]
         return Response(channels, solution, jumps)
+
+
+def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
+    """Value and rate of each input at every sample."""
+    steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
+    return jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

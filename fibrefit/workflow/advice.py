@@ -50,7 +50,10 @@ def _named(finding: Finding) -> tuple[str, ...]:
 
 
 def _unexplained(narrowed: bool) -> tuple[str, ...]:
-    said = ["Look at the figures of places and states: they show where the model goes wrong and on what that depends."]
+    said = [
+        "Look at the figures of places, states and spectrum: they show where the model goes wrong and on what that "
+        "depends."
+    ]
     if narrowed:
         said.insert(0, "Let the whole catalogue be tried: effects were left out of this search by --only or --exclude.")
     said.append(

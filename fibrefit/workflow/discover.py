@@ -118,7 +118,7 @@ class Discovery(Saved):
         return discovery_report(self.summary())
 
     def plot(self) -> Figures:
-        """Figures by name: gaps, candidates, what is unexplained, places, states, each record before and after."""
+        """Figures by name: gaps, candidates, what is unexplained, places, states, spectrum, records before and after."""
         from fibrefit.plots import discovery_figures
 
         return discovery_figures(self.finding)

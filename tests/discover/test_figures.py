@@ -7,9 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fibrefit.fit.result import Identification
 from fibrefit.plots import discovery_figures
 from fibrefit.plots.before_after import _smooth
 from fibrefit.plots.curve import curve_figure
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.quantities import readable_unit
+from fibrefit.plots.states import _unit
 from fibrefit.problem.task import Task
 from tests.discover.made import CURVES, FINDINGS, named
 
@@ -19,7 +23,7 @@ RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 @pytest.mark.parametrize("verdict", sorted(FINDINGS))
 def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
     figures = discovery_figures(FINDINGS[verdict](task))
-    expected = {"gap", "candidates", "places", "states", "map"} | RECORDS
+    expected = {"gap", "candidates", "places", "states", "map", "spectrum"} | RECORDS
     expected -= {"candidates"} if verdict == "not_trusted" else set()
     assert set(figures) == expected | ({"curve"} if verdict == "unexplained" else set())
     for figure in figures.values():
@@ -84,3 +88,47 @@ def test_where_nothing_was_seen_the_band_does_not_set_the_scale() -> None:
 def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
     blind = replace(CURVES[0], heights=np.zeros(40), errors=np.full(40, np.inf), seconds=np.zeros(40), acts=None)
     curve_figure((blind, blind)).canvas.draw()
+
+
+def with_stretch(found: Identification) -> Identification:
+    """The same, with a fibre whose stretch is not the position of the weight, as behind a drive."""
+    states = found.motion.states
+    stretch = states["tension"] / 2.2e4
+    more = {"stretch": stretch, "stretch rate": np.gradient(stretch, axis=1) / 5e-4}
+    return replace(found, motion=replace(found.motion, states=states | more))
+
+
+def test_the_spectrum_has_a_panel_a_channel_with_the_noise_and_both_models(task: Task) -> None:
+    axes = discovery_figures(named(task))["spectrum"].axes
+    assert [one.get_ylabel() for one in axes] == ["force residual / (N²/Hz)", "position residual / (µm²/Hz)"]
+    assert axes[-1].get_xlabel() == "frequency / Hz"
+    for one in axes:
+        assert (one.get_xscale(), one.get_yscale()) == ("log", "log")
+        assert [line.get_label() for line in one.lines] == ["noise at rest", "first model", "final model"]
+        floor, first, final = (np.asarray(line.get_ydata()) for line in one.lines)
+        # What was made is a wave of 40 rad/s and noise, which is white.
+        assert first[:3].max() > 10.0 * final[:3].max()
+        assert np.median(first[-100:] / final[-100:]) == pytest.approx(1.0, abs=0.2)
+        assert len(floor) == len(first)
+
+
+def test_residuals_are_shown_against_every_state_the_rig_has(task: Task) -> None:
+    finding = named(task)
+    before, after = with_stretch(finding.before), with_stretch(finding.after)
+    figures = discovery_figures(replace(finding, before=before, after=after))
+    axes = figures["states"].axes
+    labels = ["position / mm", "speed / (mm/s)", "stretch / mm", "stretch rate / (mm/s)", "tension / N"]
+    assert [one.get_xlabel() for one in axes] == [""] * 5 + labels
+    assert len({one.get_ylim() for one in axes[:5]}) == 1
+    plane = figures["map of the fibre"].axes
+    assert {one.get_xlabel() for one in plane} >= {"stretch / mm"}
+    assert {one.get_ylabel() for one in plane} >= {"stretch rate / (mm/s)"}
+
+
+def test_of_a_rig_that_turns_position_is_an_angle(task: Task) -> None:
+    fitted = Fitted(named(task).before)
+    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("m", "m/s")
+    fitted.channels = ("angle", "force_1", "force_2")
+    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("rad", "m/s")
+    for state in ("position", "speed"):
+        assert readable_unit(np.array([0.1]), _unit(fitted, state))[1] > 0.0

@@ -42,7 +42,7 @@ def test_friction_that_differs_by_direction_is_named_and_called_small_but_system
     # One record: there are no others to foresee it from.
     assert found.summary().held_out == ()
     figures = discovery_figures(found.finding)
-    assert {"gap", "candidates", "places", "states", "map", "record axis.csv"} == set(figures)
+    assert {"gap", "candidates", "places", "states", "map", "spectrum", "record axis.csv"} == set(figures)
 
 
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
