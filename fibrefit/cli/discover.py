@@ -13,7 +13,7 @@ from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries import DiscoverySummary
+    from fibrefit.study.discovery_summary import DiscoverySummary
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5

@@ -11,6 +11,7 @@ from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.confuse import best_split, detectable
 from fibrefit.discover.curves import drawn
+from fibrefit.discover.events import events
 from fibrefit.discover.evidence import NOISE_LIKE
 from fibrefit.discover.finding import Finding, Split, Unexplained
 from fibrefit.discover.foresight import held_out
@@ -82,7 +83,7 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         best = only_sure(search, best)
     reading = None if _is_plain(search, best) else free_form(search, before)
     noise_like = search.is_noise(best)
-    explained = noise_like and (reading is None or not is_rival(search, reading, best))
+    explained = noise_like and not is_rival(search, reading, best)
     if not explained and reading is not None and _has_only_helped(search, reading, best):
         best = search.base
     rounds = tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names))
@@ -183,15 +184,23 @@ TELLS = 0.6
 
 
 def _looks_like(search: Search, found: Identification, best: Hypothesis, reading: Reading | None) -> str:
-    """What is left of a fit in words, by an event in time or by the free curve that accounts for most of it."""
+    """What is left of a fit in words: an event in time, or the free curve that accounts for most of it."""
     whole = max(best.fit.cost - search.samples, 1.0)
     share = 0.0 if reading is None else min((best.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
-    event = where.onset(found)
-    if event is not None and share < TELLS:
-        return f"an event in time: {event[0]} parts from the model at {event[1]:.3f} s, the other records do not"
+    if share < TELLS and (event := _event(found)):
+        return event
     if reading is None:
-        return where.in_words(found)
+        return f"nothing that is known of; {where.in_words(found)}"
     return f"{described(reading)}; it accounts for {100 * share:.0f} % of the gap"
+
+
+def _event(found: Identification) -> str:
+    """Records that part from the model at some instant and go on so; empty where none does."""
+    if (one := where.onset(found)) is not None:
+        others = ", the other records do not" if len(found.problem.layout.records) > 1 else ""
+        return f"an event in time: {one[0]} parts from the model at {one[1]:.3f} s{others}"
+    parting = [f"{record} at {instant:.3f} s" for record, instant in events(found)]
+    return f"an event in time: records part from the model, {', '.join(parting)}" if parting else ""
 
 
 def _final(search: Search, best: Hypothesis, seed: int) -> Identification:

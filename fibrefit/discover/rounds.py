@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discover import where
-from fibrefit.discover.candidates import Hypothesis
+from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.evidence import chance, outdone
 from fibrefit.discover.finding import Candidate, Round
 from fibrefit.discover.foresight import is_refuted
 from fibrefit.discover.free_form import Reading, probe_all
+from fibrefit.discover.left import Left, left_at
 from fibrefit.discover.refit import refit, standard_errors
 from fibrefit.discover.search import BEAM, Search
 from fibrefit.fit.result import Identification
@@ -135,9 +136,17 @@ def _round(
     gaps = search.gap(parent), search.gap(chosen)
     changes = _changes(parent, chosen)
     sentence = f"{added}{instead}: the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise. {changes}".strip()
-    if not parent.effects:
-        sentence = f"{where.in_words(before)}. {sentence}"
-    return Round(added, *gaps, where.places(before) if not parent.effects else (), ranking, sentence)
+    left = before if not parent.effects else _left(search, parent)
+    return Round(added, *gaps, where.places(left), ranking, f"{where.in_words(left)}. {sentence}")
+
+
+def _left(search: Search, hypothesis: Hypothesis) -> Left:
+    """What a hypothesis leaves, the errors of noisy inputs taken off them."""
+    found = search.with_inputs(hypothesis)
+    if found is not None:
+        return left_at(found.problem, found.values, search.task.noise)
+    task, values = alone(search.task, hypothesis)
+    return left_at(task.problem, values, search.task.noise)
 
 
 CARRIED = 0.05
@@ -191,19 +200,21 @@ def _rivals(
     return tuple(dict.fromkeys(pairs))
 
 
-def free_form(search: Search, before: Identification) -> Reading:
-    """Best probe on the model the search began with."""
+def free_form(search: Search, before: Identification) -> Reading | None:
+    """Best probe on the model the search began with; None where none applies to the rig."""
     if not search.curves:
         tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
         tell(0.0)
         search.curves = tuple(probe_all(search.base, before, search.ground, search.kappa, tell))
-    return search.curves[0]
+    return next(iter(search.curves), None)
 
 
-def is_rival(search: Search, reading: Reading, best: Hypothesis) -> bool:
+def is_rival(search: Search, reading: Reading | None, best: Hypothesis) -> bool:
     """Whether one curve of one variable explains more than what was named, which then merely helped.
 
     Effects that are what is missing explain more with a few parameters than a curve does with many.
     """
+    if reading is None:
+        return False
     curve = reading.hypothesis.fit.cost
     return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)

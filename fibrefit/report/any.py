@@ -10,7 +10,8 @@ from fibrefit.report.discovery import discovery_report
 from fibrefit.report.posterior import posterior_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
-from fibrefit.study.summaries import BatchSummary, DiscoverySummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.discovery_summary import DiscoverySummary
+from fibrefit.study.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.sweep_summary import SweepSummary
 
 REPORTS: dict[type[Part], Callable[[Any], str]] = {

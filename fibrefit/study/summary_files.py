@@ -7,7 +7,8 @@ import json
 from pydantic import ValidationError
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.study.summaries import BatchSummary, DiscoverySummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.discovery_summary import DiscoverySummary
+from fibrefit.study.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.sweep_summary import SweepSummary
 
 #: Model of every summary file, by its schema.

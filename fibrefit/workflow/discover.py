@@ -19,7 +19,7 @@ from fibrefit.report.discovery import discovery_report
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries import DiscoverySummary
+from fibrefit.study.discovery_summary import DiscoverySummary
 from fibrefit.workflow.candidates import Candidates, candidates_of
 from fibrefit.workflow.discover_files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prepare import read_records, task_of
@@ -118,7 +118,7 @@ class Discovery(Saved):
         return discovery_report(self.summary())
 
     def plot(self) -> Figures:
-        """Figures by name: gaps, candidates, what is unexplained, places, states, spectrum, records before and after."""
+        """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""
         from fibrefit.plots import discovery_figures
 
         return discovery_figures(self.finding)

@@ -12,6 +12,7 @@ from fibrefit.effects.fibre_point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
+from fibrefit.study import discovery_summary as d
 from fibrefit.study import summaries as s
 from fibrefit.study.parameters import ParameterSetting, ParameterTable
 from fibrefit.workflow.advice import next_steps
@@ -20,20 +21,20 @@ from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_sum
 
 def discovery_summary(
     study: Study, records: Sequence[Record], finding: Finding, origin: s.Provenance
-) -> s.DiscoverySummary:
+) -> d.DiscoverySummary:
     """Content of ``summary.json`` of a discovery."""
     final = fit_summary(study, records, finding.after, origin)
     narrowed = bool({"only", "exclude"} & set(origin.settings))
     shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {
         "advice": next_steps(finding, narrowed)
     }
-    return s.DiscoverySummary(
+    return d.DiscoverySummary(
         **shared,
         verdict=finding.verdict,
         reason=finding.reason,
         added=tuple(effect.name for effect in finding.added),
         rounds=tuple(
-            s.Round(
+            d.Round(
                 added=found.added,
                 gap_before=found.gap_before,
                 gap_after=found.gap_after,
@@ -49,17 +50,17 @@ def discovery_summary(
         unexplained=_unexplained(finding),
         before=_before(finding),
         held_out=tuple(
-            s.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
+            d.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
             for held in finding.held_out
         ),
-        weights=tuple(s.Weight(**asdict(found), says=found.says) for found in finding.weights),
+        weights=tuple(d.Weight(**asdict(found), says=found.says) for found in finding.weights),
         ranking=tuple(map(_candidate, finding.ranking)),
     )
 
 
-def separation(split: Split) -> s.Separation:
+def separation(split: Split) -> d.Separation:
     """The further record that splits a pair."""
-    return s.Separation(
+    return d.Separation(
         pair=split.pair,
         record=split.record,
         conditions=dict(split.choice.conditions),
@@ -71,9 +72,9 @@ def separation(split: Split) -> s.Separation:
     )
 
 
-def detectable(direction: Direction) -> s.Detectable:
+def detectable(direction: Direction) -> d.Detectable:
     """The smallest strength that would be found."""
-    return s.Detectable(
+    return d.Detectable(
         effect=direction.effect,
         parameter=direction.parameter,
         unit=direction.unit,
@@ -200,9 +201,9 @@ def _written(value: float, unit: str) -> str | float:
     return value if unit == "-" else f"{value!r} {unit}"
 
 
-def _before(finding: Finding) -> s.Before:
+def _before(finding: Finding) -> d.Before:
     before = finding.before
-    return s.Before(
+    return d.Before(
         status=before.status,
         effects=tuple(effect.name for effect in before.problem.model.effects),
         parameters={name: parameter_summary(estimate) for name, estimate in before.parameters.items()},
@@ -211,8 +212,8 @@ def _before(finding: Finding) -> s.Before:
     )
 
 
-def _candidate(candidate: Candidate) -> s.Candidate:
-    return s.Candidate(
+def _candidate(candidate: Candidate) -> d.Candidate:
+    return d.Candidate(
         effect=candidate.effect,
         gap_after=candidate.gap_after,
         evidence=candidate.evidence,
@@ -223,9 +224,9 @@ def _candidate(candidate: Candidate) -> s.Candidate:
     )
 
 
-def _places(places: Sequence[Place]) -> tuple[s.Place, ...]:
+def _places(places: Sequence[Place]) -> tuple[d.Place, ...]:
     return tuple(
-        s.Place(
+        d.Place(
             record=place.record,
             channel=place.channel,
             from_s=place.from_s,
@@ -237,13 +238,13 @@ def _places(places: Sequence[Place]) -> tuple[s.Place, ...]:
     )
 
 
-def _unexplained(finding: Finding) -> s.Unexplained:
+def _unexplained(finding: Finding) -> d.Unexplained:
     left, curves = finding.unexplained, tuple(map(_curve, finding.curves))
-    return s.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None, curves=curves)
+    return d.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None, curves=curves)
 
 
-def _curve(curve: FreeCurve) -> s.FreeCurve:
-    return s.FreeCurve(
+def _curve(curve: FreeCurve) -> d.FreeCurve:
+    return d.FreeCurve(
         variable=curve.variable,
         unit=curve.unit,
         says=curve.says,

@@ -11,7 +11,7 @@ import pytest
 import fibrefit.workflow.discover as workflow
 from fibrefit.store import ResultDirectory, provenance, write_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries import DiscoverySummary
+from fibrefit.study.discovery_summary import DiscoverySummary
 from fibrefit.workflow.discover import Options, inputs_of
 from tests.cli.conftest import Run
 from tests.cli.test_choosing import FIRST

@@ -15,8 +15,8 @@ from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import load_study
+from fibrefit.study.discovery_summary import DiscoverySummary
 from fibrefit.study.schemas import schemas
-from fibrefit.study.summaries import DiscoverySummary
 from fibrefit.workflow import discover as workflow
 from fibrefit.workflow import model_of
 from fibrefit.workflow.candidates import candidates_of

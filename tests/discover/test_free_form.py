@@ -42,7 +42,7 @@ def found(task: Task) -> Identification:
 def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     layout = task.problem.layout
     start = {name: np.full(len(layout.records), BASE[name]) for name in layout.names if name in BASE}
-    return laid_out(task, layout.pack(start), probes, lambda what, share: None)
+    return laid_out(replace(task, start=layout.pack(start)), None, probes, lambda what, share: None)
 
 
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:

@@ -6,14 +6,15 @@ import pytest
 
 from fibrefit.report.discovery import discovery_report, verdict_line
 from fibrefit.report.layout import WIDTH, shortened
+from fibrefit.study import discovery_summary as d
 from fibrefit.study import summaries as s
 from tests.report.test_text import suspect
 from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS
 
 NAMED = EXAMPLES["fibrefit/discovery/1"]
-assert isinstance(NAMED, s.DiscoverySummary)
+assert isinstance(NAMED, d.DiscoverySummary)
 LONG = "guide.asymmetric_viscous_friction"
-BEFORE = s.Before(
+BEFORE = d.Before(
     status="suspect",
     parameters={"stiffness": STIFFNESS.model_copy(update={"value": 31800.0})},
     gap=GAP.model_copy(update={"total": 3.1}),
@@ -25,11 +26,11 @@ def values(*names: str) -> dict[str, s.ParameterSummary]:
     return {name: s.ParameterSummary(value=1.766, std_error=0.015, unit="N s/m") for name in names}
 
 
-def full() -> s.DiscoverySummary:
+def full() -> d.DiscoverySummary:
     """Everything long that a report can hold."""
     base = suspect()
     ranking = tuple(
-        s.Candidate(
+        d.Candidate(
             effect=f"{LONG} + fibre.rate_dependent_stiffness" if i == 2 else LONG,
             gap_after=1.0 + i,
             evidence=15094.0 - 3000.0 * i,
@@ -37,7 +38,7 @@ def full() -> s.DiscoverySummary:
         )
         for i in range(9)
     )
-    place = s.Place(
+    place = d.Place(
         record=f"record_0_{'x' * 60}.csv",
         channel="position",
         from_s=0.31,
@@ -46,31 +47,31 @@ def full() -> s.DiscoverySummary:
         share=0.38,
     )
     sentence = "38 % of the gap lies in the position while slack. " * 4
-    return s.DiscoverySummary(
+    return d.DiscoverySummary(
         **{name: getattr(base, name) for name in s.FitResultSummary.model_fields},
         verdict="named",
         reason="What is left is noise.",
         added=("guide.viscous_friction", LONG),
         rounds=(
-            s.Round(
+            d.Round(
                 added="guide.viscous_friction", gap_before=3.1, gap_after=1.4, where=(place,), ranking=ranking,
                 sentence=sentence,
             ),
-            s.Round(added=LONG, gap_before=1.4, gap_after=1.02, ranking=ranking, sentence="Then the rest."),
+            d.Round(added=LONG, gap_before=1.4, gap_after=1.02, ranking=ranking, sentence="Then the rest."),
         ),
         cannot_tell_apart=((LONG, "guide.load_dependent_friction"),),
-        unexplained=s.Unexplained(gap=1.0),
+        unexplained=d.Unexplained(gap=1.0),
         before=BEFORE.model_copy(update={"records": dict.fromkeys(base.records, GAP)}),
-        held_out=tuple(s.HeldOut(record=name, gap_before=13.6, gap_after=1.01) for name in base.records),
+        held_out=tuple(d.HeldOut(record=name, gap_before=13.6, gap_after=1.01) for name in base.records),
     )  # fmt: skip
 
 
-def with_verdict(verdict: s.Verdict, **changes: object) -> s.DiscoverySummary:
+def with_verdict(verdict: s.Verdict, **changes: object) -> d.DiscoverySummary:
     found = {"added": (), "rounds": (), "cannot_tell_apart": (), "verdict": verdict, "before": BEFORE}
     return NAMED.model_copy(update=found | {"reason": "The reason is this.", **changes})
 
 
-CURVE = s.FreeCurve(
+CURVE = d.FreeCurve(
     variable="position", unit="m", says="a friction that depends on the position of the weight",
     knots=(-0.02, -0.01, 0.0, 0.01), heights=(-1.5, 0.0, 0.0, 2.5), std_errors=(None, 0.2, 0.1, 0.3), gap_after=1.02,
 )  # fmt: skip
@@ -84,9 +85,9 @@ ALL = {
     "full": full(),
     "nothing_missing": with_verdict("nothing_missing"),
     "unexplained": with_verdict(
-        "unexplained", unexplained=s.Unexplained(gap=2.0, looks_like="a friction that depends on the position " * 5)
+        "unexplained", unexplained=d.Unexplained(gap=2.0, looks_like="a friction that depends on the position " * 5)
     ),
-    "drawn": with_verdict("unexplained", unexplained=s.Unexplained(gap=2.0, curves=(CURVE, SENSED))),
+    "drawn": with_verdict("unexplained", unexplained=d.Unexplained(gap=2.0, curves=(CURVE, SENSED))),
     "not_trusted": with_verdict("not_trusted"),
 }
 

@@ -8,6 +8,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
+from fibrefit.study import discovery_summary as d
 from fibrefit.study import summaries as s
 from fibrefit.study import sweep_summary as sweep
 from fibrefit.study.summary_files import SUMMARIES
@@ -35,16 +36,16 @@ FIT = s.FitSummary(
     starts=s.StartsSummary(tried=32, agreeing=30),
     provenance=PROVENANCE,
 )
-PLACE = s.Place(record="a.csv", channel="force", from_s=0.41, to_s=0.47, phase="taut, loading", share=0.31)
-CANDIDATE = s.Candidate(effect="guide.viscous_friction", gap_after=1.02, evidence=812.0, parameters={})
+PLACE = d.Place(record="a.csv", channel="force", from_s=0.41, to_s=0.47, phase="taut, loading", share=0.31)
+CANDIDATE = d.Candidate(effect="guide.viscous_friction", gap_after=1.02, evidence=812.0, parameters={})
 EXAMPLES: dict[str, s.Part] = {
     "fibrefit/fit/1": FIT,
-    "fibrefit/discovery/1": s.DiscoverySummary(
+    "fibrefit/discovery/1": d.DiscoverySummary(
         **{name: getattr(FIT, name) for name in s.FitResultSummary.model_fields},
         verdict="named",
         added=("guide.viscous_friction",),
         rounds=(
-            s.Round(
+            d.Round(
                 added="guide.viscous_friction",
                 gap_before=3.1,
                 gap_after=1.02,
@@ -54,7 +55,7 @@ EXAMPLES: dict[str, s.Part] = {
             ),
         ),
         cannot_tell_apart=(("guide.viscous_friction", "guide.quadratic_drag"),),
-        unexplained=s.Unexplained(gap=1.0),
+        unexplained=d.Unexplained(gap=1.0),
     ),
     "fibrefit/posterior/1": s.PosteriorSummary(
         status="ok",
