@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discover.frame import FAR, Frame, frame_of
-from fibrefit.discover.refit import Refit, Subset, made_up_for, refit
+from fibrefit.discover.refit import Refit, Subset, led_along, refit
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 
@@ -241,10 +241,16 @@ def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Seque
     local, led, best = weak.local, [], weak.cost
     for _ in range(GROWN):
         goal = _scaled(frame, local, added, GROWTH)
-        way = made_up_for(frame, held, subset, local, goal, ground.whole)
-        led.append(refit(frame, held, local + way, ground.whole, FOLLOWED, 1e-5))
-        local, best = led[-1].local, min(best, led[-1].cost)
-        if all(fit.cost > best for fit in led[-PAST:]):
+        grown = goal != local
+        if not (grown.any() and np.isfinite(goal[grown]).all()):
+            break
+        start = led_along(frame, held, subset, local, goal, ground.whole)
+        fit = refit(frame, held, start, ground.whole, FOLLOWED, 1e-5)
+        local = fit.local
+        known = {name: float(local[0, frame.names.index(name)]) for name in strengths}
+        led.append(replace(fit, shared={**fit.shared, **known}))
+        best = min(best, fit.cost)
+        if not any(fit.cost <= best for fit in led[-PAST:]):
             break
     return led
 

@@ -30,6 +30,10 @@ from fibrefit.simulate.inputs import Signals
 
 INSEPARABLE = 0.98
 """Cosine beyond which two effects change the records in the same way."""
+ROUNDS = 4
+"""Of looking for the strength that would just be found."""
+LITTLE = 0.01
+"""Share of strengths that spoil no motion, for what is compared without a strength that is asked for."""
 UNIQUE = 0.02
 """Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all."""
 
@@ -86,16 +90,20 @@ def confusion(
     Confusion
     """
     strengths = _strengths(effects)
-    columns, targets, sizes = _varied(frame, ground, local, strengths)
-    grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
-    norms, unique, cosine = _compared(grams, ground)
-    visible = unique > UNIQUE
+    gates = np.array([gate(len(effect.parameters)) for effect in effects])
+    most = sizes = _sizes(strengths)
+    for _ in range(ROUNDS):
+        columns, targets = _varied(frame, ground, local, strengths, sizes)
+        norms, unique, cosine = _compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
+        visible, used = unique > UNIQUE, sizes
+        least = np.sqrt(gates) / np.where(visible, norms, 1.0)
+        # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
+        sizes = np.where(visible, np.minimum(used * least, most), used)
     directions = []
     for i, (name, parameter) in enumerate(strengths):
-        size, share = sizes[i], unique[i]
-        least = np.sqrt(gate(len(effects[i].parameters))) / norms[i] if visible[i] else np.inf
-        strength = (1.0 / (least * size) if np.isfinite(least) else np.inf) if parameter.reciprocal else least * size
-        directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(share)))
+        size = used[i] * least[i] if visible[i] else np.inf
+        strength = (1.0 / size if np.isfinite(size) else np.inf) if parameter.reciprocal else size
+        directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(unique[i])))
     return Confusion(tuple(directions), cosine)
 
 
@@ -165,7 +173,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
     held = next((frame for frame in search.frames if frame.holds(pair)), None)
     frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None)
     local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
-    columns, targets, _ = _varied(frame, search.ground, local, _strengths(pair))
+    columns, targets = _varied(frame, search.ground, local, _strengths(pair), LITTLE * _sizes(_strengths(pair)))
     grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
     before = float(_compared(grams, search.ground)[2][0, 1])
     further = _menu_grams(frame, search.ground, local, columns, targets, menu)
@@ -241,26 +249,33 @@ def _compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray
     return norms, unique, cosine
 
 
+def _sizes(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
+    """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
+    weak = [
+        SMALL**0.5 / parameter.typical if parameter.reciprocal else SMALL * abs(parameter.typical - parameter.null)
+        for _, parameter in strengths
+    ]
+    return np.array(weak)
+
+
 def _varied(
-    frame: Frame, ground: Ground, local: np.ndarray, strengths: Sequence[tuple[str, Parameter]]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Columns, the values they are set to, and the size of each effect's change (of its inverse where it has one)."""
+    frame: Frame,
+    ground: Ground,
+    local: np.ndarray,
+    strengths: Sequence[tuple[str, Parameter]],
+    sizes: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Columns, and the values they are set to: effects are given their `sizes`."""
     names = [*ground.base, *ground.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
     columns = np.array([frame.names.index(name) for name in names])
     targets = local[:, columns].copy()
     n = len(ground.base) + len(ground.each)
     scale = np.array([abs(frame.declared[name].typical) for name in names[:n]])
     targets[:, :n] += STEP * np.maximum(np.abs(targets[:, :n]), 0.01 * scale)
-    sizes = []
     for i, (_, parameter) in enumerate(strengths):
-        if parameter.reciprocal:
-            targets[:, n + i] = parameter.typical / SMALL**0.5
-            sizes.append(SMALL**0.5 / parameter.typical)
-        else:
-            change = SMALL * (parameter.typical - parameter.null)
-            targets[:, n + i] = parameter.null + change
-            sizes.append(abs(change))
-    return columns, targets, np.array(sizes)
+        sign = np.sign(parameter.typical - parameter.null)
+        targets[:, n + i] = 1.0 / sizes[i] if parameter.reciprocal else parameter.null + sign * sizes[i]
+    return columns, targets
 
 
 def _projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:

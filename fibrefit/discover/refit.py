@@ -231,10 +231,10 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
     return step
 
 
-def made_up_for(
+def led_along(
     frame: Frame, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
-    """Way from values to others, with the values of a subset led along so that the cost rises least.
+    """Values that go to a goal, with those of a subset led along so that the cost rises least.
 
     Parameters
     ----------
@@ -254,14 +254,15 @@ def made_up_for(
     unknown = _Map(frame, subset, local)
     here = unknown.unknowns()
     matrix = unknown.normal(here, counts)[0]
-    way = _Map(frame, subset, goal).unknowns() - here
     led = np.array([name in held.shared for name in subset.shared] + [True] * (len(here) - len(subset.shared)))
-    way[led] = 0.0
-    size = np.sqrt(np.diag(matrix)[led])
-    size = np.where(size > 0.0, size, 1.0)
-    scaled = matrix[np.ix_(led, led)] / np.outer(size, size)
-    way[led] = -np.linalg.lstsq(scaled, (matrix @ way)[led] / size, rcond=1e-10)[0] / size
-    return unknown.local(unknown.clipped(here + way)) - local
+    way = np.zeros(len(here))
+    way[~led] = (_Map(frame, subset, goal).unknowns() - here)[~led]
+    if np.isfinite(matrix).all():
+        size = np.sqrt(np.diag(matrix)[led])
+        size = np.where(size > 0.0, size, 1.0)
+        scaled = matrix[np.ix_(led, led)] / np.outer(size, size)
+        way[led] = -np.linalg.lstsq(scaled, (matrix @ way)[led] / size, rcond=1e-10)[0] / size
+    return unknown.local(unknown.clipped(here + way))
 
 
 def covariance(frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
