@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from fibrefit.records import Record
     from fibrefit.study import Study
-    from fibrefit.workflow import Discovery, Fit, Sampled, Simulation, Sweep
+    from fibrefit.workflow import Confused, Discovery, Fit, Sampled, Simulation, Sweep
 
-__all__ = ["discover", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
+__all__ = ["confuse", "discover", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
 
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
@@ -261,6 +261,48 @@ def discover(
 
     tried = {"only": only, "exclude": exclude, "also": also}
     return discover_study(study, max_effects=max_effects, **tried, seed=seed, choose=choose, progress=progress)
+
+
+def confuse(
+    study: Study,
+    *,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    progress: Callable[[str, float | None], None] | None = None,
+) -> Confused:
+    """Compare what every effect would do to the records of a study, measured or only planned.
+
+    Parameters
+    ----------
+    study : Study
+        Of planned records, it needs initial values of the base parameters.
+    only, exclude : sequence of str
+        Names or patterns such as ``guide.*``.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Confused
+        With ``confusion`` (the smallest strength of each effect that would be found, and how alike any two are),
+        ``split`` (the further record that tells the worst pair apart), ``report()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood.
+    StudyError
+        If the study and the model do not fit together.
+    UsageError
+        If the effects to compare are not known, or none is left.
+
+    Examples
+    --------
+    >>> print(fibrefit.confuse(fibrefit.load_study("configs/drop_series")).report())
+    """
+    from fibrefit.workflow import confuse_study
+
+    return confuse_study(study, only=only, exclude=exclude, progress=progress)
 
 
 def simulate(study: Study) -> Simulation:

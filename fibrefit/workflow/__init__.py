@@ -9,6 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fibrefit.workflow.confuse import Confused, confuse_study
     from fibrefit.workflow.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
@@ -17,11 +18,13 @@ if TYPE_CHECKING:
     from fibrefit.workflow.sweep import Sweep, sweep_study
 
 __all__ = [
+    "Confused",
     "Discovery",
     "Fit",
     "Sampled",
     "Simulation",
     "Sweep",
+    "confuse_study",
     "discover_study",
     "fit_study",
     "model_of",
@@ -33,6 +36,7 @@ __all__ = [
 ]
 
 PARTS = {
+    "confuse": ("Confused", "confuse_study"),
     "discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
     "prepare": ("model_of", "read_records", "task_of"),

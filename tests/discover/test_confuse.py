@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import fibrefit
 from fibrefit.discover.begin import laid_out
 from fibrefit.discover.candidates import Hypothesis
 from fibrefit.discover.confuse import _driven, best_split, detectable
@@ -31,7 +32,7 @@ TRIED = ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
 
 
 def test_frictions_are_more_alike_than_a_friction_and_a_delay(study: Study) -> None:
-    found = confuse_study(study, only=TRIED)
+    found = fibrefit.confuse(study, only=TRIED)
     assert [one.effect for one in found.confusion.directions] == list(TRIED)
     assert found.confusion.invisible == ()
     cosine = found.confusion.cosine
