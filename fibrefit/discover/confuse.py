@@ -92,16 +92,18 @@ def confusion(
     strengths = _strengths(effects)
     gates = np.array([gate(len(effect.parameters)) for effect in effects])
     most = sizes = _sizes(strengths)
+    # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
+    floor = np.array([effect.singular for effect in effects]) * most / SMALL
     for _ in range(ROUNDS):
         columns, targets = _varied(frame, ground, local, strengths, sizes)
         norms, unique, cosine = _compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
-        sizes = np.where(visible, np.minimum(used * least, most), used)
+        sizes = np.where(visible, np.clip(used * least, np.minimum(floor, most), most), used)
     directions = []
     for i, (name, parameter) in enumerate(strengths):
-        size = used[i] * least[i] if visible[i] else np.inf
+        size = max(used[i] * least[i], floor[i]) if visible[i] else np.inf
         strength = (1.0 / size if np.isfinite(size) else np.inf) if parameter.reciprocal else size
         directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(unique[i])))
     return Confusion(tuple(directions), cosine)
@@ -251,10 +253,7 @@ def _compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray
 
 def _sizes(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
     """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
-    weak = [
-        SMALL**0.5 / parameter.typical if parameter.reciprocal else SMALL * abs(parameter.typical - parameter.null)
-        for _, parameter in strengths
-    ]
+    weak = [SMALL / p.typical if p.reciprocal else SMALL * abs(p.typical - p.null) for _, p in strengths]
     return np.array(weak)
 
 
