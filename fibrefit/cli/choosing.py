@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -108,10 +109,22 @@ def told_steps(terminal: Terminal) -> Iterator[Progress]:
 def _list(candidates: Sequence[Candidate], offered: dict[str, str]) -> None:
     shown = [candidate for candidate in candidates if candidate.effect in offered]
     width = max(len(candidate.effect) for candidate in shown)
-    click.echo(f"\n    {'effect':<{width}}  gap after  evidence", err=True)
+    click.echo(f"\n    {'effect':<{width}}  gap after  evidence  its values", err=True)
     for number, candidate in enumerate(shown, 1):
-        numbers = f"{candidate.gap_after:>9.3f}  {candidate.evidence:>8.0f}"
+        numbers = f"{candidate.gap_after:>9.3f}  {candidate.evidence:>8.0f}  {_values(candidate)}"
         click.echo(f"{number:>2}  {candidate.effect:<{width}}  {numbers}", err=True)
+
+
+def _values(candidate: Candidate) -> str:
+    """Values of the candidate's own parameters, with their standard errors where they have any."""
+    from fibrefit.report.text import with_error
+
+    said = []
+    for name, (value, error, unit) in candidate.parameters.items():
+        if name.rpartition(".")[0] in candidate.effect.split(JOINT):
+            shown, spread, called = with_error(value, error if math.isfinite(error) else None, unit)
+            said.append(" ".join(filter(None, [shown, spread and f"+/- {spread}", called if called != "-" else ""])))
+    return ", ".join(said)
 
 
 def _named(word: str, names: Sequence[str]) -> str | None:

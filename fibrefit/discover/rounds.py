@@ -106,8 +106,8 @@ OTHERS = 2
 def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
     """What is added to a hypothesis: what a person chooses, or the best that is more than chance; None for nothing."""
     if limits.choose is not None:
-        name = limits.choose([candidate(search, hypothesis, search.base) for hypothesis in looked[:LISTED]])
-        further = [hypothesis for hypothesis in looked if set(over.effects) <= set(hypothesis.effects)]
+        further = [hypothesis for hypothesis in looked if set(over.effects) <= set(hypothesis.effects)][:LISTED]
+        name = limits.choose([candidate(search, hypothesis, search.base) for hypothesis in further])
         return next((hypothesis for hypothesis in further if name in hypothesis.names), None)
     asked = [search.simplest(looked, over), *looked[: 1 + OTHERS]]
     return next((hypothesis for hypothesis in asked if search.is_significant(hypothesis, over)), None)

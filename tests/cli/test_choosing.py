@@ -11,7 +11,15 @@ from fibrefit.cli.terminal import Terminal
 from fibrefit.discover.finding import Candidate
 
 VISCOUS, DRAG, DELAY = "guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay"
-FIRST = [Candidate(name, 1.0 + i, 1000.0 - i, {}) for i, name in enumerate((VISCOUS, DRAG, DELAY))]
+VALUES = {
+    "fibre.hardening.hardening": (20.0, 0.1, "1/m"),
+    f"{VISCOUS}.viscous_coefficient": (1.7651, 0.014, "N s/m"),
+    f"{VISCOUS}.shape": (0.5, float("inf"), "-"),
+}
+FIRST = [
+    Candidate(name, 1.0 + i, 1000.0 - i, VALUES if name == VISCOUS else {})
+    for i, name in enumerate((VISCOUS, DRAG, DELAY))
+]
 PAIRS = [
     Candidate(" + ".join(names), 1.0 + i, 900.0 - i, {})
     for i, names in enumerate(((VISCOUS, DELAY), (DRAG, DELAY), (VISCOUS, DRAG), (DRAG, "fibre.hardening")))
@@ -48,8 +56,9 @@ def test_the_candidates_are_listed_beside_the_answer(
 ) -> None:
     answered(monkeypatch, "1")
     lines = capsys.readouterr().err.splitlines()
-    assert lines[1].split() == ["effect", "gap", "after", "evidence"]
-    assert lines[2].split() == ["1", VISCOUS, "1.000", "1000"]
+    assert lines[1].split() == ["effect", "gap", "after", "evidence", "its", "values"]
+    assert lines[2].endswith("1.000      1000  1.765 +/- 0.014 N s/m, 0.5")
+    assert lines[3].split() == ["2", DRAG, "2.000", "999"]
 
 
 def test_a_pair_is_told_by_the_effect_no_earlier_one_holds() -> None:
