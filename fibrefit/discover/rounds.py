@@ -168,7 +168,7 @@ def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
 
 def candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
     """How a hypothesis did, over its parent; parameters with their standard errors, or infinite ones."""
-    kappa = search.colour(hypothesis, parent)
+    kappa = search.colour_over(parent)
     gain = parent.fit.cost - hypothesis.fit.cost
     subset = search.ground.subset(hypothesis.effects)
     spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}

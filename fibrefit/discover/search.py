@@ -229,6 +229,11 @@ class Search:
         """Colour of the noise for what a hypothesis adds to another: at the motion's pace if it was not asked for."""
         return self.colours.get((hypothesis.names, over.names), self.kappa)
 
+    def colour_over(self, over: Hypothesis) -> float:
+        """Colour of the noise by which all that was tried on top of a hypothesis is compared: the worst asked for."""
+        asked = [colour for (_, names), colour in self.colours.items() if names == over.names]
+        return max([self.kappa, *asked])
+
     def with_inputs(self, hypothesis: Hypothesis) -> Joint | None:
         """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to; None without."""
         reactions = self.base.frame.reactions
