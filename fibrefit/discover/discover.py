@@ -16,7 +16,7 @@ from fibrefit.discover.evidence import NOISE_LIKE
 from fibrefit.discover.finding import Finding, Split, Unexplained
 from fibrefit.discover.foresight import held_out
 from fibrefit.discover.free_form import Reading, described, probe_all
-from fibrefit.discover.rounds import LISTED, Climbed, Limits, candidate, climb, free_form, is_rival
+from fibrefit.discover.rounds import Climbed, Limits, climb, free_form, is_rival, ranking
 from fibrefit.discover.search import Progress, Search
 from fibrefit.discover.weighing import only_sure, weights
 from fibrefit.effects.law import Effect
@@ -108,7 +108,7 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         before=before,
         after=after,
         held_out=held_out(search, best) if best.effects else (),
-        ranking=tuple(candidate(search, other, search.base, i < LISTED) for i, other in enumerate(at.looked)),
+        ranking=ranking(at),
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
         detectable=() if best.effects or not explained else detectable(search),

@@ -51,6 +51,8 @@ class Climbed:
     rounds : tuple of Round
     looked : tuple of Hypothesis
         Candidates of the last round, best first.
+    asked : Search or None
+        The state in which they were looked at.
     rivals : tuple of (str, str)
         What was added last, each with an effect that does as well.
     """
@@ -59,6 +61,7 @@ class Climbed:
     best: Hypothesis
     rounds: tuple[Round, ...] = ()
     looked: tuple[Hypothesis, ...] = ()
+    asked: Search | None = None
     rivals: tuple[tuple[str, str], ...] = ()
 
 
@@ -71,13 +74,13 @@ def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
                 break
             if (anew := search.anew(at.best)) is not None:
                 search, best = anew
-                at, beam = replace(at, search=search, best=best, looked=()), [best]
+                at, beam = replace(at, search=search, best=best), [best]
         if len(at.best.effects) > 1 and is_rival(search, free_form(search, before), at.best):
             break
         looked = search.extended(beam, f"trying each effect, round {len(at.rounds) + 1}")
         if not looked:
             break
-        at = replace(at, looked=tuple(looked))
+        at = replace(at, looked=tuple(looked), asked=search)
         chosen = _chosen(search, looked, at.best, limits)
         if chosen is None and limits.choose is None and _may_hide_each_other(search, at.best, limits):
             looked = search.extended(looked[:BEAM], "trying effects in pairs")
@@ -97,6 +100,13 @@ def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
         at = replace(at, best=polished, rounds=(*at.rounds, found), rivals=(*kept, *rivals))
         beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
     return at
+
+
+def ranking(at: Climbed) -> tuple[Candidate, ...]:
+    """How the candidates of the last round did over the model the search began with, best first."""
+    if at.asked is None:
+        return ()
+    return tuple(candidate(at.asked, other, at.asked.base, i < LISTED) for i, other in enumerate(at.looked))
 
 
 OTHERS = 2
