@@ -52,7 +52,7 @@ figures = found.plot()
 figures.only("gap", "places", "candidates")
 
 # %%
-figures.only("record drop_20mm_90deg.csv", "states", "map")
+figures.only("record drop_20mm_90deg.csv", "states", "map", "spectrum")
 
 # %% [markdown]
 # ## What it had cost

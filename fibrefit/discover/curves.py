@@ -23,7 +23,7 @@ def drawn(
     ----------
     readings : sequence of Reading
     found : Identification
-        Of the model before the search: its motion tells where the records spend their time.
+        Of the model they were fitted on: its motion tells where the records spend their time.
     ground : Ground
     samples : float
         Number of measured samples.

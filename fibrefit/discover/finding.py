@@ -98,7 +98,7 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class FreeCurve:
-    """What is missing, as an unknown curve of one state of the rig on the model the search began with.
+    """What is missing, as an unknown curve of one state of the rig on the model that is kept.
 
     Parameters
     ----------

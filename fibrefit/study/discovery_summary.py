@@ -46,7 +46,7 @@ class Round(Part):
 
 
 class FreeCurve(Part):
-    """What is missing, as an unknown curve of one state of the rig on the model the search began with."""
+    """What is missing, as an unknown curve of one state of the rig on the model that is kept."""
 
     variable: str = Field(description="What it depends on.")
     unit: str = Field(description="SI unit of the variable.")
