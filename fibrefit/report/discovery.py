@@ -121,7 +121,7 @@ def _curves(summary: DiscoverySummary) -> list[str]:
     x = np.linspace(best.knots[0], best.knots[-1], ACROSS)
     heights = np.interp(x, best.knots, best.heights) / size
     errors = [error / size for error in best.std_errors if error is not None]
-    said = f"{best.says[:1].upper()}{best.says[1:]}: with it, the gap of the first model is {best.gap_after:.2f}."
+    said = f"{best.says[:1].upper()}{best.says[1:]}: with it, the gap is {best.gap_after:.2f}."
     if errors:
         said += f" The heights are good to {np.median(errors):.2g} {high} (median standard error)."
     lines = [paragraph(said), *text_plot(f"{best.variable} / {unit}", high, x / worth, np.zeros(ACROSS), heights), ""]

@@ -122,7 +122,7 @@ def test_the_unexplained_says_what_it_looks_like() -> None:
 def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:
     text = discovery_report(ALL["drawn"])
     assert "What is missing, as a curve\n" in text
-    assert "with it, the gap of the first model is 1.02. The heights are good to 0.2 N" in " ".join(text.split())
+    assert "with it, the gap is 1.02. The heights are good to 0.2 N" in " ".join(text.split())
     assert "      2.5 |" in text
     assert "     -1.5 |" in text
     assert "position / mm" in text
