@@ -12,7 +12,7 @@ pytest.importorskip("numba", reason="the second simulator is compiled with numba
 
 from tests.validation import validate_discover
 from tests.validation.discover_cases import KINDS, all_cases
-from tests.validation.discover_scores import Outcome, by_effect, confusions, rates, times
+from tests.validation.discover_scores import Outcome, by_effect, confusions, misses, rates, times
 from tests.validation.validate_discover import carry_out, document, done_before, run
 
 GOOD = Outcome(
@@ -69,6 +69,7 @@ def test_the_gap_closed_is_that_beyond_noise() -> None:
     assert GOOD.closed == replace(GOOD, expected_gap=math.nan).closed == 1.0
     assert replace(GOOD, gap_after=math.sqrt(2.5)).closed == pytest.approx(0.5)
     assert replace(GOOD, gap_after=0.9, expected_gap=0.9).closed == pytest.approx(1.0)
+    assert math.isnan(replace(GOOD, rig="pulley_drive", expected_gap=math.nan).closed)
 
 
 def test_tables() -> None:
@@ -81,6 +82,16 @@ def test_tables() -> None:
     assert "processor" not in times([replace(GOOD, processor_seconds=math.nan)])
     assert times([FAILED]) == "No search has ended yet."
     assert "9 of 300 cases" in document(ALL, 300)
+
+
+def test_every_miss_is_listed_with_what_there_was_to_find() -> None:
+    assert misses([GOOD, NULL, STRANGER]) == []
+    assert misses(ALL)[2:5] == [
+        "| sensor.force_delay | fibre_mass | 1.50 | 2.00 | 1.00 | sensor.force_lag |  |",
+        "| sensor.force_delay | fibre_mass | 1.50 | 2.00 | 1.00 | guide.viscous_friction |  |",
+        "| sensor.force_delay | fibre_mass | 1.50 | 2.00 | 1.00 | guide.viscous_friction | sensor.force_delay, "
+        "guide.viscous_friction |",
+    ]
 
 
 def test_cases_are_told_apart_and_every_beginning_is_mixed() -> None:

@@ -84,7 +84,10 @@ class Outcome:
     @property
     def closed(self) -> float:
         """Share of the squared gap beyond noise that the final model closes."""
-        beyond = self.gap_before**2 - (self.expected_gap if math.isfinite(self.expected_gap) else 1.0) ** 2
+        known = math.isfinite(self.expected_gap)
+        if not known and self.rig == DRIVE:
+            return math.nan
+        beyond = self.gap_before**2 - (self.expected_gap if known else 1.0) ** 2
         return (self.gap_before**2 - self.gap_after**2) / beyond if beyond > 0.0 else math.nan
 
     @property
@@ -157,7 +160,7 @@ def by_effect(outcomes: Iterable[Outcome]) -> list[str]:
             groups[outcome.hidden, outcome.rig].append(outcome)
     rows = ["| hidden | rig | cases | right class first | exact | gap closed | else |", "|---|---|---|---|---|---|---|"]
     for (hidden, rig), group in sorted(groups.items()):
-        closed = [o.closed for o in group if o.exact]
+        closed = [o.closed for o in group if o.exact and math.isfinite(o.closed)]
         median = f"{100 * float(np.median(closed)):.0f} %" if closed else ""
         first, exact = sum(o.first_is_right for o in group), sum(o.exact for o in group)
         rows.append(f"| {hidden} | {rig} | {len(group)} | {first} | {exact} | {median} | {_instead(group)} |")
@@ -168,6 +171,21 @@ def confusions(outcomes: Iterable[Outcome]) -> list[str]:
     """What was taken for what, the commonest first."""
     pairs = Counter((outcome.hidden or "nothing", _said(outcome)) for outcome in outcomes if not _is_good(outcome))
     return [f"- {hidden} taken for {said}: {number}" for (hidden, said), number in pairs.most_common()]
+
+
+def misses(outcomes: Iterable[Outcome]) -> list[str]:
+    """A row for each case that did not end as it should: what there was to find, and what was said."""
+    rows = [
+        "| hidden | rig | clean gap | gap before | after | said | not told apart |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for o in outcomes:
+        if not _is_good(o):
+            gaps = " | ".join(
+                "" if math.isnan(gap) else f"{gap:.2f}" for gap in (o.base_gap, o.gap_before, o.gap_after)
+            )
+            rows.append(f"| {o.hidden or 'nothing'} | {o.rig} | {gaps} | {_said(o)} | {o.alike.replace(' + ', ', ')} |")
+    return rows if len(rows) > 2 else []
 
 
 def times(outcomes: Sequence[Outcome]) -> str:

@@ -19,7 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.validation.discover_cases import KINDS, Case, all_cases
-from tests.validation.discover_scores import RIGS, Outcome, by_effect, confusions, rates, times
+from tests.validation.discover_scores import RIGS, Outcome, by_effect, confusions, misses, rates, times
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "results" / "validate_discover" / "cases.csv"
@@ -33,8 +33,12 @@ Each case is a series of five records made by a simulator that shares no code an
 fixed steps of some microseconds, friction as a projection of the velocity, a logger with noise, hum and resolution. In
 half of the cases as much of the noise is pink as white, in the other half all of it is white. The strength of an effect
 is set by the gap it leaves to the best base model. Where nothing is hidden, the base parameters differ by 0.5 % from
-record to record. Cases that showed a fault of the search were run again once it was mended: until every case has been
-run, the shares flatter a little."""
+record to record. Cases that showed a fault of the search were run again once it was mended, and the others keep the
+outcome of the state of the search they were run with: until every case has been run anew, the shares flatter a little.
+
+The clean gap of a drive series is that under the true motion of the drive. The search knows it by a reading with noise,
+and an error of the drive within that noise may take up most of the gap: what the base fit leaves (`gap before`), beside
+the 0.95 to 1 of a perfect model, tells what there was to be found."""
 A_CLASS = """\
 A class holds effects that records of the usual kind cannot separate, such as a delay and a lag of the force gauge, and
 what the search itself said it could not tell apart."""
@@ -152,6 +156,8 @@ def document(outcomes: Sequence[Outcome], planned: int) -> str:
             "## What was taken for what",
             "",
             *(confusions(outcomes) or ["Nothing yet."]),
+            "",
+            *misses(outcomes),
             "",
         ]
     )
