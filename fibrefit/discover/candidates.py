@@ -226,7 +226,10 @@ def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[typ
     for _ in range(GENTLER):
         if frame.costs(start, ground.whole).sum() <= most:
             break
-        start = _scaled(frame, start, added, SMALL)
+        weaker = _scaled(frame, start, added, SMALL)
+        if np.array_equal(weaker, start):
+            break
+        start = weaker
     return start
 
 

@@ -19,7 +19,7 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.workflow.candidates import candidates_of
-from fibrefit.workflow.discover_files import detectable, separation
+from fibrefit.workflow.discover_files import detectable_summary, separation_summary
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -60,11 +60,13 @@ class Confused(Saved):
             "schema": "fibrefit/confusion/1",
             "study": self.study.name,
             "remarks": list(self.remarks),
-            "effects": [detectable(one).model_dump() for one in found.directions],
+            "effects": [detectable_summary(one).model_dump() for one in found.directions],
             "cosine": found.cosine.tolist(),
             "cannot_tell_apart": [list(pair[:2]) for pair in found.pairs()],
             "cannot_see": list(found.invisible),
-            "best_further_record": None if self.split is None else separation(self.split).model_dump(mode="json"),
+            "best_further_record": None
+            if self.split is None
+            else separation_summary(self.split).model_dump(mode="json"),
         }
 
     def plot(self) -> Figures:

@@ -45,8 +45,8 @@ def discovery_summary(
             for found in finding.rounds
         ),
         cannot_tell_apart=finding.cannot_tell_apart,
-        separated_by=tuple(map(separation, finding.splits)),
-        detectable=tuple(map(detectable, finding.detectable)),
+        separated_by=tuple(map(separation_summary, finding.splits)),
+        detectable=tuple(map(detectable_summary, finding.detectable)),
         unexplained=_unexplained(finding),
         before=_before(finding),
         held_out=tuple(
@@ -58,7 +58,7 @@ def discovery_summary(
     )
 
 
-def separation(split: Split) -> d.Separation:
+def separation_summary(split: Split) -> d.Separation:
     """The further record that splits a pair."""
     return d.Separation(
         pair=split.pair,
@@ -72,7 +72,7 @@ def separation(split: Split) -> d.Separation:
     )
 
 
-def detectable(direction: Direction) -> d.Detectable:
+def detectable_summary(direction: Direction) -> d.Detectable:
     """The smallest strength that would be found."""
     return d.Detectable(
         effect=direction.effect,
