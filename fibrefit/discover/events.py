@@ -15,8 +15,6 @@ from fibrefit.discover.chance import loudest
 from fibrefit.discover.left import Left, Strand, strands
 from fibrefit.problem.phases import HELD, REST
 
-WINDOW = 0.010
-"""Length in s of the windows."""
 FEWEST = 10
 """Windows of motion there must be before an event and after it."""
 MOSTLY = 2.0 / 3.0
@@ -39,7 +37,7 @@ def events(found: Left) -> tuple[tuple[str, float], ...]:
         it alike: an event is only seen where that leaves what is before it noise.
     """
     pieces, listed = strands(found), []
-    looks = sum(len(piece.times) // _width(piece) for piece in pieces)
+    looks = sum(len(piece.times) // piece.window for piece in pieces)
     for r, record in enumerate(found.problem.layout.records):
         instant = _event(found, [piece for piece in pieces if piece.record == r], looks)
         if instant is not None:
@@ -48,7 +46,7 @@ def events(found: Left) -> tuple[tuple[str, float], ...]:
 
 
 def _event(found: Left, own: list[Strand], looks: int) -> float | None:
-    width = _width(own[0])
+    width = own[0].window
     powers = np.array([_powers(piece, width) for piece in own])
     limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
     loud = np.asarray((powers > limits).any(axis=0))
@@ -68,10 +66,6 @@ def _event(found: Left, own: list[Strand], looks: int) -> float | None:
     if not _done_before(found, own[0].record, phase, first, width):
         return None
     return float(own[0].times[first * width])
-
-
-def _width(piece: Strand) -> int:
-    return max(round(WINDOW * piece.rate), 4)
 
 
 def _powers(piece: Strand, width: int) -> np.ndarray:

@@ -13,6 +13,9 @@ from fibrefit.problem.noise import Noise
 from fibrefit.problem.phases import Motion, motion
 from fibrefit.problem.problem import Problem
 
+WINDOW = 0.010
+"""Length in s of the shortest windows whose gap is compared: a fraction of a contact."""
+
 
 class Left(Protocol):
     """Residuals of a fit, with the motion and the noise behind them; an Identification is one.
@@ -90,6 +93,11 @@ class Strand(NamedTuple):
     def rate(self) -> float:
         """Sampling rate in Hz."""
         return float((len(self.times) - 1) / (self.times[-1] - self.times[0]))
+
+    @property
+    def window(self) -> int:
+        """Samples of the shortest windows that are compared."""
+        return max(round(WINDOW * self.rate), 4)
 
     @property
     def excess(self) -> np.ndarray:

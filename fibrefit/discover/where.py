@@ -8,12 +8,10 @@ from fibrefit.discover.chance import loudest
 from fibrefit.discover.contacts import after_take_up
 from fibrefit.discover.events import events
 from fibrefit.discover.finding import Place
-from fibrefit.discover.left import Left, Strand, strands
+from fibrefit.discover.left import WINDOW, Left, Strand, strands
 from fibrefit.discover.spectrum import narrow_band, spectrum_of
 from fibrefit.problem.phases import FORWARDS, HELD, PHASES, TAUT
 
-WINDOW = 0.010
-"""Length in s of the shortest windows whose gap is compared: a fraction of a contact."""
 SPANS = (1, 4, 16)
 """Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""
 OUT = 2.0
@@ -42,10 +40,10 @@ def places(found: Left) -> tuple[Place, ...]:
     """
     records, channels = found.problem.layout.records, found.problem.model.rig.channels
     pieces = strands(found)
-    looks = sum(len(piece.times) // _width(piece) // span for piece in pieces for span in SPANS)
+    looks = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
     listed = []
     for piece in pieces:
-        width = _width(piece)
+        width = piece.window
         for first, last in _runs(_loud(piece, width, looks)):
             inside = slice(first * width, last * width)
             phase = PHASES[int(np.bincount(piece.phase[inside]).argmax())]
@@ -59,10 +57,6 @@ def places(found: Left) -> tuple[Place, ...]:
         Place(record, channel, phase, start, stop, excess / whole)
         for excess, record, channel, phase, start, stop in listed[:MOST]
     )
-
-
-def _width(piece: Strand) -> int:
-    return max(round(WINDOW * piece.rate), 4)
 
 
 def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:

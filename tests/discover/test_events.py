@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fibrefit.discover.events import WINDOW, events
+from fibrefit.discover.events import events
+from fibrefit.discover.left import WINDOW
 from fibrefit.discover.where import onset
 from fibrefit.problem.phases import STICKING
 from tests.discover.left import BOUNCE, COUNT, RATE, RECORDS, TAUT, noise_alone, with_gap
