@@ -118,6 +118,17 @@ def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) ->
     return values
 
 
+def without(hypothesis: Hypothesis, kept: Sequence[type[Effect]]) -> np.ndarray:
+    """Values ``(n_record, n_local)`` of a hypothesis with those of its effects at their nulls that are not kept."""
+    local, frame = hypothesis.fit.local.copy(), hypothesis.frame
+    blank = absent_values(frame, len(local))
+    for effect in hypothesis.effects:
+        if effect not in kept:
+            columns = [frame.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+            local[:, columns] = blank[:, columns]
+    return local
+
+
 def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units.
 

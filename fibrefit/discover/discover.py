@@ -97,7 +97,7 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         verdict, reason, readings = "unexplained", NO_EFFECT, _readings(search, after, best)
         looks = _looks_like(search, after, best, readings[0] if readings else None)
         unexplained = Unexplained(total(after.gap), where.places(after), looks)
-    alike = tuple(pair for pair in dict.fromkeys(at.rivals) if pair[0] in best.names)
+    alike = tuple(pair for pair in dict.fromkeys((*at.rivals, *_untried(search, best))) if pair[0] in best.names)
     return Finding(
         verdict=verdict,
         reason=" ".join([reason, *_taken_out(at, best)]),
@@ -117,12 +117,19 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
     )
 
 
+def _untried(search: Search, best: Hypothesis) -> list[tuple[str, str]]:
+    """Each effect with those that no record of the rig tells from it and that were not tried."""
+    tried = {effect.name for effect in search.effects}
+    return [(effect.name, other) for effect in best.effects for other in effect.like if other not in tried]
+
+
 def _splits(search: Search, alike: Sequence[tuple[str, str]]) -> tuple[Split, ...]:
     known = {effect.name: effect for effect in search.effects}
     found = []
     for i, (first, second) in enumerate(alike):
         search.tell("looking for records that tell effects apart", i / len(alike))
-        found.append(best_split(search, (known[first], known[second])))
+        if second in known:
+            found.append(best_split(search, (known[first], known[second])))
     return tuple(split for split in found if split is not None)
 
 

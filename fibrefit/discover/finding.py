@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -48,12 +49,15 @@ class Candidate:
         as many candidates and parameters.
     parameters : dict of str to (value, standard error, unit)
         Of the effect, in SI units.
+    gap_foreseen : float
+        Gap of all records, each foreseen from the others; nan where that was not asked.
     """
 
     effect: str
     gap_after: float
     evidence: float
     parameters: Mapping[str, tuple[float, float, str]]
+    gap_foreseen: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from fibrefit.discover.finding import HeldOut
 from fibrefit.discover.refit import Subset, refit
 from fibrefit.discover.search import Search
 
+SHORT = 3
+"""Candidates by which records are foreseen, to compare them."""
 STEPS = 15
 WORSE = 1.01
 """Factor on the gap from which a record is foreseen worse."""
@@ -40,6 +42,43 @@ def _foreseen(search: Search, hypothesis: Hypothesis, record: int) -> float:
     fitted = refit(hypothesis.frame, ground.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
     own = refit(hypothesis.frame, Subset((), ground.each), fitted.local, alone, STEPS)
     return float(np.sqrt(own.cost / search.base.frame.samples[record]))
+
+
+def gap_foreseen(search: Search, hypothesis: Hypothesis) -> float:
+    """Gap of all records together, each foreseen from the others; nan where that was not asked.
+
+    Parameters
+    ----------
+    search : Search
+    hypothesis : Hypothesis
+    """
+    if hypothesis.names not in search.foreseen:
+        return float("nan")
+    samples = search.base.frame.samples
+    return float(np.sqrt(np.average(search.foreseen[hypothesis.names] ** 2, weights=samples)))
+
+
+def best_foreseen(search: Search, chosen: Hypothesis, looked: Sequence[Hypothesis], over: Hypothesis) -> Hypothesis:
+    """What is chosen to be added to `over`, or what explains the records as well and foresees most of them better.
+
+    The best few candidates are asked too, so that they can be compared.
+
+    Parameters
+    ----------
+    search : Search
+    chosen : Hypothesis
+    looked : sequence of Hypothesis
+        Candidates, best first.
+    over : Hypothesis
+    """
+    if len(search.ground.whole) == 1:
+        return chosen
+    for rival in search.alike(chosen, looked[:SHORT], over):
+        if rival is not chosen and is_refuted(search, chosen, rival) and search.is_significant(rival, over):
+            chosen = rival
+    for other in looked[:SHORT]:
+        foreseen(search, other)
+    return chosen
 
 
 def is_refuted(search: Search, hypothesis: Hypothesis, over: Hypothesis) -> bool:

@@ -11,7 +11,7 @@ from fibrefit.discover import where
 from fibrefit.discover.candidates import Hypothesis, alone
 from fibrefit.discover.evidence import chance, outdone
 from fibrefit.discover.finding import Candidate, Round
-from fibrefit.discover.foresight import is_refuted
+from fibrefit.discover.foresight import best_foreseen, gap_foreseen, is_refuted
 from fibrefit.discover.free_form import Reading, probe_all
 from fibrefit.discover.left import Left, left_at
 from fibrefit.discover.refit import refit, standard_errors
@@ -87,6 +87,8 @@ def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
             chosen = _pair(search, looked)
         if chosen is None:
             break
+        if limits.choose is None:
+            chosen = best_foreseen(search, chosen, looked, at.best)
         polished = Hypothesis(
             chosen.effects,
             refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
@@ -194,6 +196,7 @@ def candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors
         search.gap(hypothesis),
         float(gain / kappa - chance(hypothesis.size - parent.size, search.tried)),
         parameters,
+        gap_foreseen(search, hypothesis),
     )
 
 

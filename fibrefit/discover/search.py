@@ -8,7 +8,16 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fibrefit.discover.candidates import Ground, Hypothesis, absent_values, alone, carried, fit_all, scouted
+from fibrefit.discover.candidates import (
+    Ground,
+    Hypothesis,
+    absent_values,
+    alone,
+    carried,
+    fit_all,
+    scouted,
+    without,
+)
 from fibrefit.discover.colour import colour_of
 from fibrefit.discover.evidence import LOUDER, NOISE_LIKE, RESTING, USUAL, alike, needed
 from fibrefit.discover.frame import FAR, Frame, frame_of, group_of, reactions_of, waves_at
@@ -183,19 +192,15 @@ class Search:
         """Gain over another hypothesis that remains when base parameters may scatter; re-based.
 
         The other is refitted from the values of this one too: a base fit a little above its minimum makes every
-        candidate look significant.
+        candidate look significant. The best it has reached is kept, whichever candidate led there.
         """
-        frame = hypothesis.frame
-        blank = absent_values(frame, len(hypothesis.fit.local))
-        rebased = hypothesis.fit.local.copy()
-        for effect in hypothesis.effects:
-            if effect not in over.effects:
-                for parameter in effect.parameters:
-                    j = frame.names.index(f"{effect.name}.{parameter.name}")
-                    rebased[:, j] = blank[:, j]
+        mine = self.scattered(hypothesis)
         subset = self.ground.subset(over.effects, scattering=True)
-        again = refit(frame, subset, rebased, self.ground.whole).surprise
-        return min(again, self.scattered(over).fit.surprise) - self.scattered(hypothesis).fit.surprise
+        for found in (hypothesis, mine):
+            fit = refit(found.frame, subset, without(found, over.effects), self.ground.whole)
+            if fit.surprise < self.scattered(over).fit.surprise:
+                self.scatter[over.names] = Hypothesis(over.effects, fit, found.frame)
+        return self.scattered(over).fit.surprise - mine.fit.surprise
 
     def is_significant(self, hypothesis: Hypothesis, over: Hypothesis) -> bool:
         """Whether a hypothesis is better than another by more than chance, and enough so to be worth a name."""
@@ -351,13 +356,8 @@ class Search:
             rest = tuple(other for other in hypothesis.effects if other is not effect)
             if not rest or any(effect.name in other.needs for other in rest):
                 continue
-            local = hypothesis.fit.local.copy()
-            blank = absent_values(hypothesis.frame, len(local))
-            for parameter in effect.parameters:
-                j = hypothesis.frame.names.index(f"{effect.name}.{parameter.name}")
-                local[:, j] = blank[:, j]
-            without = refit(hypothesis.frame, self.ground.subset(rest), local, self.ground.whole)
-            lesser = Hypothesis(rest, without, hypothesis.frame)
+            fit = refit(hypothesis.frame, self.ground.subset(rest), without(hypothesis, rest), self.ground.whole)
+            lesser = Hypothesis(rest, fit, hypothesis.frame)
             if not self.is_significant(hypothesis, lesser):
                 return self.pruned(lesser)
         return hypothesis

@@ -55,6 +55,8 @@ class Effect(eqx.Module):
         Effects that must be present too.
     excludes : tuple of str
         Effects that must not.
+    like : tuple of str
+        Effects that records do not tell from it where a search does not try them.
     sought : frozenset of str
         Kinds of rig on which a search for what a model lacks tries it without being asked to.
     costly : bool
@@ -73,6 +75,7 @@ class Effect(eqx.Module):
     rigs: ClassVar[frozenset[str]] = EVERY_RIG
     needs: ClassVar[tuple[str, ...]] = ()
     excludes: ClassVar[tuple[str, ...]] = ()
+    like: ClassVar[tuple[str, ...]] = ()
     sought: ClassVar[frozenset[str]] = EVERY_RIG
     costly: ClassVar[bool] = False
     singular: ClassVar[float] = 0.0

@@ -31,6 +31,9 @@ class Candidate(Part):
         description="Gain in twice the log likelihood, for noise of the colour found, less what chance gives to as "
         "many candidates and parameters."
     )
+    gap_foreseen: float | None = Field(
+        default=None, description="Gap of all records, each foreseen from the others; null where it was not asked."
+    )
     parameters: dict[str, ParameterSummary]
 
 

@@ -154,6 +154,11 @@ def _trials(finding: Finding) -> dict[str, Variable]:
             ("trial",),
             doc="Gain in twice the log likelihood, less what chance gives.",
         ),
+        "gap_foreseen": Variable(
+            np.array([c.gap_foreseen for _, c in trials], dtype=float),
+            ("trial",),
+            doc="Gap of all records, each foreseen from the others.",
+        ),
         "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
         "parameter": Variable(_text(v[1] for v in values), ("value",)),
         "estimate": Variable(np.array([v[2] for v in values], dtype=float), ("value",), doc="In `unit`."),
@@ -217,6 +222,7 @@ def _candidate(candidate: Candidate) -> d.Candidate:
         effect=candidate.effect,
         gap_after=candidate.gap_after,
         evidence=candidate.evidence,
+        gap_foreseen=finite(candidate.gap_foreseen),
         parameters={
             name: s.ParameterSummary(value=value, std_error=finite(error), unit=unit)
             for name, (value, error, unit) in candidate.parameters.items()

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
+from fibrefit.discover import foresight
 from fibrefit.discover import search as searching
 from fibrefit.discover.candidates import Hypothesis
-from fibrefit.discover.discover import _broken
+from fibrefit.discover.discover import _broken, _untried
+from fibrefit.discover.foresight import best_foreseen, gap_foreseen
 from fibrefit.discover.refit import SCATTER
 from fibrefit.discover.rounds import Limits, climb
 from fibrefit.discover.search import MORE, SCATTERED, Search
@@ -75,6 +77,7 @@ class Stub:
 @pytest.fixture
 def climbed(monkeypatch: pytest.MonkeyPatch) -> Any:
     module = importlib.import_module("fibrefit.discover.rounds")
+    monkeypatch.setattr(module, "best_foreseen", lambda search, chosen, *_: chosen)
     monkeypatch.setattr(module, "is_refuted", lambda search, what, over: what.names in search.refuted)
     monkeypatch.setattr(module, "refit", lambda frame, subset, local, *_: hypothesis().fit)
     monkeypatch.setattr(module, "_round", lambda *_: "a round")
@@ -138,6 +141,26 @@ def test_a_refit_with_scatter_keeps_its_frame(task: Task, monkeypatch: pytest.Mo
     assert asked == ["first", "first"]
 
 
+def test_a_base_that_scatters_is_as_good_as_any_candidate_leads_it_to(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = SimpleNamespace(names=("stiffness",))
+
+    def refitted(frame: Any, effects: tuple[type[Effect], ...], local: np.ndarray, whole: Any) -> Any:
+        # Without an effect there are two minima: the candidate's scattered values lie in the basin of the lower one.
+        surprise = 50.0 if effects else 55.0 if local[0, 0] > 1.0 else 300.0
+        return SimpleNamespace(local=np.full((1, 1), 2.0) if effects else local, surprise=surprise)
+
+    ground = SimpleNamespace(subset=lambda effects, scattering: effects, whole=None)
+    search = Search(task, (), cast(Any, ground), NOTHING, 1.0, 1.0, 1.0, lambda what, share: None)
+    monkeypatch.setattr(searching, "refit", refitted)
+    monkeypatch.setattr(searching, "without", lambda what, kept: what.fit.local)
+    over, what = (replace(hypothesis(*added), frame=cast(Any, frame)) for added in ((), (STRIBECK,)))
+    assert search.scattered(over).fit.surprise == 300.0
+    assert search.gain(what, over) == 5.0
+    assert search.scattered(over).fit.surprise == 55.0
+
+
 def test_scatter_that_is_unusual_is_looked_for_from_other_places(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness", "damping"))
     frame = SimpleNamespace(names=("damping", "release", "stiffness"))
@@ -192,3 +215,29 @@ def test_a_person_s_choice_stands(climbed: Any) -> None:
     stub = Stub(noise=False, noisy_inputs=False, telling=(), refuted=((INERTIA.name,),))
     assert climbed(stub, Limits(max_effects=1, choose=lambda looked: INERTIA.name)).best.names == (INERTIA.name,)
     assert climbed(stub, Limits(choose=lambda looked: None)).best.names == ()
+
+
+@pytest.mark.parametrize(
+    ("better", "significant", "taken"), [(2, True, INERTIA), (1, True, STRIBECK), (2, False, STRIBECK)]
+)
+def test_of_those_alike_that_is_taken_by_which_most_records_are_foreseen_better(
+    task: Task, monkeypatch: pytest.MonkeyPatch, better: int, significant: bool, taken: type[Effect]
+) -> None:
+    whole = np.full(3, 100)
+    ground, frame = SimpleNamespace(whole=whole), SimpleNamespace(samples=np.array([100.0, 100.0, 200.0]))
+    base = replace(hypothesis(), frame=cast(Any, frame))
+    search = Search(task, (), cast(Any, ground), base, 1.0, 1.0, 400.0, lambda what, share: None)
+    monkeypatch.setattr(Search, "is_significant", lambda *_: significant)
+    gaps = {STRIBECK.name: np.array([1.0, 1.2, 1.2]), INERTIA.name: np.where(np.arange(3) < 3 - better, 1.2, 1.0)}
+    monkeypatch.setattr(foresight, "_foreseen", lambda search, what, record: gaps[what.names[0]][record])
+    looked = [hypothesis(STRIBECK), hypothesis(INERTIA)]
+    assert best_foreseen(search, looked[0], looked, base).names == (taken.name,)
+    assert gap_foreseen(search, looked[0]) == pytest.approx(np.sqrt((1.0 + 1.44 + 2 * 1.44) / 4))
+    assert np.isnan(gap_foreseen(search, hypothesis(STRIBECK, INERTIA)))
+
+
+def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried(task: Task) -> None:
+    search = Search(task, (INERTIA,), cast(Any, None), NOTHING, 1.0, 1.0, 1.0, lambda what, share: None)
+    mass = CATALOGUE["fibre.mass"]
+    assert _untried(search, hypothesis(INERTIA, STRIBECK)) == [(INERTIA.name, mass.name)]
+    assert _untried(replace(search, effects=(INERTIA, mass)), hypothesis(INERTIA)) == []
