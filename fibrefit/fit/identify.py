@@ -16,6 +16,7 @@ from fibrefit.fit.error_bars import ErrorBars, error_bars, estimates, inflation
 from fibrefit.fit.identifiability import weaknesses
 from fibrefit.fit.look import Look, look, residuals_of
 from fibrefit.fit.multistart import scattered, search, table
+from fibrefit.fit.nested import nested
 from fibrefit.fit.optimum import Optimum, optimum
 from fibrefit.fit.profile import Cost, plain_cost, profile_interval
 from fibrefit.fit.result import Identification, PlainEstimate, Starts
@@ -130,7 +131,7 @@ def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.nda
 
 def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
     problem = task.problem
-    began = scattered(problem.layout, task.start, task.spread, number, seed)
+    began = nested(task, scattered(problem.layout, task.start, task.spread, number, seed), seed, stop)
     told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
     return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told, stop))
 

@@ -93,7 +93,7 @@ def starts_agree(starts: Starts, noise: bool = False) -> Check:
         says += f" {others.sum()} ended in others, the nearest with residuals {excess:.3g} times as large"
         says += ": bounces matched in the wrong order are such minima."
     if (lost := int(np.sum(starts.basin < 0))) > 0:
-        says += f" {lost} could not be simulated."
+        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
     few = noise and starts.agreeing >= FEW and excess > WORSE
     if few and share < STARTS:
         says += " The best one leaves only noise: none can lie below it."

@@ -16,6 +16,8 @@ from fibrefit.fit.solve import EXACT, NEAR, Descent, descend_all
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Problem
 
+LOST = 100.0
+"""Factor on the cost of a sample at the best start beyond which another is given up."""
 CHUNK = 4
 """Starts that are searched from in one go, by one core."""
 SAME_PLACE = 1.0
@@ -75,7 +77,8 @@ def search(
 ) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
 
-    Starts that have come to the same place by the end of a horizon go on as one: what follows would be the same.
+    Starts that have come to the same place by the end of a horizon go on as one: what follows would be the same. One
+    that is far from explaining what another explains is given up, with an infinite cost.
 
     Parameters
     ----------
@@ -105,18 +108,22 @@ def search(
     leader = np.arange(number)
     nil = np.zeros(number, dtype=int)
     found = Descent(starts, np.full(number, np.inf), nil, nil.astype(bool))
+    lost = np.zeros(number, dtype=bool)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
             run = _run(problem, found, width, ladders[ladder], stage)
             tell = lambda share, stage=stage: told((stage + share) / stages)  # noqa: E731
-            ended, done = _stage(pool, run, found, np.unique(leader), tell, stop)
-            reached = np.isin(leader, done)
+            ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
+            reached = lost | np.isin(leader, done)
             if not reached.all():
                 known = _as_far_as_known(found, ended, leader, reached)
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
                 return _best_alone(problem, known, width, ladders[ladder], stage, reached)
             found = Descent(*(leaf[leader] for leaf in ended))
+            if stage < stages - 1:
+                lost |= _are_lost(found.cost / ladders[ladder, stage].sum(axis=-1))
+                found = found._replace(cost=np.where(lost, np.inf, found.cost))
             leader = _leaders(found, width, ladder)
     return Searched(found, np.ones(number, dtype=bool))
 
@@ -192,6 +199,11 @@ def _part(
     active = np.arange(CHUNK) < len(part)
     ended = descend_all(problem, frees[rows], width, counts[rows], active, jnp.asarray(near))
     return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
+
+
+def _are_lost(cost: np.ndarray) -> np.ndarray:
+    """Starts ``(n_start,)`` whose cost of a sample is far above the lowest; none where none has a cost."""
+    return np.isfinite(cost.min()) & ~(cost <= LOST * cost.min())
 
 
 def _leaders(found: Descent, width: np.ndarray, ladder: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fit.error_bars import Z_95
-from fibrefit.fit.multistart import SAME_BASIN, Searched, _leaders, scattered, search, table
+from fibrefit.fit.multistart import LOST, SAME_BASIN, Searched, _are_lost, _leaders, scattered, search, table
 from fibrefit.fit.profile import plain_cost, profile_interval
 from fibrefit.fit.result import Identification
 from fibrefit.fit.second_opinion import second_opinion
@@ -34,6 +34,26 @@ def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(tas
     assert not np.isfinite(starts.cost[3])
     assert starts.agreeing == made.STARTS - 1
     assert starts.cost.min() == pytest.approx(found.starts.cost.min(), rel=1e-9)
+
+
+def test_a_start_far_from_what_another_explains_is_given_up() -> None:
+    np.testing.assert_array_equal(
+        _are_lost(np.array([1.0, 0.9 * LOST, 1.1 * LOST, np.inf])), [False, False, True, True]
+    )
+    assert not _are_lost(np.full(3, np.inf)).any()
+
+
+def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
+    layout = task.problem.layout
+    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    began[2, layout.free_names.index("friction")] = 100.0
+    width = widths(task.problem, layout.free(task.start))
+    found = search(task.problem, layout.free(began), width, task.ladders, lambda _: None)
+    assert found.ended.all()
+    assert not np.isfinite(found.descent.cost[2])
+    alone = search(task.problem, layout.free(began), width, task.ladders[:, :1], lambda _: None)
+    assert found.descent.steps[2] == alone.descent.steps[2]
+    assert found.descent.steps[0] > alone.descent.steps[0]
 
 
 def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identification) -> None:
