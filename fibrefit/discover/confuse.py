@@ -25,6 +25,7 @@ from fibrefit.discover.frame import Frame, frame_of
 from fibrefit.discover.refit import STEP
 from fibrefit.discover.search import Search
 from fibrefit.effects.law import Effect
+from fibrefit.problem.observations import Observations
 from fibrefit.problem.task import Task
 from fibrefit.simulate.inputs import Signals
 
@@ -197,16 +198,30 @@ def _menu_grams(
     records, found = len(local), []
     for start in range(0, len(menu), records):
         batch = [menu[min(start + r, len(menu) - 1)] for r in range(records)]
-        rows = np.array([choice.record for choice in batch])
-        data = jax.tree.map(lambda leaf, rows=rows: leaf[rows], frame.problem.observations)
-        experiment = data.experiment._replace(
-            conditions=_conditions(data.experiment.conditions, batch), inputs=_driven(data.experiment, batch)
-        )
-        problem = eqx.tree_at(lambda p: p.observations, frame.problem, data._replace(experiment=experiment))
+        rows = [choice.record for choice in batch]
+        data = records_of(frame.problem.observations, batch)
+        problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
         elsewhere = replace(frame, task=replace(frame.task, problem=problem))
         same = local[rows], columns, targets[rows], ground.whole[rows]
         found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
+
+
+def records_of(observations: Observations, batch: Sequence[Choice]) -> Observations:
+    """Observations ``(n_choice, ...)`` as records of a menu would be taken; what they measure is not known.
+
+    Parameters
+    ----------
+    observations : Observations
+        Of the study.
+    batch : sequence of Choice
+    """
+    rows = np.array([choice.record for choice in batch])
+    data: Observations = jax.tree.map(lambda leaf: leaf[rows], observations)
+    experiment = data.experiment._replace(
+        conditions=_conditions(data.experiment.conditions, batch), inputs=_driven(data.experiment, batch)
+    )
+    return data._replace(experiment=experiment)
 
 
 def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice]) -> dict[str, Any]:

@@ -9,13 +9,14 @@ from dataclasses import replace
 from fibrefit.discover import where
 from fibrefit.discover.begin import begun
 from fibrefit.discover.candidates import Hypothesis, alone
-from fibrefit.discover.confuse import best_split, detectable
+from fibrefit.discover.confuse import detectable
 from fibrefit.discover.curves import drawn
 from fibrefit.discover.events import events
 from fibrefit.discover.evidence import NOISE_LIKE
-from fibrefit.discover.finding import Finding, Split, Unexplained
+from fibrefit.discover.finding import Finding, Parting, Unexplained
 from fibrefit.discover.foresight import held_out
 from fibrefit.discover.free_form import Reading, described, probe_all
+from fibrefit.discover.rivals import Rivals, parted
 from fibrefit.discover.rounds import Climbed, Limits, climb, free_form, is_rival, ranking
 from fibrefit.discover.search import Progress, Search
 from fibrefit.discover.weighing import only_sure, weights
@@ -97,13 +98,13 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         verdict, reason, readings = "unexplained", NO_EFFECT, _readings(search, after, best)
         looks = _looks_like(search, after, best, readings[0] if readings else None)
         unexplained = Unexplained(total(after.gap), where.places(after), looks)
-    alike = tuple(pair for pair in dict.fromkeys((*at.rivals, *_untried(search, best))) if pair[0] in best.names)
+    rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     return Finding(
         verdict=verdict,
         reason=" ".join([reason, *_taken_out(at, best)]),
         added=best.effects,
         rounds=rounds,
-        cannot_tell_apart=alike,
+        cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_untried(search, best)))),
         unexplained=unexplained,
         before=before,
         after=after,
@@ -112,7 +113,7 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
         detectable=() if best.effects or not explained else detectable(search),
-        splits=_splits(search, alike),
+        partings=_partings(search, tuple(rivals.values())),
         curves=() if explained else drawn(readings, after, search.ground, search.samples, search.kappa),
     )
 
@@ -123,14 +124,12 @@ def _untried(search: Search, best: Hypothesis) -> list[tuple[str, str]]:
     return [(effect.name, other) for effect in best.effects for other in effect.like if other not in tried]
 
 
-def _splits(search: Search, alike: Sequence[tuple[str, str]]) -> tuple[Split, ...]:
-    known = {effect.name: effect for effect in search.effects}
+def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[Parting, ...]:
     found = []
-    for i, (first, second) in enumerate(alike):
-        search.tell("looking for records that tell effects apart", i / len(alike))
-        if second in known:
-            found.append(best_split(search, (known[first], known[second])))
-    return tuple(split for split in found if split is not None)
+    for i, pair in enumerate(rivals):
+        search.tell("looking for records that tell effects apart", i / len(rivals))
+        found.append(parted(search, pair))
+    return tuple(parting for parting in found if parting is not None)
 
 
 def _taken_out(at: Climbed, best: Hypothesis) -> list[str]:

@@ -240,6 +240,7 @@ class Choice:
 
 LITTLE = 0.97
 """Factor on the likeness that is no great help."""
+NO_HELP = "That is little: it takes another kind of test."
 
 
 def _condition(name: str, value: float) -> str:
@@ -249,7 +250,7 @@ def _condition(name: str, value: float) -> str:
 
 
 @dataclass(frozen=True)
-class Split:
+class Further:
     """The further record that best tells two effects apart.
 
     Parameters
@@ -260,7 +261,7 @@ class Split:
     record : str
         The one of the study it is like.
     before, after : float
-        Cosine of the pair without it and with it.
+        How far it tells them apart: without it, and with it.
     """
 
     pair: tuple[str, str]
@@ -270,15 +271,37 @@ class Split:
     after: float
 
     @property
-    def says(self) -> str:
-        """The record in a sentence."""
+    def _record(self) -> str:
         parts = [f"{name} {_condition(name, value)}" for name, value in self.choice.conditions.items()]
         for factor, how in ((self.choice.pace, "fast"), (self.choice.size, "far")):
             if factor != 1.0:
                 parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
         says = f"To tell {self.pair[0]} from {self.pair[1]}, the best further record is one like {self.record} with "
-        says += f"{', '.join(parts)}: their likeness falls from {self.before:.3f} to {self.after:.3f}."
-        return says + (" That is little: it takes another kind of test." if self.after > LITTLE * self.before else "")
+        return says + ", ".join(parts)
+
+
+class Split(Further):
+    """That by which two effects of unknown size become least alike: `before` and `after` are cosines."""
+
+    @property
+    def says(self) -> str:
+        """The record in a sentence."""
+        says = f"{self._record}: their likeness falls from {self.before:.3f} to {self.after:.3f}."
+        return f"{says} {NO_HELP}" if self.after > LITTLE * self.before else says
+
+
+class Parting(Further):
+    """That of which two explanations, with the values found, foretell the most different things.
+
+    `before` and `after` are rms differences in units of the noise: the largest of a record at hand, and there.
+    """
+
+    @property
+    def says(self) -> str:
+        """The record in a sentence."""
+        says = f"{self._record}: there they foretell readings that differ by {self.after:.2g} times the noise (rms), "
+        says += f"{self.before:.2g} times in the records at hand."
+        return says if self.after > self.before / LITTLE else f"{says} {NO_HELP}"
 
 
 @dataclass(frozen=True)
@@ -295,7 +318,7 @@ class Finding:
     rounds : tuple of Round
     cannot_tell_apart : tuple of tuple of str
         Classes of effects that explain the records alike.
-    splits : tuple of Split
+    partings : tuple of Parting
         The further records that would tell those apart, where records of the rig can be varied.
     unexplained : Unexplained
     before, after : Identification
@@ -326,5 +349,5 @@ class Finding:
     seconds: float
     weights: tuple[Weight, ...] = ()
     detectable: tuple[Direction, ...] = ()
-    splits: tuple[Split, ...] = ()
+    partings: tuple[Parting, ...] = ()
     curves: tuple[FreeCurve, ...] = ()

@@ -15,6 +15,7 @@ from fibrefit.discover.foresight import best_foreseen, gap_foreseen, is_refuted
 from fibrefit.discover.free_form import Reading, probe_all
 from fibrefit.discover.left import Left, left_at
 from fibrefit.discover.refit import refit, standard_errors
+from fibrefit.discover.rivals import Rivals
 from fibrefit.discover.search import BEAM, Search
 from fibrefit.fit.result import Identification
 
@@ -53,8 +54,8 @@ class Climbed:
         Candidates of the last round, best first.
     asked : Search or None
         The state in which they were looked at.
-    rivals : tuple of (str, str)
-        What was added last, each with an effect that does as well.
+    rivals : tuple of Rivals
+        What was added, each with an effect that does as well.
     """
 
     search: Search
@@ -62,7 +63,7 @@ class Climbed:
     rounds: tuple[Round, ...] = ()
     looked: tuple[Hypothesis, ...] = ()
     asked: Search | None = None
-    rivals: tuple[tuple[str, str], ...] = ()
+    rivals: tuple[Rivals, ...] = ()
 
 
 def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
@@ -200,17 +201,15 @@ def candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors
     )
 
 
-def _rivals(
-    search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis
-) -> tuple[tuple[str, str], ...]:
+def _rivals(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis) -> tuple[Rivals, ...]:
     """What was added to `over`, and each effect that would have explained the records as well in its place."""
-    pairs = []
+    pairs: dict[tuple[str, str], Rivals] = {}
     for other in search.alike(best, looked, over):
         mine = [name for name in best.names if name not in other.names]
         theirs = [name for name in other.names if name not in best.names]
         if len(mine) == len(theirs) == 1 and other.size <= best.size + 1:
-            pairs.append((mine[0], theirs[0]))
-    return tuple(dict.fromkeys(pairs))
+            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (best, other)))
+    return tuple(pairs.values())
 
 
 def free_form(search: Search, before: Identification) -> Reading | None:

@@ -57,8 +57,22 @@ class Problem(eqx.Module):
         -------
         dict of (n_record, n_time) in SI units
         """
-        rows = self.layout.local(values), self.observations.experiment
-        return jax.lax.map(lambda row: self._respond(*row).channels, rows)
+        return self.foretold(self.layout.local(values), self.observations.experiment)
+
+    def foretold(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+        """What the model says of records, those that were measured or others.
+
+        Parameters
+        ----------
+        local : (n_record, n_local) in SI units
+        experiment : Experiment
+            Leaves ``(n_record, ...)``.
+
+        Returns
+        -------
+        dict of (n_record, n_time) in SI units
+        """
+        return jax.lax.map(lambda row: self._respond(*row).channels, (local, experiment))
 
     def residuals(self, values: jax.Array) -> jax.Array:
         """Simulated minus measured in units of the noise, ``(n_record, n_channel, n_time)``; zero where not measured.

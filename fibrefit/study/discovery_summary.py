@@ -113,8 +113,16 @@ class Separation(Part):
     conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
-    cosine_before: float = Field(description="Likeness of the two without it; 1 is inseparable.")
-    cosine_after: float = Field(description="The same with it.")
+    cosine_before: float | None = Field(
+        default=None, description="Likeness of two effects of unknown size without it; 1 is inseparable."
+    )
+    cosine_after: float | None = Field(default=None, description="The same with it.")
+    apart_before: float | None = Field(
+        default=None,
+        description="Rms difference of what the two foretell with the values found, in units of the noise, in the "
+        "record at hand where it is largest.",
+    )
+    apart_after: float | None = Field(default=None, description="The same in the further record.")
     says: str
 
 

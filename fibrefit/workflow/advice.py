@@ -35,7 +35,7 @@ def _named(finding: Finding) -> tuple[str, ...]:
             f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
             "these do not separate them."
         )
-    said += [split.says for split in finding.splits]
+    said += [parting.says for parting in finding.partings]
     missed = [held.record for held in finding.held_out if not held.gap_after <= FORESEEN]
     if missed:
         said.append(

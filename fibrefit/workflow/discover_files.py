@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from fibrefit.discover.finding import Candidate, Direction, Finding, FreeCurve, Place, Split
+from fibrefit.discover.finding import Candidate, Direction, Finding, FreeCurve, Parting, Place, Split
 from fibrefit.effects.fibre_point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -45,7 +45,7 @@ def discovery_summary(
             for found in finding.rounds
         ),
         cannot_tell_apart=finding.cannot_tell_apart,
-        separated_by=tuple(map(separation_summary, finding.splits)),
+        separated_by=tuple(map(separation_summary, finding.partings)),
         detectable=tuple(map(detectable_summary, finding.detectable)),
         unexplained=_unexplained(finding),
         before=_before(finding),
@@ -58,17 +58,17 @@ def discovery_summary(
     )
 
 
-def separation_summary(split: Split) -> d.Separation:
-    """The further record that splits a pair."""
+def separation_summary(further: Split | Parting) -> d.Separation:
+    """The further record that tells a pair apart."""
+    measure = "cosine" if isinstance(further, Split) else "apart"
     return d.Separation(
-        pair=split.pair,
-        record=split.record,
-        conditions=dict(split.choice.conditions),
-        pace=split.choice.pace,
-        size=split.choice.size,
-        cosine_before=split.before,
-        cosine_after=split.after,
-        says=split.says,
+        pair=further.pair,
+        record=further.record,
+        conditions=dict(further.choice.conditions),
+        pace=further.choice.pace,
+        size=further.choice.size,
+        **{f"{measure}_before": further.before, f"{measure}_after": further.after},
+        says=further.says,
     )
 
 
