@@ -76,6 +76,6 @@ def test_a_parting_is_said_in_words(after: float, help: str) -> None:
     parting = Parting(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
     assert parting.says == (
         "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
-        f"fast: there they foretell readings that differ by {after:.2g} times the noise (rms), 0.1 times in the records "
-        f"at hand.{help}"
+        f"fast: there they foretell readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
+        f"records at hand.{help}"
     )
