@@ -182,7 +182,7 @@ def _readings(search: Search, found: Identification, best: Hypothesis) -> tuple[
     if not best.effects or not search.curves:
         return search.curves
     tell = lambda share: search.tell("probing what is left", share)  # noqa: E731
-    return tuple(probe_all(best, found, search.ground, search.kappa, tell))
+    return tuple(probe_all(search.task, best, found, search.ground, search.kappa, tell))
 
 
 TELLS = 0.6

@@ -16,6 +16,7 @@ from fibrefit.discover.refit import Subset, refit
 from fibrefit.effects.law import Effect
 from fibrefit.fit.result import Identification
 from fibrefit.problem.phases import HELD
+from fibrefit.problem.task import Task
 
 SI = {"position": "m", "speed": "m/s", "tension": "N", "stretch": "m", "stretch rate": "m/s", "force": "N"}
 """SI unit of each variable."""
@@ -45,12 +46,19 @@ class Reading:
 
 
 def probe_all(
-    parent: Hypothesis, found: Identification, ground: Ground, kappa: float, tell: Callable[[float], None]
+    task: Task,
+    parent: Hypothesis,
+    found: Identification,
+    ground: Ground,
+    kappa: float,
+    tell: Callable[[float], None],
 ) -> list[Reading]:
     """Fit each probe on top of a hypothesis, best first.
 
     Parameters
     ----------
+    task : Task
+        Of the model the search began with, its inputs as they were measured.
     parent : Hypothesis
     found : Identification
         Of the model before the search: its motion tells the range of each variable.
@@ -65,7 +73,7 @@ def probe_all(
     probes = [probe for probe in PROBES if probe.variable in ranges and kind in probe.rigs]
     frame = parent.frame
     if not frame.holds(probes):
-        frame = frame_of(frame.task, probes, frame.reactions)
+        frame = frame_of(task, (*parent.effects, *probes), frame.reactions)
     start = _prepared(frame, parent, probes, ranges)
     jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in probes]
     ends = fit_all(jobs, lambda done: tell(done / len(jobs)))

@@ -217,7 +217,7 @@ def free_form(search: Search, before: Identification) -> Reading | None:
     if not search.curves:
         tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
         tell(0.0)
-        search.curves = tuple(probe_all(search.base, before, search.ground, search.kappa, tell))
+        search.curves = tuple(probe_all(search.task, search.base, before, search.ground, search.kappa, tell))
     return next(iter(search.curves), None)
 
 

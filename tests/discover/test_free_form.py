@@ -4,24 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.discover import free_form
 from fibrefit.discover.begin import laid_out
-from fibrefit.discover.candidates import Hypothesis
+from fibrefit.discover.candidates import Ground, Hypothesis
 from fibrefit.discover.curves import drawn
 from fibrefit.discover.finding import FreeCurve
+from fibrefit.discover.frame import Frame, frame_of, reactions_of
 from fibrefit.discover.free_form import Reading, _range, in_motion, probe_all
 from fibrefit.discover.probes import PROBES, Curve, ForceErrorOfForce, FrictionOfPosition, PositionErrorOfPosition
-from fibrefit.discover.refit import refit
+from fibrefit.discover.refit import Refit, refit
 from fibrefit.discover.search import Search
 from fibrefit.fit.result import Identification
+from fibrefit.problem.formulate import formulate
+from fibrefit.problem.input_error import input_errors, no_waves
 from fibrefit.problem.phases import HELD
 from fibrefit.problem.task import Task
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulate.model import Model
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
 from tests.discover.made import BASE, identified
 
+DRIVE = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
 SURE = 4.0
 """Standard errors by which a height may be off: once in two hundred tests of eighty heights."""
 USUAL = 1.4
@@ -65,7 +77,7 @@ def probed(task: Task, found: Identification) -> tuple[list[Reading], tuple[Free
     search = begun_at(task)
     frame, ground = search.base.frame, search.ground
     fit = refit(frame, ground.subset(()), search.base.fit.local, ground.whole)
-    readings = probe_all(Hypothesis((), fit, frame), found, ground, 1.0, lambda share: None)
+    readings = probe_all(task, Hypothesis((), fit, frame), found, ground, 1.0, lambda share: None)
     return readings, drawn(readings, found, ground, search.samples, 1.0)
 
 
@@ -111,3 +123,26 @@ def test_the_time_spent_near_the_knots_is_that_of_the_motion(found: Identificati
     for values, seconds in in_motion(found).values():
         assert len(values) == len(seconds)
         assert seconds.sum() == pytest.approx(step * np.sum(moving & within), rel=1e-9)
+
+
+def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = load_study(DRIVE)
+    study = study.model_copy(update={"records": study.records[:1]})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    random = np.random.default_rng(0)
+    waves = {name: 0.5 * random.standard_normal(wave.shape) for name, wave in no_waves(input_errors(task)).items()}
+    frame = frame_of(task, (), reactions_of(task, task.start, waves))
+    local, whole = np.asarray(task.problem.layout.local(task.start)), task.counts[-1]
+    cost = float(frame.costs(local, whole).sum())
+    parent = Hypothesis((), Refit(local, cost, 0.0, {}, 0), frame)
+    began = []
+
+    def fitted(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], start: np.ndarray) -> Hypothesis:
+        began.append(float(frame.costs(start, whole).sum()))
+        heights = {f"{probe.name}.{height}": 0.0 for height in probe.heights}
+        return Hypothesis((probe,), Refit(start, cost, 0.0, heights, 0), frame)
+
+    monkeypatch.setattr(free_form, "_fit", fitted)
+    monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
+    probe_all(task, parent, cast(Any, SimpleNamespace(problem=task.problem)), cast(Any, None), 1.0, lambda share: None)
+    assert began == [pytest.approx(cost, rel=1e-4)]
