@@ -56,10 +56,10 @@ def parted(search: Search, rivals: Rivals) -> Parting | None:
     at_hand = [Choice(r, {}) for r in range(len(records))]
     apart = _apart(models, search.ground.each, [*at_hand, *menu])
     before, after = apart[: len(records)], apart[len(records) :]
-    if not np.isfinite(after).any():
+    if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return None
     best = int(np.nanargmax(after))
-    return Parting(rivals.names, menu[best], records[menu[best].record], float(np.max(before)), float(after[best]))
+    return Parting(rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best]))
 
 
 def _apart(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], choices: list[Choice]) -> np.ndarray:

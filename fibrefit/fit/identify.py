@@ -82,7 +82,7 @@ def identify(
     problem = searched.problem
     tell("compiling", 0.0)
     width = widths(problem, problem.layout.free(task.start))
-    found = _search(searched, width, starts, seed, tell, stop)
+    found = _search(searched, starts, seed, tell, stop)
     _refuse_if_lost(found, problem.layout.records)
     tell("second solver", 0.87)
     values, agreed = _settled(searched, width, found, stop)
@@ -129,11 +129,11 @@ def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.nda
     return plain_cost(found.problem, index, width, whole), "white"
 
 
-def _search(task: Task, width: np.ndarray, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
+def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
     problem = task.problem
     began = nested(task, scattered(problem.layout, task.start, task.spread, number, seed), seed, stop)
     told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
-    return table(problem.layout, began, search(problem, problem.layout.free(began), width, task.ladders, told, stop))
+    return table(problem.layout, began, search(problem, problem.layout.free(began), task.ladders, told, stop))
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.fit.result import Starts
-from fibrefit.fit.solve import EXACT, NEAR, Descent, descend_all
+from fibrefit.fit.solve import EXACT, NEAR, Descent, descend_all, widths
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Problem
 
@@ -70,7 +70,6 @@ class Searched(NamedTuple):
 def search(
     problem: Problem,
     starts: np.ndarray,
-    width: np.ndarray,
     ladders: np.ndarray,
     told: Callable[[float], None],
     stop: Callable[[], bool] = lambda: False,
@@ -84,7 +83,6 @@ def search(
     ----------
     problem : Problem
     starts : (n_start, n_free) free coordinates
-    width : (n_free,) unit of the steps
     ladders : (n_ladder, n_stage, n_record) int
         Ways to lengthen the horizon, taken in turn: a model that lacks something may follow one into a poor minimum and
         another into a better one.
@@ -111,6 +109,7 @@ def search(
     lost = np.zeros(number, dtype=bool)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
+            width = _widths_at_best(problem, found, ladders[ladder, stage])
             run = _run(problem, found, width, ladders[ladder], stage)
             tell = lambda share, stage=stage: told((stage + share) / stages)  # noqa: E731
             ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
@@ -126,6 +125,12 @@ def search(
                 found = found._replace(cost=np.where(lost, np.inf, found.cost))
             leader = _leaders(found, width, ladder)
     return Searched(found, np.ones(number, dtype=bool))
+
+
+def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.ndarray:
+    """Steps that suit a horizon: where a motion bounces on, those of the whole record are far too small for a part."""
+    best = int(np.argmin(found.cost))
+    return widths(problem.until(jnp.asarray(counts[best])), found.free[best])
 
 
 def _run(problem: Problem, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Any:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fit.multistart import scattered, search
-from fibrefit.fit.solve import widths
 from fibrefit.problem.layout import Layout
 from fibrefit.problem.problem import Problem
 from fibrefit.problem.task import Task
@@ -42,8 +41,7 @@ def nested(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) 
         return starts
     problem, layout = plain.problem, plain.problem.layout
     began = layout.free(scattered(layout, plain.start, plain.spread, LEADERS, seed))
-    width = widths(problem, layout.free(plain.start))
-    found = search(problem, began, width, plain.ladders, lambda share: None).descent
+    found = search(problem, began, plain.ladders, lambda share: None).descent
     if not np.isfinite(found.cost).any():
         return starts
     led = starts.copy()

@@ -66,9 +66,16 @@ def test_a_rig_without_a_menu_has_no_further_record(search: Search, monkeypatch:
     assert parted(search, Rivals(("a", "b"), (search.base, search.base))) is None
 
 
-def test_what_cannot_be_simulated_is_not_proposed(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_apart", lambda models, each, choices: np.full(len(choices), np.nan))
-    assert parted(search, Rivals(("a", "b"), (search.base, search.base))) is None
+@pytest.mark.parametrize(("broken", "proposed"), [(range(100), False), (range(2), False), (range(1), True)])
+def test_what_cannot_be_simulated_is_not_proposed(
+    search: Search, monkeypatch: pytest.MonkeyPatch, broken: range, proposed: bool
+) -> None:
+    assert len(search.task.problem.layout.records) == 2
+    apart = lambda models, each, choices: np.where(np.isin(np.arange(len(choices)), broken), np.nan, 0.1)  # noqa: E731
+    monkeypatch.setattr(module, "_apart", apart)
+    found = parted(search, Rivals(("a", "b"), (search.base, search.base)))
+    assert (found is not None) == proposed
+    assert found is None or np.isfinite([found.before, found.after]).all()
 
 
 @pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])

@@ -10,7 +10,6 @@ import pytest
 from fibrefit.fit.identify import identify
 from fibrefit.fit.multistart import CHUNK, Searched, scattered, search
 from fibrefit.fit.result import Identification
-from fibrefit.fit.solve import widths
 from fibrefit.problem.task import Task
 
 STARTS = 4 * CHUNK
@@ -34,8 +33,7 @@ def searched(
     layout = task.problem.layout
     frees = layout.free(scattered(layout, task.start, task.spread, STARTS, 0))
     frees[list(lost)] = np.nan
-    width = widths(task.problem, layout.free(task.start))
-    return search(task.problem, frees, width, task.ladders if ladders is None else ladders, lambda _: None, stop)
+    return search(task.problem, frees, task.ladders if ladders is None else ladders, lambda _: None, stop)
 
 
 def test_the_best_start_is_followed_to_its_end(task: Task, found: Identification) -> None:
@@ -56,7 +54,7 @@ def test_starts_that_came_to_an_end_are_kept(task: Task) -> None:
 
 
 def test_where_no_start_can_be_followed_nothing_is_known(task: Task) -> None:
-    with pytest.raises(KeyboardInterrupt) as stopped:
+    with np.errstate(invalid="ignore"), pytest.raises(KeyboardInterrupt) as stopped:
         searched(task, after(0), lost=tuple(range(STARTS)))
     assert stopped.value.__notes__ == ["No start of the search had come anywhere yet; nothing was written."]
 
