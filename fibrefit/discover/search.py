@@ -33,6 +33,8 @@ from fibrefit.problem.task import Task
 Progress = Callable[[str, float | None], None]
 USUAL_SCATTER = 6.0
 """Mean squared deviation between records, in units of what is usual, beyond which it is no scatter but an effect."""
+BARELY = 3.0
+"""Factor on the gain a name takes, up to which scatter is looked for from more places: it may explain as much."""
 SCATTERED = 12
 """Further starts of a refit with scatter that needs more of it than is usual."""
 PROMISING = 2.0
@@ -73,6 +75,8 @@ class Search:
         Compiled so far.
     scatter : dict of tuple of str to Hypothesis
         Refits with scatter made so far, by the names of their effects.
+    searched : set of tuple of str
+        Names of those for which that was done from many places.
     singles : dict of str to Hypothesis
         Each effect by itself, once it has been tried.
     colours : dict of (tuple of str, tuple of str) to float
@@ -97,6 +101,7 @@ class Search:
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
     scatter: dict[tuple[str, ...], Hypothesis] = field(default_factory=dict)
+    searched: set[tuple[str, ...]] = field(default_factory=set)
     singles: dict[str, Hypothesis] = field(default_factory=dict)
     colours: dict[tuple[tuple[str, ...], tuple[str, ...]], float] = field(default_factory=dict)
     corrected: dict[tuple[str, ...], Joint] = field(default_factory=dict)
@@ -215,7 +220,11 @@ class Search:
         pair = hypothesis.names, over.names
         if not gain > self.needed(hypothesis, over, self.slowest) and pair not in self.colours:
             self.colours[pair] = colour_of(self.task, hypothesis, added)
-        return gain > self.needed(hypothesis, over, self.colour(hypothesis, over))
+        needed = self.needed(hypothesis, over, self.colour(hypothesis, over))
+        if needed < gain < BARELY * needed and over.names not in self.searched and self.gap(over) <= NOISE_LIKE:
+            self._scattered_anew(over)
+            gain = min(gain, self.gain(hypothesis, over))
+        return gain > needed
 
     def needed(self, hypothesis: Hypothesis, over: Hypothesis, kappa: float) -> float:
         """Gain over another hypothesis from which what is added gets its name, in noise of a colour."""
@@ -281,6 +290,7 @@ class Search:
             samples=float(frame.samples.sum()),
             frames=[frame],
             scatter={},
+            searched=set(),
             singles={},
             colours={},
             foreseen={},
@@ -347,6 +357,7 @@ class Search:
             local = first.fit.local.copy()
             local[:, columns] = local[:, columns].mean(axis=0) * (1.0 + SCATTER * random.standard_normal(len(columns)))
             fits.append(refit(first.frame, subset, local, self.ground.whole))
+        self.searched.add(hypothesis.names)
         self.scatter[hypothesis.names] = replace(first, fit=min(fits, key=lambda fit: fit.cost + fit.penalty))
         return self.scatter[hypothesis.names]
 

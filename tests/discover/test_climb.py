@@ -161,6 +161,31 @@ def test_a_base_that_scatters_is_as_good_as_any_candidate_leads_it_to(
     assert search.scattered(over).fit.surprise == 55.0
 
 
+@pytest.mark.parametrize(("gain", "asked"), [(50.0, 0), (150.0, 1), (1000.0, 0)])
+def test_scatter_is_looked_for_from_more_places_where_a_name_is_barely_earned(
+    task: Task, monkeypatch: pytest.MonkeyPatch, gain: float, asked: int
+) -> None:
+    over, what = (
+        Hypothesis(added, cast(Any, SimpleNamespace(cost=cost)), cast(Any, SimpleNamespace(reactions=None)))
+        for added, cost in (((), 10_000.0), ((STRIBECK,), 8_000.0))
+    )
+    search = Search(task, (), NOTHING, over, 1.0, 1.0, 10_000.0, lambda what, share: None)
+    places: list[tuple[str, ...]] = []
+
+    def from_more_places(self: Search, hypothesis: Hypothesis) -> None:
+        places.append(hypothesis.names)
+        self.searched.add(hypothesis.names)
+
+    monkeypatch.setattr(Search, "_scattered_anew", from_more_places)
+    monkeypatch.setattr(Search, "gain", lambda *_: 30.0 if places else gain)
+    monkeypatch.setattr(Search, "needed", lambda *_: 100.0)
+    assert search.is_significant(what, over) is (gain == 1000.0)
+    assert places == [()] * asked
+    # Once is enough for all candidates.
+    search.is_significant(what, over)
+    assert places == [()] * asked
+
+
 def test_scatter_that_is_unusual_is_looked_for_from_other_places(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     ground = SimpleNamespace(subset=lambda *_, **__: None, whole=None, base=("stiffness", "damping"))
     frame = SimpleNamespace(names=("damping", "release", "stiffness"))
