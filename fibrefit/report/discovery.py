@@ -227,7 +227,7 @@ def _value(name: str, parameter: ParameterSummary) -> str:
 
 
 def _alike(names: Sequence[str]) -> str:
-    return f"{' and '.join(names)} explain these records equally well."
+    return f"These records do not tell {' from '.join(names)}."
 
 
 def _parameters(summary: DiscoverySummary) -> list[str]:
