@@ -41,7 +41,7 @@ def nested(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) 
         return starts
     problem, layout = plain.problem, plain.problem.layout
     began = layout.free(scattered(layout, plain.start, plain.spread, LEADERS, seed))
-    found = search(problem, began, plain.ladders, lambda share: None).descent
+    found = search(problem, began, plain.ladders, lambda share: None, stop).descent
     if not np.isfinite(found.cost).any():
         return starts
     led = starts.copy()
