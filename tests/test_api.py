@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import fibrefit
-import fibrefit.workflow as workflow
 
 ROOT = Path(__file__).resolve().parents[1]
 SERIES = ROOT / "configs" / "drop_series"
@@ -40,25 +39,16 @@ def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     assert ">>>" in text
 
 
-def test_packages_never_take_the_place_of_what_is_offered() -> None:
-    code = (
-        "import fibrefit; import fibrefit.fit.identify, fibrefit.simulate.model; from fibrefit.fit import judge;"
-        "print(fibrefit.fit.__name__, fibrefit.simulate.__name__, callable(fibrefit.fit), judge.__name__)"
-    )
-    assert run(code).split() == ["fit", "simulate", "True", "fibrefit.fit.judge"]
+def test_no_package_has_the_name_of_what_is_offered() -> None:
+    packages = {path.name for path in Path(fibrefit.__file__).parent.iterdir() if path.is_dir()}
+    assert not packages & set(fibrefit.__all__)
+    code = "import fibrefit, fibrefit.fitting.identify, fibrefit.simulation.model; print(callable(fibrefit.fit))"
+    assert run(code).strip() == "True"
 
 
-def test_other_names_can_still_be_set() -> None:
-    code = "import fibrefit, types; fibrefit.mine = types; fibrefit.fit = len; print(fibrefit.fit([1]), fibrefit.mine)"
-    assert run(code).startswith("1 <module")
-
-
-def test_the_options_are_those_of_the_workflow() -> None:
-    """All but how an interruption is heard of, which a person at a prompt or in a notebook has no need of."""
-    here, there = inspect.signature(fibrefit.fit), inspect.signature(workflow.fit_study)
-    assert [(p.name, p.default, p.kind) for p in here.parameters.values()] == [
-        (p.name, p.default, p.kind) for p in there.parameters.values() if p.name != "stop"
-    ]
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'fitt'"):
+        fibrefit.fitt  # noqa: B018
 
 
 def test_a_study_and_a_record_are_read() -> None:

@@ -16,11 +16,11 @@ FLOORS = {
     "records": 1,
     "effects": 1,
     "rigs": 2,
-    "simulate": 3,
+    "simulation": 3,
     "problem": 4,
-    "fit": 5,
-    "sample": 5,
-    "discover": 6,
+    "fitting": 5,
+    "sampling": 5,
+    "discovery": 6,
     "series": 6,
     "store": 7,
     "plots": 7,
@@ -31,10 +31,10 @@ FLOORS = {
 
 #: Packages that only some of ours may import. Units live in core, next to the numbers they belong to.
 SOLE_IMPORTERS = {
-    "h5py": {"store", "records.matlab"},
+    "h5py": {"store", "records.files.matlab"},
     "matplotlib": {"plots"},
-    "optimistix": {"fit"},
-    "emcee": {"sample"},
+    "optimistix": {"fitting"},
+    "emcee": {"sampling"},
     "jinja2": {"report"},
     "pydantic": {"study"},
     "pint": {"core.units"},
@@ -50,6 +50,10 @@ ABOVE = {"", "__main__"}
 
 LONGEST_FUNCTION = 60
 LONGEST_FILE = 400
+MOST_FILES = 16
+
+#: Rooms of any size: one file a command, one a picture.
+ONE_FILE_A_THING = ("cli", "plots")
 
 
 def name_of(path: Path) -> str:
@@ -127,6 +131,27 @@ def test_no_import_cycle() -> None:
             seen.add(current)
             todo |= graph[current] - seen
         assert start not in seen, f"{start} reaches itself through its imports"
+
+
+ROOMS = sorted({name.rpartition(".")[0] for name in MODULES} - ABOVE)
+
+
+def room_of(module: str) -> str:
+    """``problem.noise.coloured`` lies in ``problem.noise``; a module beside the rooms is a room of its own."""
+    return ".".join(module.split(".")[:2])
+
+
+def test_rooms_of_a_package_do_not_lean_on_each_other() -> None:
+    arrows = {(room_of(a), room_of(b)) for a in MODULES for b in own_imports(a) if a.split(".")[0] == b.split(".")[0]}
+    rooms = {room for room in ROOMS if "." in room}
+    mutual = {pair for pair in arrows if pair[::-1] in arrows and pair[0] != pair[1] and rooms & set(pair)}
+    assert not {pair for pair in mutual if all("." in name for name in pair)}, sorted(mutual)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_is_seen_at_a_glance(room: str) -> None:
+    files = list((PACKAGE / room.replace(".", "/")).glob("*.py"))
+    assert len(files) <= MOST_FILES or room in ONE_FILE_A_THING, f"{room} has {len(files)} files"
 
 
 @pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))

@@ -52,8 +52,8 @@ def command(
     be identified is listed with the reason and does not stop the rest.
     """
     from fibrefit.store import default_directory
-    from fibrefit.workflow.batch import ITEMS, Engine, batch_studies
-    from fibrefit.workflow.batch_jobs import jobs_of, origins_of
+    from fibrefit.workflow.batches.batch import ITEMS, Engine, batch_studies
+    from fibrefit.workflow.batches.jobs import jobs_of, origins_of
     from fibrefit.workflow.growing import growing_folder
 
     # Workers elsewhere have a working folder of their own.

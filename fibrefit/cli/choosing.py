@@ -15,7 +15,7 @@ from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import did_you_mean
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import Candidate
+    from fibrefit.discovery.model.finding import Candidate
 
 STOP = ("s", "stop")
 JOINT = " + "

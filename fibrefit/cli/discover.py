@@ -13,7 +13,7 @@ from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
 if TYPE_CHECKING:
-    from fibrefit.study.discovery_summary import DiscoverySummary
+    from fibrefit.study.summaries.discovery import DiscoverySummary
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5
@@ -48,7 +48,7 @@ def command(
     """
     study = study_from(files, rig, overrides)
     from fibrefit.store import ResultDirectory
-    from fibrefit.workflow.discover import Options, discover_study, finished
+    from fibrefit.workflow.discovery.discover import Options, discover_study, finished
 
     options = Options(seed=seed, **tried)
     folder = named_directory(study, out, "discover", repr(options), str(interactive))

@@ -54,10 +54,10 @@ def command(
     numbers as a run that was never interrupted.
     """
     study = study_from(files, rig, overrides)
-    from fibrefit.sample.settings import Settings
+    from fibrefit.sampling.settings import Settings
     from fibrefit.workflow.growing import growing_folder
-    from fibrefit.workflow.sample import Options, identity, sample_study
-    from fibrefit.workflow.sample_start import KEPT
+    from fibrefit.workflow.sampling.sample import Options, identity, sample_study
+    from fibrefit.workflow.sampling.start import KEPT
 
     settings, options = Settings(**budget), Options(noise, heavy, nuts, compare)
     folder = named_directory(study, out, "sample", identity(options, settings))

@@ -12,42 +12,42 @@ from pathlib import Path
 from types import ModuleType
 
 from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.effects.drive_compliance import Compliance
-from fibrefit.effects.fibre_damping_power_law import DampingPowerLaw
-from fibrefit.effects.fibre_damping_speed_curve import DampingSpeedCurve
-from fibrefit.effects.fibre_free_length_offset import FreeLengthOffset
-from fibrefit.effects.fibre_hardening import Hardening
-from fibrefit.effects.fibre_hysteresis import Hysteresis
-from fibrefit.effects.fibre_maxwell_branch import MaxwellBranch
-from fibrefit.effects.fibre_point_masses import PointMasses, point_masses
-from fibrefit.effects.fibre_rate_dependent_damping import RateDependentDamping
-from fibrefit.effects.fibre_rate_dependent_stiffness import RateDependentStiffness
-from fibrefit.effects.fibre_stiffness_power_law import StiffnessPowerLaw
-from fibrefit.effects.fibre_stiffness_speed_curve import StiffnessSpeedCurve
-from fibrefit.effects.fibre_toe_region import ToeRegion
-from fibrefit.effects.guide_asymmetric_friction import AsymmetricFriction
-from fibrefit.effects.guide_asymmetric_viscous_friction import AsymmetricViscousFriction
-from fibrefit.effects.guide_friction_power_law import FrictionPowerLaw
-from fibrefit.effects.guide_friction_speed_curve import FrictionSpeedCurve
-from fibrefit.effects.guide_load_dependent_friction import LoadDependentFriction
-from fibrefit.effects.guide_presliding import Presliding
-from fibrefit.effects.guide_quadratic_drag import QuadraticDrag
-from fibrefit.effects.guide_stribeck_friction import StribeckFriction
-from fibrefit.effects.guide_viscous_friction import ViscousFriction
+from fibrefit.effects.drive.compliance import Compliance
+from fibrefit.effects.fibre.damping_power_law import DampingPowerLaw
+from fibrefit.effects.fibre.damping_speed_curve import DampingSpeedCurve
+from fibrefit.effects.fibre.free_length_offset import FreeLengthOffset
+from fibrefit.effects.fibre.hardening import Hardening
+from fibrefit.effects.fibre.hysteresis import Hysteresis
+from fibrefit.effects.fibre.maxwell_branch import MaxwellBranch
+from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
+from fibrefit.effects.fibre.rate_dependent_damping import RateDependentDamping
+from fibrefit.effects.fibre.rate_dependent_stiffness import RateDependentStiffness
+from fibrefit.effects.fibre.stiffness_power_law import StiffnessPowerLaw
+from fibrefit.effects.fibre.stiffness_speed_curve import StiffnessSpeedCurve
+from fibrefit.effects.fibre.toe_region import ToeRegion
+from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
+from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
+from fibrefit.effects.guide.friction_power_law import FrictionPowerLaw
+from fibrefit.effects.guide.friction_speed_curve import FrictionSpeedCurve
+from fibrefit.effects.guide.load_dependent_friction import LoadDependentFriction
+from fibrefit.effects.guide.presliding import Presliding
+from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
+from fibrefit.effects.guide.stribeck_friction import StribeckFriction
+from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.effects.law import Effect
-from fibrefit.effects.pulley_bearing_friction import BearingFriction
-from fibrefit.effects.pulley_capstan_friction import CapstanFriction
-from fibrefit.effects.pulley_eccentricity import Eccentricity
-from fibrefit.effects.pulley_inertia import PulleyInertia
-from fibrefit.effects.rig_inclination_error import InclinationError
-from fibrefit.effects.sensor_dial_gauge_force import DialGaugeForce
-from fibrefit.effects.sensor_force_delay import ForceDelay
-from fibrefit.effects.sensor_force_drift import ForceDrift
-from fibrefit.effects.sensor_force_gain import ForceGain
-from fibrefit.effects.sensor_force_lag import ForceLag
-from fibrefit.effects.sensor_force_offset import ForceOffset
-from fibrefit.effects.sensor_gauge_resonance import GaugeResonance
-from fibrefit.effects.sensor_position_gain import PositionGain
+from fibrefit.effects.pulley.bearing_friction import BearingFriction
+from fibrefit.effects.pulley.capstan_friction import CapstanFriction
+from fibrefit.effects.pulley.eccentricity import Eccentricity
+from fibrefit.effects.pulley.inertia import PulleyInertia
+from fibrefit.effects.rig.inclination_error import InclinationError
+from fibrefit.effects.sensor.dial_gauge_force import DialGaugeForce
+from fibrefit.effects.sensor.force_delay import ForceDelay
+from fibrefit.effects.sensor.force_drift import ForceDrift
+from fibrefit.effects.sensor.force_gain import ForceGain
+from fibrefit.effects.sensor.force_lag import ForceLag
+from fibrefit.effects.sensor.force_offset import ForceOffset
+from fibrefit.effects.sensor.gauge_resonance import GaugeResonance
+from fibrefit.effects.sensor.position_gain import PositionGain
 
 ENTRY_POINTS = "fibrefit.effects"
 """Group under which an installed package offers effects of its own."""

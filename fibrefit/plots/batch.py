@@ -14,7 +14,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, ORANGE, SMALL, VERMILLION, label, legend, new_figure, stack, title
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries import BatchItem
+    from fibrefit.study.summaries.summaries import BatchItem
 
 ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 15.0, 12.0, 5.0
 MOST_NAMED = 30

@@ -28,7 +28,7 @@ from fibrefit.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import Place
+    from fibrefit.discovery.model.finding import Place
 
 LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 16.0, 10.0, 4.5
 TALL, LOW = 32.0, 22.0

@@ -13,7 +13,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit, spelt
 from fibrefit.plots.style import GREY, KINDS, SMALL, USUAL, label, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.fit.result import Estimate, Identification
+    from fibrefit.fitting.result import Estimate, Identification
 
 Z_95 = 1.959964
 METHODS = {

@@ -8,7 +8,7 @@ from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.figures import Figures
 
 if TYPE_CHECKING:
-    from fibrefit.discover.confuse import Confusion
+    from fibrefit.discovery.design.distinguish import Confusion
 
 
 def confusion_figures(found: Confusion) -> Figures:

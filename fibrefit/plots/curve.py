@@ -14,7 +14,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SKY, SMALL, label, legend, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import FreeCurve
+    from fibrefit.discovery.model.finding import FreeCurve
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 16.0, 5.0, 17.0, 11.0, 14.0
 LARGE, STAYS, GAP = 58.0, 12.0, 2.0

@@ -14,7 +14,7 @@ from fibrefit.plots.spectrum import spectrum_figure
 from fibrefit.plots.states import has_fibre_map, map_figure, states_figure
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import Finding
+    from fibrefit.discovery.model.finding import Finding
 
 MOST_RECORDS = 12
 """Records that get a figure of their own: those the first model explains worst."""

@@ -12,10 +12,10 @@ from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.records import compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
-from fibrefit.problem.phases import PHASES, TAUT
+from fibrefit.problem.diagnose.phases import PHASES, TAUT
 
 if TYPE_CHECKING:
-    from fibrefit.fit.result import Identification
+    from fibrefit.fitting.result import Identification
 
 MOST_RECORDS = 24
 """Records that get a figure of their own; of a longer series those that are explained worst."""

@@ -11,7 +11,7 @@ from fibrefit.plots.quantities import spelt
 from fibrefit.plots.records import Compared
 
 if TYPE_CHECKING:
-    from fibrefit.fit.result import Identification
+    from fibrefit.fitting.result import Identification
 
 CONDITIONS = {"lift": "m", "inclination": "rad", "added_mass": "kg"}
 """Conditions worth a word beside a record's name, with their SI unit."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, USUAL, VERMILLION, label, legend, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import Candidate, Finding
+    from fibrefit.discovery.model.finding import Candidate, Finding
 
 TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
 NUMBERS = 26.0

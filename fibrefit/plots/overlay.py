@@ -14,7 +14,7 @@ from fibrefit.plots.quantities import axis_label
 from fibrefit.plots.style import BLUE, ORANGE, SMALL, label, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.sample.posterior import Prior
+    from fibrefit.sampling.posterior import Prior
 
 CELL, GAP, LEFT, BOTTOM, TOP = 36.0, 8.0, 6.0, 12.0, 16.0
 ACROSS = 4

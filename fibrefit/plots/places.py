@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from fibrefit.discover.where import phase_shares
+from fibrefit.discovery.residuals.where import phase_shares
 from fibrefit.plots.style import KINDS, SMALL, label, legend, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.discover.finding import Place
-    from fibrefit.fit.result import Identification
+    from fibrefit.discovery.model.finding import Place
+    from fibrefit.fitting.result import Identification
 
 TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
 LETTER = 1.25

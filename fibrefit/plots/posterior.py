@@ -15,8 +15,8 @@ from fibrefit.plots.overlay import overlay_figure
 from fibrefit.plots.traces import Way, traces_figure
 
 if TYPE_CHECKING:
-    from fibrefit.sample.posterior import Posterior
-    from fibrefit.sample.predict import Bands
+    from fibrefit.sampling.posterior import Posterior
+    from fibrefit.sampling.predict import Bands
 
 MOST_RECORDS = 24
 """Records that get a figure of their own."""
@@ -31,7 +31,7 @@ def posterior_figures(posterior: Posterior, bands: Mapping[str, Bands]) -> Figur
     ----------
     posterior : Posterior
     bands : mapping of channel to Bands
-        From `fibrefit.sample.predict.predict`.
+        From `fibrefit.sampling.predict.predict`.
 
     Returns
     -------

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.discover.left import strands
-from fibrefit.discover.spectrum import Spectrum, narrow_band, spectrum_of
+from fibrefit.discovery.residuals.residuals import strands
+from fibrefit.discovery.residuals.spectrum import Spectrum, narrow_band, spectrum_of
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, YELLOW, label, legend, new_figure, stack, title

@@ -13,7 +13,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import GREY, KINDS, SMALL, label, new_figure, place, title
 
 if TYPE_CHECKING:
-    from fibrefit.fit.result import Starts
+    from fibrefit.fitting.result import Starts
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
 ROW = 2.2

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, legend, new_figure, place, title
-from fibrefit.problem.phases import HELD, TAUT
+from fibrefit.problem.diagnose.phases import HELD, TAUT
 
 STATES = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
 """States shown where the rig has them, with their SI units."""

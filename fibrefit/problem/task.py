@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.problem.noise import Noise
-from fibrefit.problem.observations import Trace
-from fibrefit.problem.problem import Problem
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.statement.problem import Problem
 
 
 @dataclass(frozen=True)

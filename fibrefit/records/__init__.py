@@ -1,11 +1,11 @@
 """Reading, checking and preparing measured records."""
 
 from fibrefit.core.roles import ROLES
+from fibrefit.records.clock.timebase import Gap, TimeBase
 from fibrefit.records.describe import describe
 from fibrefit.records.read import read_record, read_table, record_of
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
-from fibrefit.records.timebase import Gap, TimeBase
 
 __all__ = [
     "ROLES",

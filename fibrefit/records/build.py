@@ -11,17 +11,17 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
-from fibrefit.records.grouping import Group, groups_of
-from fibrefit.records.headings import known_unit
-from fibrefit.records.numbers import REASONS, Numbers
-from fibrefit.records.phrases import count
-from fibrefit.records.raw import Raw, RawColumn
-from fibrefit.records.roles import USUAL, Heading, find_column, guessed_roles, named_roles
-from fibrefit.records.sensors import absurd, flat_stretches, lone_outliers
-from fibrefit.records.style import masked_with, odd_numbers
+from fibrefit.records.clock.timebase import TimeBase
+from fibrefit.records.clock.times import time_base
+from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
+from fibrefit.records.columns.grouping import Group, groups_of
+from fibrefit.records.columns.raw import Raw, RawColumn
+from fibrefit.records.columns.roles import USUAL, Heading, find_column, guessed_roles, named_roles
+from fibrefit.records.grammar.digits import masked_with, odd_numbers
+from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.numbers import REASONS, Numbers
+from fibrefit.records.grammar.phrases import count
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
-from fibrefit.records.timebase import TimeBase
-from fibrefit.records.times import time_base
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")

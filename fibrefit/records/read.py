@@ -12,15 +12,15 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.build import Wishes, build
-from fibrefit.records.decode import decode
-from fibrefit.records.lvm import is_lvm, read_lvm
-from fibrefit.records.phrases import count
-from fibrefit.records.raw import Raw
+from fibrefit.records.clock.timebase import TimeBase
+from fibrefit.records.columns.raw import Raw
+from fibrefit.records.columns.roles import USUAL
+from fibrefit.records.files.decode import decode
+from fibrefit.records.files.lvm import is_lvm, read_lvm
+from fibrefit.records.files.text import Hints, read_text
+from fibrefit.records.grammar.phrases import count
 from fibrefit.records.record import Record
-from fibrefit.records.roles import USUAL
 from fibrefit.records.table import Column, Table
-from fibrefit.records.text import Hints, read_text
-from fibrefit.records.timebase import TimeBase
 
 #: A unit of each kind, for messages.
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
@@ -117,6 +117,11 @@ def read_record(
         If the file is not understood, a channel is in doubt or carries no unit, or there is no channel at all.
     UsageError
         If an argument makes no sense.
+
+    Examples
+    --------
+    >>> record = fibrefit.read_record("drop_10mm_90deg.csv")
+    >>> record.channels["force"].max(), record.rate
     """
     table = read_table(
         path,
@@ -192,15 +197,15 @@ def _raw(data: bytes, path: Path, hints: Hints) -> Raw:
     """Columns of a file, by the reader its first bytes call for."""
     where = path.name
     if data[:4] == b"TDSm":
-        from fibrefit.records.tdms import read_tdms
+        from fibrefit.records.files.tdms import read_tdms
 
         return read_tdms(path, where)
     if data[:3] == b"MDF" or data[:6] == b"UnFinM":
-        from fibrefit.records.mdf import read_mdf
+        from fibrefit.records.files.mdf import read_mdf
 
         return read_mdf(path, where)
     if data[:6] == b"MATLAB" or b"\x89HDF\r\n\x1a\n" in data[:1024] or path.suffix.casefold() == ".mat":
-        from fibrefit.records.matlab import read_matlab
+        from fibrefit.records.files.matlab import read_matlab
 
         return read_matlab(path, where, hints.wanted)
     text = decode(data, where)

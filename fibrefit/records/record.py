@@ -12,8 +12,8 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.units import format_number, format_quantity
+from fibrefit.records.clock.timebase import Gap
 from fibrefit.records.table import frozen, frozen_mapping
-from fibrefit.records.timebase import Gap
 
 #: Relative deviation of a step from the usual one that still belongs to a uniform grid with printed times.
 _ON_GRID = 0.25

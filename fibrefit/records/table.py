@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.timebase import TimeBase
+from fibrefit.records.clock.timebase import TimeBase
 
 SCHEMA = "fibrefit/understood/1"
 

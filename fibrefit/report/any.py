@@ -10,9 +10,9 @@ from fibrefit.report.discovery import discovery_report
 from fibrefit.report.posterior import posterior_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
-from fibrefit.study.discovery_summary import DiscoverySummary
-from fibrefit.study.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
-from fibrefit.study.sweep_summary import SweepSummary
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.sweep import SweepSummary
 
 REPORTS: dict[type[Part], Callable[[Any], str]] = {
     FitSummary: fit_report,

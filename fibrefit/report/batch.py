@@ -7,7 +7,7 @@ import textwrap
 
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.report.text import LONGEST_NAME, with_error
-from fibrefit.study.summaries import BatchSummary, ParameterSummary
+from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
 VERDICTS = {
     "ok": "Every identification came to an end, and each passed all of its checks.",

@@ -13,8 +13,8 @@ from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, s
 from fibrefit.report.text import doubts, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
-from fibrefit.study.discovery_summary import Before, Candidate, Detectable, DiscoverySummary, Place
-from fibrefit.study.summaries import Gap, ParameterSummary
+from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary, Place
+from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""

@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from fibrefit.core.environment import versions
 from fibrefit.report.any import report_of
 from fibrefit.report.text import parameter_row, with_error
-from fibrefit.study.summaries import BatchSummary, FitResultSummary, Part, PosteriorSummary, Provenance
+from fibrefit.study.summaries.summaries import BatchSummary, FitResultSummary, Part, PosteriorSummary, Provenance
 
 TEMPLATE = "page.html.j2"
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fibrefit.core.units import shown_unit
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
 from fibrefit.report.text import LONGEST_NAME, with_error
-from fibrefit.study.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
     "ok": "The chains agree and every check passed: this posterior can be believed as far as its model can.",

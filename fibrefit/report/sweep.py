@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
-from fibrefit.study.sweep_summary import BranchSummary, CurveSummary, SweepSummary
+from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, SweepSummary
 
 BRANCHES = {"rest": "from rest", "up": "going up", "down": "going down"}
 NO_MORE = 4

@@ -10,7 +10,7 @@ import textwrap
 
 from fibrefit.core.units import format_quantity, shown_unit
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
-from fibrefit.study.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
+from fibrefit.study.summaries.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
 
 #: Digits of an error bar that mean something.
 ERROR_DIGITS = 2

@@ -13,7 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.fibre_point_masses import PointMasses
+from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.effects.law import laws_of
 from fibrefit.rigs.fibre import LOADED, SLACK, Fibre, Memories
 

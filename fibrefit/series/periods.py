@@ -11,9 +11,9 @@ from jax.custom_batching import sequential_vmap
 from jax.flatten_util import ravel_pytree
 
 from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM, InvertedPendulum
-from fibrefit.simulate.inputs import Course, Signals, courses, inputs_at
-from fibrefit.simulate.sensitivity import solve
-from fibrefit.simulate.switched import select
+from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
+from fibrefit.simulation.sensitivity import solve
+from fibrefit.simulation.switched import select
 
 WATCHED = 12
 """Periods over which a motion that does not repeat itself is looked at."""

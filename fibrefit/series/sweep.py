@@ -17,7 +17,7 @@ import numpy as np
 
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.periods import Drive, Swing, swing
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 
 LENGTH_STEP = 512
 PARTS = 4

@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.store.files import whole
-from fibrefit.study.summaries import Provenance
+from fibrefit.study.summaries.summaries import Provenance
 
 #: Arrays below this size are not worth compressing.
 SMALL = 1024

@@ -9,8 +9,8 @@ from pathlib import Path
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
 from fibrefit.store.files import sha256_of, write_whole
-from fibrefit.study.summaries import Part, Provenance
-from fibrefit.study.summary_files import summary_of
+from fibrefit.study.summaries.files import summary_of
+from fibrefit.study.summaries.summaries import Part, Provenance
 
 NAME = "summary.json"
 
@@ -23,7 +23,7 @@ def write_summary(folder: Path, summary: Part) -> Path:
     folder : pathlib.Path
         Folder of the result.
     summary : Part
-        One of the models of `fibrefit.study.summaries`.
+        One of the models of `fibrefit.study.summaries.summaries`.
 
     Returns
     -------

@@ -21,19 +21,19 @@ from fibrefit.study.study import SCHEMA, STUDIES, Study
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
-    """Study from its file.
+    """Read a study.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        TOML file, or a folder that holds a ``study.toml``.
+        A study file, or a folder with a ``study.toml``.
     overrides : sequence of str
-        Changes of the form ``rig.weight_mass=3.1 kg``, applied before anything is checked.
+        Changes to it, as on the command line: ``'rig.weight_mass="3.1 kg"'``.
 
     Returns
     -------
     Study
-        Complete and in SI.
+        Complete, in SI units; it cannot be changed.
 
     Raises
     ------
@@ -41,6 +41,12 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
         If the file cannot be read, is not valid, or names records that do not exist.
     UsageError
         If an override is not of the form ``key=value``.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/drop_series")
+    >>> study.records[0].lift
+    0.005
     """
     source = Path(path)
     if source.is_dir():

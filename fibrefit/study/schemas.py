@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from fibrefit.study.study import FibreMassStudy, GuidedMassStudy, InvertedPendulumStudy, PulleyDriveStudy
-from fibrefit.study.summary_files import SUMMARIES
+from fibrefit.study.summaries.files import SUMMARIES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fibrefit.workflow.confuse import Confused, confuse_study
-    from fibrefit.workflow.discover import Discovery, discover_study
+    from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
-    from fibrefit.workflow.sample import Sampled, sample_study
+    from fibrefit.workflow.sampling.sample import Sampled, sample_study
     from fibrefit.workflow.simulate import Simulation, simulate_study
     from fibrefit.workflow.sweep import Sweep, sweep_study
 
@@ -37,10 +37,10 @@ __all__ = [
 
 PARTS = {
     "confuse": ("Confused", "confuse_study"),
-    "discover": ("Discovery", "discover_study"),
+    "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
     "prepare": ("model_of", "read_records", "task_of"),
-    "sample": ("Sampled", "sample_study"),
+    "sampling.sample": ("Sampled", "sample_study"),
     "simulate": ("Simulation", "simulate_study"),
     "sweep": ("Sweep", "sweep_study"),
 }

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.sample.compare import Foresight
-from fibrefit.sample.evidence import Evidence
+from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.evidence import Evidence
 from fibrefit.store import read_result, read_summary, sha256_of
 from fibrefit.study import Study
-from fibrefit.study.summaries import ComparedModel, Measure, PosteriorSummary
+from fibrefit.study.summaries.summaries import ComparedModel, Measure, PosteriorSummary
 
 
 @dataclass(frozen=True)

@@ -7,19 +7,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.discover.begin import laid_out
-from fibrefit.discover.confuse import Confusion, best_split, confusion
-from fibrefit.discover.evidence import NOISE_LIKE
-from fibrefit.discover.finding import Split
-from fibrefit.discover.search import Search
-from fibrefit.fit.identify import identify
-from fibrefit.fit.result import Identification, total
+from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
+from fibrefit.discovery.engine.thresholds import NOISE_LIKE
+from fibrefit.discovery.model.finding import Split
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import laid_out
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification, total
 from fibrefit.report.confusion import confusion_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
-from fibrefit.workflow.candidates import candidates_of
-from fibrefit.workflow.discover_files import detectable_summary, separation_summary
+from fibrefit.workflow.discovery.candidates import candidates_of
+from fibrefit.workflow.discovery.files import detectable_summary, separation_summary
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -88,20 +88,35 @@ def confuse_study(
     exclude: Sequence[str] = (),
     progress: Callable[[str, float | None], None] | None = None,
 ) -> Confused:
-    """Compare what every effect would do to the records of a study.
+    """Compare what every effect would do to the records of a study, measured or only planned.
 
     Parameters
     ----------
     study : Study
-        Of measured records, or of planned ones with initial values.
+        Of planned records, it needs initial values of the base parameters.
     only, exclude : sequence of str
-        Names or patterns of effects.
+        Names or patterns such as ``guide.*``.
     progress : callable, optional
-        Told what is being done.
+        Told what is being done and the share that is finished.
 
     Returns
     -------
     Confused
+        With ``confusion`` (the smallest strength of each effect that would be found, and how alike any two are),
+        ``split`` (the further record that tells the worst pair apart), ``report()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood.
+    StudyError
+        If the study and the model do not fit together.
+    UsageError
+        If the effects to compare are not known, or none is left.
+
+    Examples
+    --------
+    >>> print(fibrefit.confuse(fibrefit.load_study("configs/drop_series")).report())
     """
     tell = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.fit.identify import identify
-from fibrefit.fit.result import Estimate, Identification
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Estimate, Identification
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study
-from fibrefit.study.summaries import FitSummary
+from fibrefit.study.summaries.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
@@ -119,6 +119,7 @@ def fit_study(
     Returns
     -------
     Fit
+        With ``parameters``, ``status``, ``report()``, ``summary()``, ``plot()`` and ``save(folder)``.
 
     Raises
     ------
@@ -128,6 +129,11 @@ def fit_study(
         If the study and the model do not fit together, or nothing is free.
     KeyboardInterrupt
         If it is stopped before anything is known.
+
+    Examples
+    --------
+    >>> result = fibrefit.fit(fibrefit.load_study("configs/drop_series"))
+    >>> result.status, result.parameters["stiffness"].value
     """
     if progress:
         progress("reading records", None)

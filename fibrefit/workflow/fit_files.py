@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.fit.result import Estimate, Gap, Identification, Starts, total
-from fibrefit.problem.phases import PHASES
+from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
+from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.summaries import (
+from fibrefit.study.summaries.summaries import (
     Basin,
     ChannelGap,
     CheckSummary,
@@ -23,7 +23,7 @@ from fibrefit.study.summaries import (
     RecordSummary,
     StartsSummary,
 )
-from fibrefit.study.summaries import Gap as GapSummary
+from fibrefit.study.summaries.summaries import Gap as GapSummary
 
 DETERMINED = "every parameter is determined"
 

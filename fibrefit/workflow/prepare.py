@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from fibrefit.core.errors import StudyError
 from fibrefit.effects.catalogue import select_effects
-from fibrefit.problem.formulate import formulate
-from fibrefit.problem.planned import formulate_planned
+from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, read_record
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 
 

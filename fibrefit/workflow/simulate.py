@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.fit.joint import joint
-from fibrefit.fit.solve import descend, widths
-from fibrefit.problem.input_error import input_errors
-from fibrefit.problem.layout import Layout
-from fibrefit.problem.phases import motion
-from fibrefit.problem.problem import Problem
+from fibrefit.fitting.search.solve import descend, widths
+from fibrefit.fitting.search.varpro import joint
+from fibrefit.problem.diagnose.phases import motion
+from fibrefit.problem.inputs.errors_in_variables import input_errors
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
@@ -96,6 +96,19 @@ def simulate_study(study: Study) -> Simulation:
     Returns
     -------
     Simulation
+        With ``readings``, ``table(record)``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood.
+    StudyError
+        If the study and the model do not fit together.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/drop_series", ['parameters.stiffness.initial="20 kN/m"'])
+    >>> fibrefit.simulate(study).readings["force"].max()
     """
     task = task_of(study)
     if not is_planned(study):

@@ -13,13 +13,13 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.report.sweep import sweep_report
 from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study
-from fibrefit.study.sweep_summary import SweepSummary
+from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.workflow.prepare import model_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
@@ -95,7 +95,7 @@ class Sweep(Saved):
 
 
 def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] | None = None) -> Sweep:
-    """Run the pendulum of a study over the frequencies of its ``[sweep]``.
+    """Swing the inverted pendulum of a study over the frequencies of its ``[sweep]``.
 
     Parameters
     ----------
@@ -107,6 +107,7 @@ def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] |
     Returns
     -------
     Sweep
+        With ``curves``, ``summary()``, ``report()``, ``plot()`` and ``save(folder)``.
 
     Raises
     ------
@@ -114,6 +115,11 @@ def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] |
         If the study is of another rig.
     StudyError
         If a parameter has no initial value, or a curve no amplitude.
+
+    Examples
+    --------
+    >>> study = fibrefit.load_study("configs/pendulum", ["sweep.lowest=4 Hz", "sweep.highest=5 Hz"])
+    >>> print(fibrefit.sweep(study).report())
     """
     if study.kind != KIND:
         raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")

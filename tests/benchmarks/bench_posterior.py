@@ -18,15 +18,15 @@ import numpy as np
 import pytest
 from emcee import EnsembleSampler
 
-from fibrefit.problem.prior import priors_of
+from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
-from fibrefit.sample.sample import density_of, noise_model_of, place, sample_posterior
-from fibrefit.sample.settings import Settings
-from fibrefit.sample.target import Batched
+from fibrefit.sampling.sample import density_of, noise_model_of, place, sample_posterior
+from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.target import Batched
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.benchmarks import scipy_drop
-from tests.sample.drops import fitted
+from tests.sampling.drops import fitted
 
 STUDY = Path(__file__).resolve().parents[2] / "configs" / "drop_series" / "study.toml"
 ASKED = 60.0

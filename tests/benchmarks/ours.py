@@ -20,10 +20,10 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.catalogue import CATALOGUE
-from fibrefit.fit.solve import descend, widths
+from fibrefit.fitting.search.solve import descend, widths
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Experiment, Model
+from fibrefit.simulation.model import Experiment, Model
 
 NAMES = ("stiffness", "damping", "friction", "release", "position_zero")
 """In the order of the hand-written sensitivities."""

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.workflow import batch
-from fibrefit.workflow.batch_item import Job, Outcome
+from fibrefit.workflow.batches import batch
+from fibrefit.workflow.batches.item import Job, Outcome
 from tests.cli.conftest import Run
 from tests.study.test_summaries import FIT
 

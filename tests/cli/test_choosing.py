@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.cli.choosing import asked, distinct, told_steps
 from fibrefit.cli.terminal import Terminal
-from fibrefit.discover.finding import Candidate
+from fibrefit.discovery.model.finding import Candidate
 
 VISCOUS, DRAG, DELAY = "guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay"
 VALUES = {

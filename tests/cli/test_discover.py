@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-import fibrefit.workflow.discover as workflow
+import fibrefit.workflow.discovery.discover as workflow
 from fibrefit.store import ResultDirectory, provenance, write_summary
 from fibrefit.study import Study
-from fibrefit.study.discovery_summary import DiscoverySummary
-from fibrefit.workflow.discover import Options, inputs_of
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.workflow.discovery.discover import Options, inputs_of
 from tests.cli.conftest import Run
 from tests.cli.test_choosing import FIRST
 from tests.report.test_discovery import ALL

@@ -11,7 +11,7 @@ import pytest
 import fibrefit.workflow as workflow
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
-from fibrefit.study.summaries import FitSummary
+from fibrefit.study.summaries.summaries import FitSummary
 from tests.cli.conftest import Run
 from tests.study.test_summaries import FIT
 

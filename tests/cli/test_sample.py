@@ -9,9 +9,9 @@ import pytest
 
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
-from fibrefit.study.summaries import PosteriorSummary
-from fibrefit.workflow import sample
-from fibrefit.workflow.sample_start import CHAINS
+from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.workflow.sampling import sample
+from fibrefit.workflow.sampling.start import CHAINS
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
 

@@ -12,7 +12,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.effects import catalogue
 from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects
 from fibrefit.effects.law import GuideLaw
-from tests.simulate.drops import drop, respond
+from tests.simulation.drops import drop, respond
 
 MINE = '''
 from typing import ClassVar
@@ -109,7 +109,7 @@ def test_selection_keeps_the_order() -> None:
 
 
 def test_an_installed_package_offers_effects(monkeypatch: pytest.MonkeyPatch) -> None:
-    target = "fibrefit.effects.guide_viscous_friction:ViscousFriction"
+    target = "fibrefit.effects.guide.viscous_friction:ViscousFriction"
     point = EntryPoint("other.friction", target, catalogue.ENTRY_POINTS)
     monkeypatch.setattr(catalogue, "entry_points", lambda group: [point] if group == catalogue.ENTRY_POINTS else [])
     assert find_effect("other.friction") is CATALOGUE["guide.viscous_friction"]

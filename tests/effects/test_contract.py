@@ -20,8 +20,8 @@ from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
-from fibrefit.simulate.model import Experiment, Model
-from tests.simulate.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond
+from fibrefit.simulation.model import Experiment, Model
+from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]

@@ -11,8 +11,8 @@ import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.speed_curve import MEDIUM, REFERENCE, SLOW, TOP, monotone, power
-from fibrefit.fit.identify import identify
-from tests.fit import made
+from fibrefit.fitting.identify import identify
+from tests.fitting import made
 
 SPEEDS = jnp.linspace(0.0, 0.6, 2401)
 SHARES = [(0.4, 0.4), (0.0, 0.5), (1.0, 1.0), (0.9, 0.05), (0.5, 0.0)]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.fit.identify import identify
-from fibrefit.fit.result import Identification
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task
-from tests.fit import made
+from tests.fitting import made
 
 
 @pytest.fixture(scope="session")

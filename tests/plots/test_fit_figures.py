@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fibrefit.fit.result import Identification, Starts
+from fibrefit.fitting.result import Identification, Starts
 from fibrefit.plots import fit_figures, simulation_figures
 from fibrefit.plots.certainty import correlation_figure, correlations
 from fibrefit.plots.fit import MOST_RECORDS
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
-from fibrefit.problem.phases import LOADING, REST, SLACK, UNLOADING
+from fibrefit.problem.diagnose.phases import LOADING, REST, SLACK, UNLOADING
 from fibrefit.problem.task import Task
 
 

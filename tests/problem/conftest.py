@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.task import Task
-from tests.sample.drops import fitted, series, task_of
+from tests.sampling.drops import fitted, series, task_of
 
 
 @pytest.fixture(scope="session")

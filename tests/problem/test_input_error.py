@@ -10,10 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.drive import smoothed, smoother
-from fibrefit.problem.foretold import fades
-from fibrefit.problem.formulate import formulate
-from fibrefit.problem.input_error import (
+from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.inputs.errors_in_variables import (
     CHUNK,
     InputErrors,
     _smoothed_cosines,
@@ -26,10 +24,12 @@ from fibrefit.problem.input_error import (
     no_waves,
     residuals,
 )
-from fibrefit.problem.noise import Noise
+from fibrefit.problem.inputs.linearity_weights import fades
+from fibrefit.problem.inputs.smoothing import smoothed, smoother
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fibrefit.problem.layout import Layout, Slot
-from fibrefit.problem.transform import Range
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.transform import Range
 
 RECORDS = ("a.csv", "b.csv", "c.csv")
 FREE = Range(-np.inf, np.inf, 1.0)

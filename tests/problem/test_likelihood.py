@@ -9,17 +9,17 @@ import pytest
 import scipy.stats
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.autoregression import order_and_covariance
-from fibrefit.problem.coloured import bank_of, coloured_of, variances_of
-from fibrefit.problem.likelihood import Likelihood, noise_priors
-from fibrefit.problem.log_posterior import LogPosterior
-from fibrefit.problem.noise import Noise
-from fibrefit.problem.noise_model import NoiseModel, choose_noise_model
-from fibrefit.problem.prior import Density, priors_of
-from fibrefit.problem.problem import Linearised
+from fibrefit.problem.noise.autoregressive import order_and_covariance
+from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
+from fibrefit.problem.noise.coloured import bank_of, coloured_of, variances_of
+from fibrefit.problem.noise.likelihood import Likelihood
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
+from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
+from fibrefit.problem.posterior.prior import Density, priors_of
+from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.task import Task
-from fibrefit.problem.whitening import Autoregressive, White, Whitening
-from tests.sample.drops import fitted, series, task_of
+from tests.sampling.drops import fitted, series, task_of
 
 EXACT = 1e-9
 """Two ways to the same quadratic form, of some hundred terms."""

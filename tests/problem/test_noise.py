@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise import Noise, estimate_noise, periodogram, rests, whittle
-from fibrefit.problem.observations import Trace
-from tests.fit import made
+from fibrefit.problem.noise.spectrum import Noise, estimate_noise, periodogram, rests, whittle
+from fibrefit.problem.statement.observations import Trace
+from tests.fitting import made
 
 RATE = made.RATE
 WITHIN = 0.03

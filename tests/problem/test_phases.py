@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.phases import (
+from fibrefit.problem.diagnose.phases import (
     FORWARDS,
     LOADING,
     REST,
@@ -26,10 +26,10 @@ from fibrefit.problem.phases import (
 )
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
 from fibrefit.workflow import task_of
-from tests.simulate.drops import OF_RIG, given, pendulum
+from tests.simulation.drops import OF_RIG, given, pendulum
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 DROPS = Path(__file__).resolve().parent.parent / "data" / "discover" / "viscous"

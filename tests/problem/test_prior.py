@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.problem.layout import Layout, Slot
-from fibrefit.problem.prior import Density, Prior, default_prior, log_slope, priors_of
-from fibrefit.problem.transform import Range
+from fibrefit.problem.posterior.prior import Density, Prior, default_prior, log_slope, priors_of
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.study.parameters import PriorSetting
 
 ROUNDING = 1e-10

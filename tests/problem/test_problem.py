@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.fit.solve import compressed_residuals, gram_at, linearised
-from fibrefit.problem.problem import Problem, gram_root
-from fibrefit.problem.snaps import certainty
+from fibrefit.fitting.search.solve import compressed_residuals, gram_at, linearised
+from fibrefit.problem.statement.jump_weights import certainty
+from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
-from tests.fit import made
+from tests.fitting import made
 
 EXACT = 1e-9
 """Sums of thousands of products, scaled by many orders of magnitude."""

@@ -15,8 +15,8 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
-from tests.fit import made
-from tests.fit.made import Made
+from tests.fitting import made
+from tests.fitting.made import Made
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 #: Of the simulator that made the series; it shares nothing with this program.
@@ -154,9 +154,9 @@ def test_a_condition_the_rig_needs_is_asked_for(tmp_path: Path) -> None:
     text = (tmp_path / "study.toml").read_text(encoding="utf-8").replace('inclination = "90 deg"', "")
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     with pytest.raises(StudyError, match="inclination"):
-        from fibrefit.problem.formulate import formulate
+        from fibrefit.problem.formulate.formulate import formulate
         from fibrefit.rigs.catalogue import RIGS
-        from fibrefit.simulate.model import Model
+        from fibrefit.simulation.model import Model
 
         formulate(load_study(tmp_path / "study.toml"), made.records(), Model(RIGS["fibre_mass"]))
 

@@ -6,8 +6,8 @@ import pytest
 
 from fibrefit.report.discovery import discovery_report, verdict_line
 from fibrefit.report.layout import WIDTH, shortened
-from fibrefit.study import discovery_summary as d
-from fibrefit.study import summaries as s
+from fibrefit.study.summaries import discovery as d
+from fibrefit.study.summaries import summaries as s
 from tests.report.test_text import suspect
 from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS
 

@@ -10,7 +10,7 @@ import pytest
 
 from fibrefit.report.any import REPORTS
 from fibrefit.report.page import Result, page
-from fibrefit.study.summary_files import SUMMARIES
+from fibrefit.study.summaries.files import SUMMARIES
 from tests.study.test_summaries import EXAMPLES, FIT
 
 PNG = base64.b64decode(

@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.posterior import REMEDIES, advice, posterior_report
-from fibrefit.study import summaries as s
+from fibrefit.study.summaries import summaries as s
 from tests.study.test_summaries import EXAMPLES
 
 PLAIN: s.PosteriorSummary = EXAMPLES["fibrefit/posterior/1"]  # type: ignore[assignment]

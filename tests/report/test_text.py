@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.report.text import WIDTH, fit_report, with_error
-from fibrefit.study import summaries as s
-from fibrefit.study.summaries import InputErrorSummary
+from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.summaries import InputErrorSummary
 from tests.study.test_summaries import FIT, GAP
 
 FAILED = s.CheckSummary(name="white residuals", passed=False, says="Something systematic is left after take-up.")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
-from tests.simulate.drops import deviation, jacobian, pendulum, respond
+from tests.simulation.drops import deviation, jacobian, pendulum, respond
 from tests.validation.reference import FORCE, POSITION, index, names, table
 
 #: What the integrator reaches, with a margin of ten: a loss of order would stay within the limits asked for.

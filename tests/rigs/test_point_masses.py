@@ -8,8 +8,8 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.effects.catalogue import CATALOGUE, select_effects
-from fibrefit.effects.fibre_point_masses import point_masses
-from tests.simulate.drops import STEP, deviation, drive, drop, pendulum, respond
+from fibrefit.effects.fibre.point_masses import point_masses
+from tests.simulation.drops import STEP, deviation, drive, drop, pendulum, respond
 from tests.validation.reference import FORCE, POSITION, index, names, table
 
 MASS = "fibre.mass.fibre_mass"

@@ -13,8 +13,8 @@ from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
-from fibrefit.simulate.model import Model
-from tests.simulate.drops import PENDULUM_CONDITIONS, pendulum, respond
+from fibrefit.simulation.model import Model
+from tests.simulation.drops import PENDULUM_CONDITIONS, pendulum, respond
 
 VALUES = {"stiffness": 8264.0, "damping": 4.13}
 #: Angles known to two digits.

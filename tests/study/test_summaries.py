@@ -8,10 +8,10 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from fibrefit.study import discovery_summary as d
-from fibrefit.study import summaries as s
-from fibrefit.study import sweep_summary as sweep
-from fibrefit.study.summary_files import SUMMARIES
+from fibrefit.study.summaries import discovery as d
+from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import sweep
+from fibrefit.study.summaries.files import SUMMARIES
 
 GAP = s.Gap.model_validate(
     {

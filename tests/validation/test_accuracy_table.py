@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
-from tests.simulate.drops import VALUES, deviation, drop, jacobian, respond
+from tests.simulation.drops import VALUES, deviation, drop, jacobian, respond
 from tests.validation.reference import DERIVATIVE, effect_values, index, names, table
 
 #: Asked of the base model at default settings: root mean square over the range.

@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.fit.error_bars import Z_95
-from fibrefit.fit.identify import identify
-from fibrefit.problem.formulate import formulate
+from fibrefit.fitting.error_bars import Z_95
+from fibrefit.fitting.identify import identify
+from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulate.model import Model
+from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
-from tests.fit.made import Made
+from tests.fitting.made import Made
 
 SETS = int(os.environ.get("FIBREFIT_COVERAGE", "200"))
 SHARED = ("stiffness", "damping", "friction")

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.fit import made
+from tests.fitting import made
 
 MOMENTS = [(0.15, 0.5)] * 7 + [(0.5, 1.1)] * 3
 """When each kill comes, as a share of the time an uninterrupted run takes: most in the chains, some in the writing."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
-from tests.simulate.drops import deviation, drop, jacobian, respond
+from tests.simulation.drops import deviation, drop, jacobian, respond
 from tests.validation.reference import DERIVATIVE, FORCE, POSITION, effect_values, index, names, table
 
 DROPS = [name for name in names("fibre_mass__") if "point_masses" not in name]

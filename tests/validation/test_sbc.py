@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from fibrefit.problem.prior import Prior
-from fibrefit.sample.sample import sample_posterior
-from fibrefit.sample.settings import Settings
-from tests.sample.drops import fitted, series, task_of
+from fibrefit.problem.posterior.prior import Prior
+from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.settings import Settings
+from tests.sampling.drops import fitted, series, task_of
 
 PRIORS = {
     "stiffness": Prior(True, 2e4, 0.2),

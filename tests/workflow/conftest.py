@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.study import Study, load_study
 from fibrefit.workflow import Fit, fit_study
-from tests.fit import made
+from tests.fitting import made
 
 
 @pytest.fixture(scope="session")

@@ -13,13 +13,13 @@ from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries import FitSummary
-from fibrefit.workflow import batch
-from fibrefit.workflow.batch import Batch, Engine, batch_studies
-from fibrefit.workflow.batch_item import Job, Outcome, identified
-from fibrefit.workflow.batch_jobs import jobs_of, origins_of
+from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.workflow.batches import batch
+from fibrefit.workflow.batches.batch import Batch, Engine, batch_studies
+from fibrefit.workflow.batches.item import Job, Outcome, identified
+from fibrefit.workflow.batches.jobs import jobs_of, origins_of
 from fibrefit.workflow.growing import growing_folder
-from tests.fit import made
+from tests.fitting import made
 from tests.study.test_summaries import FIT
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "batch.schema.json"

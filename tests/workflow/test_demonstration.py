@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.fit.result import total
+from fibrefit.fitting.result import total
 from fibrefit.study import load_study
 from fibrefit.workflow import Fit, fit_study
 

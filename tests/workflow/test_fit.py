@@ -12,11 +12,11 @@ import pytest
 
 import fibrefit.plots
 from fibrefit.core.errors import DataError, StudyError, UsageError
-from fibrefit.fit.result import total
+from fibrefit.fitting.result import total
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.workflow import Fit, fit_study, task_of
-from tests.fit import made
+from tests.fitting import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "fit.schema.json"
 NAMES = [f"drop_{1e3 * lift:g}mm.csv" for lift in made.LIFTS]

@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.workflow.growing import growing_folder
-from fibrefit.workflow.sample_start import CHAINS, KEPT, START
+from fibrefit.workflow.sampling.start import CHAINS, KEPT, START
 
 
 def test_a_run_cut_short_is_not_lost_by_accident(tmp_path: Path) -> None:

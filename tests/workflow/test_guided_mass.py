@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.problem.problem import Problem
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.study import load_study
 from fibrefit.workflow import fit_study, task_of
 from fibrefit.workflow.fit import Fit

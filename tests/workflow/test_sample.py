@@ -14,15 +14,15 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.report.posterior import posterior_report
-from fibrefit.sample.settings import Settings
+from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries import PosteriorSummary
+from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
-from fibrefit.workflow.sample import Options
-from fibrefit.workflow.sample_start import START, Start, _read
-from tests.fit import made
+from fibrefit.workflow.sampling.sample import Options
+from fibrefit.workflow.sampling.start import START, Start, _read
+from tests.fitting import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
 SHARED = ["stiffness", "damping", "friction", "noise.force", "noise.position"]

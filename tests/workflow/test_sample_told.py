@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from fibrefit.sample.ensembles import Progress
-from fibrefit.sample.settings import Settings
-from fibrefit.workflow.sample_told import followed, line_of, share_of, spoken
+from fibrefit.sampling.chains.ensembles import Progress
+from fibrefit.sampling.settings import Settings
+from fibrefit.workflow.sampling.progress import followed, line_of, share_of, spoken
 
 
 def test_before_the_first_look_it_says_what_is_known() -> None:

@@ -10,7 +10,7 @@ import pytest
 from fibrefit.records import read_record
 from fibrefit.study import Study, load_study
 from fibrefit.workflow import fit_study, simulate_study
-from tests.fit import made
+from tests.fitting import made
 
 VALUES = "".join(
     f'[parameters.{name}]\ninitial = "{value}"\n'

@@ -1,0 +1,1 @@
+"""What a missing effect looks like when it has no name."""

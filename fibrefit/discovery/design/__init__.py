@@ -1,0 +1,1 @@
+"""Which effects records can tell apart, and the record that would."""

@@ -1,0 +1,308 @@
+"""Which effects a set of records could tell apart, before or after measuring: from the model's sensitivities alone.
+
+Source
+------
+The projection and its smallest detectable strength are those of a t-test in a linear model; choosing the next record by
+the worst pair follows Hunter and Reiner, Technometrics 7 (1965).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.discovery.engine.candidates import SMALL, Ground, absent_values, carried
+from fibrefit.discovery.engine.refit import STEP
+from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.model.finding import Choice, Direction, Split
+from fibrefit.discovery.search.search import Search
+from fibrefit.effects.law import Effect
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.task import Task
+from fibrefit.simulation.inputs import Signals
+
+INSEPARABLE = 0.98
+"""Cosine beyond which two effects change the records in the same way."""
+ROUNDS = 4
+"""Of looking for the strength that would just be found."""
+LITTLE = 0.01
+"""Share of strengths that spoil no motion, for what is compared without a strength that is asked for."""
+UNIQUE = 0.02
+"""Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all."""
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """How alike effects are in a set of records.
+
+    Parameters
+    ----------
+    directions : tuple of Direction
+    cosine : (n_effect, n_effect)
+        Of the changes two effects make beyond what base parameters can imitate, without sign; 1 is inseparable.
+    """
+
+    directions: tuple[Direction, ...]
+    cosine: np.ndarray
+
+    @property
+    def invisible(self) -> tuple[str, ...]:
+        """Effects these records cannot show."""
+        return tuple(d.effect for d in self.directions if not np.isfinite(d.detectable))
+
+    def pairs(self, beyond: float = INSEPARABLE) -> tuple[tuple[str, str, float], ...]:
+        """Pairs whose cosine is beyond a limit, the most alike first."""
+        names = [direction.effect for direction in self.directions]
+        found = [
+            (names[i], names[j], float(self.cosine[i, j]))
+            for i in range(len(names))
+            for j in range(i)
+            if self.cosine[i, j] > beyond
+        ]
+        return tuple(sorted(found, key=lambda pair: -pair[2]))
+
+
+def confusion(
+    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], gate: Callable[[int], float]
+) -> Confusion:
+    """Compare what effects of a frame would do to its records.
+
+    Parameters
+    ----------
+    frame : Frame
+    ground : Ground
+    local : (n_record, n_local) in SI units
+        Values of the base model, with every effect that may be missing absent.
+    effects : sequence of Effect classes
+        Those of the frame that may be missing.
+    gate : callable
+        Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `Search.gate`.
+
+    Returns
+    -------
+    Confusion
+    """
+    strengths = _strengths(effects)
+    gates = np.array([gate(len(effect.parameters)) for effect in effects])
+    most = sizes = _sizes(strengths)
+    # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
+    floor = np.array([effect.singular for effect in effects]) * most / SMALL
+    for _ in range(ROUNDS):
+        columns, targets = _varied(frame, ground, local, strengths, sizes)
+        norms, unique, cosine = _compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
+        visible, used = unique > UNIQUE, sizes
+        least = np.sqrt(gates) / np.where(visible, norms, 1.0)
+        # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
+        sizes = np.where(visible, np.clip(used * least, np.minimum(floor, most), most), used)
+    directions = []
+    for i, (name, parameter) in enumerate(strengths):
+        size = max(used[i] * least[i], floor[i]) if visible[i] else np.inf
+        strength = (1.0 / size if np.isfinite(size) else np.inf) if parameter.reciprocal else size
+        directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(unique[i])))
+    return Confusion(tuple(directions), cosine)
+
+
+def detectable(search: Search) -> tuple[Direction, ...]:
+    """Smallest strength of each effect that a search with nothing to find would have found, in its frames.
+
+    An effect without a frame was not tried, as there was nothing left for it to explain.
+
+    Parameters
+    ----------
+    search : Search
+    """
+    found: dict[str, Direction] = {}
+    for frame in search.frames:
+        effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
+        if not effects:
+            continue
+        blank = absent_values(frame, len(search.ground.whole))
+        local = carried(frame, blank, search.base.frame, search.base.fit.local)
+        seen = confusion(frame, search.ground, local, effects, search.gate)
+        found |= {direction.effect: direction for direction in seen.directions}
+    return tuple(found[effect.name] for effect in search.effects if effect.name in found)
+
+
+CONDITIONS: dict[str, dict[str, tuple[float, ...]]] = {
+    "fibre_mass": {
+        "lift": (0.005, 0.01, 0.02, 0.04),
+        "inclination": (np.pi / 6, np.pi / 4, np.pi / 2),
+        "added_mass": (0.0, 5.035),
+    },
+    "pulley_drive": {"added_mass": (0.0, 2.5, 5.035, 10.0), "inclination": (np.pi / 12, np.pi / 6, np.pi / 4)},
+}
+"""Conditions a further record could have, by kind of rig, in SI units."""
+FACTORS = (0.5, 2.0)
+"""On pace and size of an input."""
+
+
+def menu_of(task: Task) -> list[Choice]:
+    """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller.
+
+    Parameters
+    ----------
+    task : Task
+    """
+    rig = task.problem.model.rig
+    known = CONDITIONS.get(rig.kind, {})
+    menu = [Choice(0, dict(zip(known, values, strict=True))) for values in product(*known.values())] if known else []
+    for record in range(len(task.problem.layout.records) if rig.inputs else 0):
+        menu += [Choice(record, {}, pace=factor) for factor in FACTORS]
+        menu += [Choice(record, {}, size=factor) for factor in FACTORS]
+    return menu
+
+
+def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
+    """The record of the menu that splits a pair of effects best; None where the rig has no menu.
+
+    Inputs count as known: what they would be measured like is not known beforehand.
+
+    Parameters
+    ----------
+    search : Search
+    pair : sequence of Effect classes
+        Two.
+    """
+    if not (menu := menu_of(search.task)):
+        return None
+    held = next((frame for frame in search.frames if frame.holds(pair)), None)
+    frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None)
+    local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
+    columns, targets = _varied(frame, search.ground, local, _strengths(pair), LITTLE * _sizes(_strengths(pair)))
+    grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
+    before = float(_compared(grams, search.ground)[2][0, 1])
+    further = _menu_grams(frame, search.ground, local, columns, targets, menu)
+    after = [float(_compared(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
+    best = int(np.argmin(after))
+    record = search.task.problem.layout.records[menu[best].record]
+    return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
+
+
+def _menu_grams(
+    frame: Frame,
+    ground: Ground,
+    local: np.ndarray,
+    columns: np.ndarray,
+    targets: np.ndarray,
+    menu: Sequence[Choice],
+) -> list[np.ndarray]:
+    """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled."""
+    records, found = len(local), []
+    for start in range(0, len(menu), records):
+        batch = [menu[min(start + r, len(menu) - 1)] for r in range(records)]
+        rows = [choice.record for choice in batch]
+        data = records_of(frame.problem.observations, batch)
+        problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
+        elsewhere = replace(frame, task=replace(frame.task, problem=problem))
+        same = local[rows], columns, targets[rows], ground.whole[rows]
+        found += list(elsewhere.grams(*same)[:, :-1, :-1])
+    return found[: len(menu)]
+
+
+def records_of(observations: Observations, batch: Sequence[Choice]) -> Observations:
+    """Observations ``(n_choice, ...)`` as records of a menu would be taken; what they measure is not known.
+
+    Parameters
+    ----------
+    observations : Observations
+        Of the study.
+    batch : sequence of Choice
+    """
+    rows = np.array([choice.record for choice in batch])
+    data: Observations = jax.tree.map(lambda leaf: leaf[rows], observations)
+    experiment = data.experiment._replace(
+        conditions=_conditions(data.experiment.conditions, batch), inputs=_driven(data.experiment, batch)
+    )
+    return data._replace(experiment=experiment)
+
+
+def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice]) -> dict[str, Any]:
+    changed = {name: np.array(values) for name, values in stated.items()}
+    for r, choice in enumerate(batch):
+        for name, value in choice.conditions.items():
+            changed[name][r] = value
+    return {name: jnp.asarray(values) for name, values in changed.items()}
+
+
+def _driven(experiment: Any, batch: Sequence[Choice]) -> dict[str, Signals]:
+    """Inputs of records run at another pace and size, about where they begin; held where they end."""
+    times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
+    driven = {}
+    for name, signals in experiment.inputs.items():
+        values, slopes = np.array(signals.values), np.array(signals.slopes)
+        for r, choice in enumerate(batch):
+            known = slice(0, counts[r])
+            there = times[r, 0] + choice.pace * (times[r] - times[r, 0])
+            moved = np.interp(there, times[r, known], values[r, known])
+            values[r] = values[r, 0] + choice.size * (moved - values[r, 0])
+            steep = np.interp(there, times[r, known], slopes[r, known], right=0.0)
+            slopes[r] = choice.size * choice.pace * steep
+        driven[name] = Signals(jnp.asarray(values), jnp.asarray(slopes))
+    return driven
+
+
+def _strengths(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
+    return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
+
+
+def _compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Size of each effect's own change, its share of the whole change, and the cosines."""
+    projected, whole = _projected(grams, len(ground.base), len(ground.each))
+    norms = np.sqrt(np.maximum(np.diag(projected), 0.0))
+    total = np.sqrt(np.diag(whole))
+    unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
+    visible = unique > UNIQUE
+    safe = np.where(visible, norms, 1.0)
+    cosine = np.abs(projected / np.outer(safe, safe)) * np.outer(visible, visible)
+    np.fill_diagonal(cosine, 1.0)
+    return norms, unique, cosine
+
+
+def _sizes(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
+    """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
+    weak = [SMALL / p.typical if p.reciprocal else SMALL * abs(p.typical - p.null) for _, p in strengths]
+    return np.array(weak)
+
+
+def _varied(
+    frame: Frame,
+    ground: Ground,
+    local: np.ndarray,
+    strengths: Sequence[tuple[str, Parameter]],
+    sizes: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Columns, and the values they are set to: effects are given their `sizes`."""
+    names = [*ground.base, *ground.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
+    columns = np.array([frame.names.index(name) for name in names])
+    targets = local[:, columns].copy()
+    n = len(ground.base) + len(ground.each)
+    scale = np.array([abs(frame.declared[name].typical) for name in names[:n]])
+    targets[:, :n] += STEP * np.maximum(np.abs(targets[:, :n]), 0.01 * scale)
+    for i, (_, parameter) in enumerate(strengths):
+        sign = np.sign(parameter.typical - parameter.null)
+        targets[:, n + i] = 1.0 / sizes[i] if parameter.reciprocal else parameter.null + sign * sizes[i]
+    return columns, targets
+
+
+def _projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrix of the effects' columns, base parameters and nuisances projected off, and without projection."""
+    n = shared + own
+    records = len(grams)
+    size = shared + records * own
+    base, cross = np.zeros((size, size)), np.zeros((size, grams.shape[1] - n))
+    for r, gram in enumerate(grams):
+        place = np.r_[np.arange(shared), shared + r * own + np.arange(own)]
+        base[np.ix_(place, place)] += gram[:n, :n]
+        cross[place] += gram[:n, n:]
+    whole = grams[:, n:, n:].sum(axis=0)
+    scale = np.sqrt(np.where(np.diag(base) > 0.0, np.diag(base), 1.0))
+    solved = np.linalg.lstsq(base / np.outer(scale, scale), cross / scale[:, None], rcond=1e-10)[0]
+    return whole - (cross / scale[:, None]).T @ solved, whole

@@ -1,0 +1,112 @@
+"""Explanations that do equally well, and the further record of which they foretell the most different things.
+
+Source
+------
+Measuring where rival models, each at its best, disagree most is Hunter and Reiner, Technometrics 7 (1965).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.discovery.design.distinguish import menu_of, records_of
+from fibrefit.discovery.engine.candidates import Hypothesis, alone
+from fibrefit.discovery.engine.refit import STEP
+from fibrefit.discovery.model.finding import Choice, Parting
+from fibrefit.discovery.search.search import Search
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.task import Task
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """What was added, and what would have explained the records as well in its place.
+
+    Parameters
+    ----------
+    names : (str, str)
+    models : (Hypothesis, Hypothesis)
+        With the one and with the other.
+    """
+
+    names: tuple[str, str]
+    models: tuple[Hypothesis, Hypothesis]
+
+
+def parted(search: Search, rivals: Rivals) -> Parting | None:
+    """The record of the menu on which two explanations differ most; None where the rig has no menu.
+
+    Each keeps the values it was found with but for a record's own zero and start. Inputs count as known.
+
+    Parameters
+    ----------
+    search : Search
+    rivals : Rivals
+    """
+    if not (menu := menu_of(search.task)):
+        return None
+    models = [alone(search.task, hypothesis) for hypothesis in rivals.models]
+    records = search.task.problem.layout.records
+    at_hand = [Choice(r, {}) for r in range(len(records))]
+    apart = _apart(models, search.ground.each, [*at_hand, *menu])
+    before, after = apart[: len(records)], apart[len(records) :]
+    if not (np.isfinite(before).any() and np.isfinite(after).any()):
+        return None
+    best = int(np.nanargmax(after))
+    return Parting(rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best]))
+
+
+def _apart(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], choices: list[Choice]) -> np.ndarray:
+    """Rms difference of two models in units of the noise, ``(n_choice,)``; nan where one cannot be simulated."""
+    records, found = len(models[0][0].traces), []
+    for start in range(0, len(choices), records):
+        batch = [choices[min(start + r, len(choices) - 1)] for r in range(records)]
+        found += list(_of_batch(models, each, batch))
+    return np.array(found[: len(choices)])
+
+
+def _of_batch(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], batch: list[Choice]) -> np.ndarray:
+    rows = [choice.record for choice in batch]
+    data = records_of(models[0][0].problem.observations, batch)
+    first, second = (np.asarray(task.problem.layout.local(values))[rows] for task, values in models)
+    here, there = _readings(models[0][0], first, data), _readings(models[1][0], second, data)
+    slopes = [_readings(models[0][0], moved, data) - here for moved in _moved(models[0][0], first, each)]
+    number = sum(np.count_nonzero(np.asarray(weight), axis=-1) for weight in data.weight.values())
+    apart = np.full(len(batch), np.nan)
+    for r, change in enumerate(there - here):
+        own = np.array([slope[r] for slope in slopes]).T
+        if np.isfinite(change).all() and np.isfinite(own).all():
+            left = change - own @ np.linalg.lstsq(own, change, rcond=None)[0] if slopes else change
+            apart[r] = np.sqrt(left @ left / number[r])
+    return apart
+
+
+def _moved(task: Task, local: np.ndarray, each: tuple[str, ...]) -> list[np.ndarray]:
+    """Values with each of a record's own ones a little further."""
+    declared, moved = task.problem.layout.names, []
+    for name in each:
+        changed, j = local.copy(), declared.index(name)
+        scale = task.problem.layout.slots[j].range.scale
+        changed[:, j] += STEP * np.maximum(np.abs(changed[:, j]), 0.01 * scale)
+        moved.append(changed)
+    return moved
+
+
+def _readings(task: Task, local: np.ndarray, data: Observations) -> np.ndarray:
+    """What a model says of records in units of the noise, ``(n_record, n_channel * n_time)``; nil where none counts."""
+    problem = eqx.tree_at(lambda p: p.observations, task.problem, data)
+    return np.asarray(_weighed(problem, jnp.asarray(local)))
+
+
+@eqx.filter_jit
+def _weighed(problem: Any, local: jax.Array) -> jax.Array:
+    data = problem.observations
+    readings = problem.foretold(local, data.experiment)
+    channels = [readings[channel] * data.weight[channel] for channel in problem.model.rig.channels]
+    return jnp.concatenate(channels, axis=-1)

@@ -1,0 +1,1 @@
+"""Candidates, the supermodel that holds them, their refits and what decides."""

@@ -1,0 +1,324 @@
+"""Candidates: which effects may be missing, where their refits start, and how they did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.discovery.engine.refit import Refit, Subset, led_along, refit
+from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
+from fibrefit.effects.law import Effect
+from fibrefit.problem.task import Task
+
+SMALL = 0.1
+"""Strength at which a refit starts, as a share of the typical one: small enough not to spoil the orbit."""
+BLOWN, GENTLER = 4.0, 3
+"""Cost over that of the model without the effect from which a start is made weaker, and how often: bounces that come
+at other times lead nowhere."""
+GROWTH, GROWN, FOLLOWED = 1.3, 20, 8
+"""Factor by which the strength of an effect then grows from a weak one, how often, and steps of each refit."""
+PAST = 3
+"""Strengths in turn with no lower cost after which the best one is past."""
+SHAPES = (0.25, 1.0, 4.0)
+"""Where a shape parameter, which has no slope while the strength is nil, starts: multiples of its typical size."""
+SCOUTING = 6
+"""Steps every start is given before the best ones go on."""
+FINALISTS = 2
+RETIMED = 0.01
+"""Relative fall of the cost for which a refit is led once more."""
+FREQUENCIES = np.geomspace(0.125, 8.0, 18)
+"""Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped."""
+MANY, KEPT = 12, 4
+"""Starts from which on each takes a single step before the best few go on."""
+THREADS = 2
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects that may be missing together, fitted.
+
+    Parameters
+    ----------
+    effects : tuple of Effect classes
+        Added to the model the search began with, in the order they were found.
+    fit : Refit
+    frame : Frame
+        The one it was fitted in.
+    """
+
+    effects: tuple[type[Effect], ...]
+    fit: Refit
+    frame: Frame
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters the effects add."""
+        return sum(len(effect.parameters) for effect in self.effects)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What all hypotheses of a search have in common.
+
+    Parameters
+    ----------
+    base : tuple of str
+        Shared free values of the model the search began with.
+    each : tuple of str
+        Free values of each record.
+    counts : (n_stage, n_record) int
+        Horizons, the last one whole.
+    data_start : dict of str to (n_record,)
+        Values the data themselves suggest.
+    """
+
+    base: tuple[str, ...]
+    each: tuple[str, ...]
+    counts: np.ndarray
+    data_start: dict[str, np.ndarray]
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Samples of each record."""
+        return self.counts[-1]
+
+    def subset(self, effects: Iterable[type[Effect]], scattering: bool = False) -> Subset:
+        """Active values when these effects are on."""
+        added = tuple(f"{effect.name}.{p.name}" for effect in effects for p in effect.parameters)
+        return Subset(self.base + added, self.each, self.base if scattering else ())
+
+
+def absent_values(frame: Frame, records: int) -> np.ndarray:
+    """Values ``(n_record, n_local)`` with every effect at its null and nothing else set."""
+    local = np.zeros((records, len(frame.names)))
+    for j, name in enumerate(frame.names):
+        declared = frame.declared[name]
+        reachable = declared.lower <= declared.null <= declared.upper
+        local[:, j] = declared.null if reachable or declared.reciprocal else declared.typical
+    return local
+
+
+def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) -> np.ndarray:
+    """Values of one frame put in place in another."""
+    values = onto.copy()
+    for j, name in enumerate(frame.names):
+        if name in source.names:
+            values[:, j] = local[:, source.names.index(name)]
+    return values
+
+
+def without(hypothesis: Hypothesis, kept: Sequence[type[Effect]]) -> np.ndarray:
+    """Values ``(n_record, n_local)`` of a hypothesis with those of its effects at their nulls that are not kept."""
+    local, frame = hypothesis.fit.local.copy(), hypothesis.frame
+    blank = absent_values(frame, len(local))
+    for effect in hypothesis.effects:
+        if effect not in kept:
+            columns = [frame.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+            local[:, columns] = blank[:, columns]
+    return local
+
+
+def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
+    """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units.
+
+    Parameters
+    ----------
+    task : Task
+        Of the model the search began with.
+    hypothesis : Hypothesis
+    """
+    own = frame_of(task, hypothesis.effects).task
+    layout = own.problem.layout
+    blank = np.zeros((len(layout.records), len(layout.names)))
+    local = carried(Frame(own), blank, hypothesis.frame, hypothesis.fit.local)
+    return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Further effects on a hypothesis, fitted so far as to see whether they are worth a full refit.
+
+    Parameters
+    ----------
+    frame : Frame
+    effects : tuple of Effect classes
+        Those of the hypothesis and the further ones.
+    scouts : tuple of Refit
+        The best few ends of short refits, best first.
+    """
+
+    frame: Frame
+    effects: tuple[type[Effect], ...]
+    scouts: tuple[Refit, ...]
+
+    def as_it_is(self) -> Hypothesis:
+        """The hypothesis without a full refit."""
+        return Hypothesis(self.effects, self.scouts[0], self.frame)
+
+    def refitted(self, ground: Ground) -> Hypothesis:
+        """The hypothesis refitted in full, from the best few ends."""
+        subset = ground.subset(self.effects)
+        ends = [refit(self.frame, subset, scout.local, ground.whole) for scout in self.scouts]
+        best = min(ends, key=lambda found: found.cost)
+        return Hypothesis(self.effects, retimed(self.frame, subset, best, ground), self.frame)
+
+
+def retimed(frame: Frame, subset: Subset, found: Refit, ground: Ground) -> Refit:
+    """A refit led once more from what can be foretold to whole records, as long as that leads lower.
+
+    Where later bounces are matched in the wrong order, the first ones still tell the way out.
+    """
+    while frame.reactions is None and len(ground.counts) > 1:
+        early = found
+        for counts in ground.counts[:-1]:
+            early = refit(frame, subset, early.local, counts, SCOUTING, 1e-3)
+        other = refit(frame, subset, early.local, ground.whole)
+        if not other.cost < (1.0 - RETIMED) * found.cost:
+            break
+        found = other
+    return found
+
+
+def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Trial:
+    """A parent hypothesis with more effects, refitted by some steps from several starts.
+
+    Parameters
+    ----------
+    frame : Frame
+        One that holds all effects.
+    ground : Ground
+    parent : Hypothesis
+    added : sequence of Effect classes
+    """
+    effects = (*parent.effects, *added)
+    subset = ground.subset(effects)
+    blank = absent_values(frame, len(parent.fit.local))
+    before = carried(frame, blank, parent.frame, parent.fit.local)
+    most = BLOWN * parent.fit.cost
+    plain = _starts(frame, before, added)
+    starts = [_gentle(frame, ground, start, added, most) for start in plain]
+    blown = any(start is not first for start, first in zip(starts, plain, strict=True))
+    if len(starts) > MANY:
+        first = sorted((refit(frame, subset, start, ground.whole, 1) for start in starts), key=lambda found: found.cost)
+        starts = [found.local for found in first[:KEPT]]
+    scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in starts]
+    if blown:
+        scouts += _led(frame, ground, subset, min(scouts, key=lambda found: found.cost), added)
+    # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
+    near = frame.reactions is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
+    if not parent.effects and not near:
+        scouts += [_from_data(frame, ground, subset, _suggested(frame, start, ground)) for start in starts]
+    return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
+
+
+def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
+    """Carry out jobs on all cores; compiled programs run without holding the interpreter."""
+    done: list[Any] = []
+    with ThreadPoolExecutor(THREADS) as pool:
+        for found in pool.map(lambda job: job(), jobs):
+            done.append(found)
+            tell(len(done))
+    return done
+
+
+def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[type[Effect]], most: float) -> np.ndarray:
+    """A start, or a weaker one where it costs more than `most`."""
+    for _ in range(GENTLER):
+        if frame.costs(start, ground.whole).sum() <= most:
+            break
+        weaker = _scaled(frame, start, added, SMALL)
+        if np.array_equal(weaker, start):
+            break
+        start = weaker
+    return start
+
+
+def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Sequence[type[Effect]]) -> list[Refit]:
+    """Refits at strengths that grow step by step, from a weak one; the other values are led along.
+
+    Where a motion bounces, a strong effect is far beyond what slopes foretell, and a weak one lies in a dent of its
+    own: each strength is reached from the one before.
+    """
+    strengths = {f"{effect.name}.{name}" for effect in added for name in effect.strength}
+    held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))
+    local, led, best = weak.local, [], weak.cost
+    for _ in range(GROWN):
+        goal = _scaled(frame, local, added, GROWTH)
+        grown = goal != local
+        if not (grown.any() and np.isfinite(goal[grown]).all()):
+            break
+        start = led_along(frame, held, subset, local, goal, ground.whole)
+        fit = refit(frame, held, start, ground.whole, FOLLOWED, 1e-5)
+        local = fit.local
+        known = {name: float(local[0, frame.names.index(name)]) for name in strengths}
+        led.append(replace(fit, shared={**fit.shared, **known}))
+        best = min(best, fit.cost)
+        if not any(fit.cost <= best for fit in led[-PAST:]):
+            break
+    return led
+
+
+def _scaled(frame: Frame, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
+    """Values with added effects made stronger or weaker, inside their bounds; a frequency stays."""
+    scaled = values.copy()
+    for effect in added:
+        for name in effect.strength:
+            j = frame.names.index(f"{effect.name}.{name}")
+            declared = frame.declared[frame.names[j]]
+            if declared.reciprocal:
+                scaled[:, j] /= factor
+            elif declared.unit != "Hz":
+                scaled[:, j] = declared.null + factor * (scaled[:, j] - declared.null)
+            scaled[:, j] = np.clip(scaled[:, j], declared.lower, declared.upper)
+    return scaled
+
+
+def _suggested(frame: Frame, before: np.ndarray, ground: Ground) -> np.ndarray:
+    values = before.copy()
+    for name, column in ground.data_start.items():
+        values[:, frame.names.index(name)] = column
+    return values
+
+
+def _from_data(frame: Frame, ground: Ground, subset: Subset, start: np.ndarray) -> Refit:
+    early = refit(frame, subset, start, ground.counts[0], SCOUTING, 1e-2)
+    return refit(frame, subset, early.local, ground.whole, SCOUTING, 1e-3)
+
+
+def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
+    """Values with the added effects weakly present: each sign that makes sense, each shape."""
+    choices = []
+    for effect in added:
+        choices.append(list(product(*(_sizes(effect, parameter) for parameter in effect.parameters))))
+    starts = []
+    for choice in product(*choices):
+        values = before.copy()
+        for effect, sizes in zip(added, choice, strict=True):
+            for parameter, size in zip(effect.parameters, sizes, strict=True):
+                values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
+        starts.append(values)
+    return starts
+
+
+def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:
+    if parameter.name not in effect.strength:
+        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
+    elif parameter.unit == "Hz":
+        sizes = list(FREQUENCIES * parameter.typical)
+    elif parameter.reciprocal:
+        sizes = [parameter.typical / SMALL**0.5]
+    else:
+        step = SMALL * (parameter.typical - parameter.null)
+        sizes = [parameter.null + step] + ([parameter.null - step] if parameter.lower < parameter.null else [])
+    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]

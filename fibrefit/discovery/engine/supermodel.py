@@ -1,0 +1,310 @@
+"""A frame: a model with many effects at once, all absent until they are switched on.
+
+Every effect vanishes exactly at its null value, so one compiled program stands for every subset of its effects. A
+search over effects and pairs of effects then compiles a few programs; only the values differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.effects.law import Effect, SensorLaw
+from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, expanded, input_errors, residuals
+from fibrefit.problem.inputs.linearity_weights import counted, faded, fades
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.task import Task
+
+WIDTHS = (12, 24, 64, 256)
+"""Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
+
+
+STRETCHES = 64
+"""Equal parts of a record whose say in the values is told one by one."""
+FAR = 1.4
+"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
+OWN_KIND = ("guide", "fibre", "sensor")
+"""Places with so many effects that they have frames of their own."""
+
+
+class Reactions(NamedTuple):
+    """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
+
+    They are those of the model a search begins with, and of the errors found with it: effects change them at second
+    order.
+
+    Parameters
+    ----------
+    waves : mapping of input to (n_record, n_wave)
+        The errors; they are taken off the inputs.
+    fade : (n_record, n_channel, n_time)
+        Factor on each sample's weight, see `foretold`.
+    offset : (n_record, n_channel * n_time)
+        What the readings would be without that.
+    rows : (n_record, n_wave, n_channel * n_time)
+        In single precision, as they are many.
+    inverse : (n_record, n_wave, n_wave)
+        Of ``I + A'A``.
+    """
+
+    waves: Waves
+    fade: np.ndarray
+    offset: jax.Array
+    rows: jax.Array
+    inverse: jax.Array
+
+
+def reactions_of(task: Task, values: np.ndarray, waves: Waves, far: bool = False) -> Reactions | None:
+    """Reactions of a task's model; None where no input is noisy.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    waves : mapping of input to (n_record, n_wave)
+    far : bool
+        Whether the model lacks so much that a right one moves otherwise after the first bounce of a record: only what
+        is before it counts then.
+    """
+    if not (known := input_errors(task)):
+        return None
+    rows = [rows for _, _, rows in expanded(task.problem, known, values, waves)]
+    fade = fades(task.problem, known, values, waves, rows)
+    if far:
+        fade = np.minimum.accumulate(np.broadcast_to(fade.min(axis=1, keepdims=True), fade.shape), axis=-1)
+    offsets, parts, inverses = [], [], []
+    for r, wave in enumerate(np.concatenate([waves[name] for name in known], axis=1)):
+        weaker = jnp.asarray(rows[r] * fade[r].ravel())
+        offsets.append(-wave @ weaker)
+        inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
+        parts.append(weaker.astype(jnp.float32))
+    return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+
+
+def waves_at(task: Task, values: np.ndarray, reactions: Reactions) -> Waves:
+    """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as the reactions foretell them."""
+    known = input_errors(task)
+    left = residuals(faded(task.problem, reactions.fade), known, values, reactions.waves)
+    flat = []
+    for r, rows in enumerate(reactions.rows):
+        flat.append(-reactions.inverse[r] @ (rows @ (left[r].ravel() + reactions.offset[r])))
+    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
+    return dict(zip(known, np.split(np.array(flat), ends, axis=1), strict=True))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A task whose model holds many effects.
+
+    Parameters
+    ----------
+    task : Task
+        Its layout frees all values; which are active is decided at each call.
+    reactions : Reactions, optional
+    compiled : set of int
+        Numbers of columns its programs were compiled for.
+    """
+
+    task: Task
+    reactions: Reactions | None = None
+    compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
+
+    @property
+    def problem(self) -> Problem:
+        """The problem with all effects."""
+        return self.task.problem
+
+    @cached_property
+    def samples(self) -> np.ndarray:
+        """Number of samples that count of each record, ``(n_record,)``."""
+        return self._counted.sum(axis=1)
+
+    @cached_property
+    def _counted(self) -> np.ndarray:
+        """How much each instant of a record counts, ``(n_record, n_time)``: by the number of channels read then."""
+        return counted(self.problem, 1.0 if self.reactions is None else self.reactions.fade)
+
+    def samples_before(self, counts: np.ndarray) -> np.ndarray:
+        """Number of samples that count of each record before a horizon, ``(n_record,)``."""
+        early = np.arange(self._counted.shape[1]) < counts[:, None]
+        return np.sum(self._counted, axis=1, where=early)
+
+    @cached_property
+    def effects(self) -> tuple[type[Effect], ...]:
+        """The effects it holds."""
+        return self.problem.model.effects
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of a record's values, in their order."""
+        return self.problem.layout.names
+
+    @cached_property
+    def declared(self) -> dict[str, Parameter]:
+        """Declaration of each parameter and nuisance by name."""
+        model = self.problem.model
+        return {p.name: p for p in (*model.parameters, *model.rig.nuisances, *model.rig.conditions)}
+
+    def holds(self, effects: Sequence[type[Effect]]) -> bool:
+        """Whether all these effects are in it."""
+        return set(effects) <= set(self.effects)
+
+    def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Local Gram matrices by differences, ``(n_record, n_active + 1, n_active + 1)``; residuals come last.
+
+        Differences rather than tangents: a run is a native loop, while the tangents of a model with all effects at
+        once are hundreds of megabytes; with switches located to rounding, differences are good to seven digits.
+
+        Parameters
+        ----------
+        local : (n_record, n_local) in SI units
+        columns : (n_active,) int
+            Which values to vary.
+        targets : (n_record, n_active) in SI units
+            To what; a column is the change of the residuals, not divided by that of the value.
+        counts : (n_record,) int
+            Horizon of each record in samples.
+        """
+        return self.grams_and_scores(local, columns, targets, counts)[0]
+
+    def grams_and_scores(
+        self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Gram matrices as `grams`, and the part each stretch of a record has in the last column of them.
+
+        Parameters
+        ----------
+        local, columns, targets, counts : as `grams`
+
+        Returns
+        -------
+        grams : (n_record, n_active + 1, n_active + 1)
+        scores : (n_record, n_active, STRETCHES)
+        """
+        active = len(columns)
+        # A program of its own for fewer columns takes longer to compile than the wider one to run.
+        width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
+        self.compiled.add(width)
+        padded = np.zeros(1 + width, dtype=np.int32)
+        padded[1 : 1 + active] = columns
+        values = np.zeros((len(local), 1 + width))
+        values[:, 0] = local[:, 0]
+        values[:, 1 : 1 + active] = targets
+        varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
+        horizon = jnp.asarray(counts, dtype=jnp.int32)
+        grams, scores = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
+        keep = np.r_[1 : 1 + active, 0]
+        return np.asarray(grams)[:, keep][:, :, keep], np.asarray(scores)[:, :active]
+
+    def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Sum of squared residuals of each record, ``(n_record,)``."""
+        # A Gram matrix of nothing but residuals: a program of its own would have to be compiled too.
+        nothing = np.zeros(0, dtype=np.int32)
+        return self.grams(local, nothing, np.zeros((len(local), 0)), counts)[:, 0, 0]
+
+
+def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    """Those of `effects` that share a frame with one of them: its kind, as a model with all effects takes long to run.
+
+    One that makes the equations of motion stiff would slow down all others, and stays alone.
+    """
+    if effect.stiff:
+        return (effect,)
+    return tuple(other for other in effects if not other.stiff and _kind(other) == _kind(effect))
+
+
+def _kind(effect: type[Effect]) -> tuple[str, bool]:
+    """Where it acts, and whether it is a sensor that answers late."""
+    place = effect.name.partition(".")[0]
+    late = issubclass(effect, SensorLaw) and (
+        effect.late_by is not SensorLaw.late_by or effect.lags is not SensorLaw.lags
+    )
+    return place if place in OWN_KIND else "", late
+
+
+def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions | None = None) -> Frame:
+    """Frame with the effects of a task's model and more.
+
+    Parameters
+    ----------
+    task : Task
+    effects : sequence of Effect classes
+        Added to those the model has already.
+    reactions : Reactions, optional
+    """
+    old = task.problem.model
+    model = replace(old, effects=tuple(dict.fromkeys((*old.effects, *effects))))
+    known = {slot.name: slot for slot in task.problem.layout.slots}
+    slots = [known.get(p.name) or Slot(p.name, p.unit, Range.of(p)) for p in model.parameters]
+    slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
+    layout = Layout(tuple(slots), task.problem.layout.records)
+    problem = Problem(model, layout, task.problem.observations)
+    if reactions is not None:
+        problem = faded(corrected(problem, input_errors(task), reactions.waves), reactions.fade)
+    return Frame(replace(task, problem=problem), reactions)
+
+
+def _residuals(problem: Problem, local: jax.Array, data: Observations, count: jax.Array) -> jax.Array:
+    early = jnp.arange(data.experiment.times.shape[0]) < count
+    shorter = data._replace(
+        experiment=data.experiment._replace(count=jnp.minimum(count, data.experiment.count)),
+        weight={channel: jnp.where(early, weight, 0.0) for channel, weight in data.weight.items()},
+    )
+    return problem.record_residuals(local, shorter).ravel()
+
+
+@eqx.filter_jit
+def _grams(
+    problem: Problem,
+    local: jax.Array,
+    columns: jax.Array,
+    targets: jax.Array,
+    active: jax.Array,
+    counts: jax.Array,
+    reactions: Reactions | None,
+) -> tuple[jax.Array, jax.Array]:
+    def one(row: tuple) -> tuple[jax.Array, jax.Array]:
+        local, target, data, count, reactions = row
+
+        def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
+            there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
+            return rows.at[i].set(there - rows[0])
+
+        # The first row is of the values as they are; a program with a second copy of the model takes longer to make.
+        channels = [data.weight[channel] for channel in problem.model.rig.channels]
+        rows = jnp.zeros((len(columns), len(channels) * channels[0].size))
+        rows = jax.lax.fori_loop(0, active, vary, rows)
+        if reactions is not None:
+            counted = jnp.stack(channels) * (jnp.arange(channels[0].size) < count) > 0.0
+            rows = rows.at[0].add(jnp.where(counted.ravel(), reactions.offset, 0.0))
+        gram = rows @ rows.T
+        if reactions is None:
+            return gram, _in_stretches(rows, rows[0], data)
+        # Rows differ by many orders of magnitude: single precision is that of each row.
+        size = jnp.sqrt(jnp.diag(gram))
+        size = jnp.where(size > 0.0, size, 1.0)
+        pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
+        wave = (reactions.inverse @ pulled[0]).astype(jnp.float32)
+        told = _in_stretches(rows, rows[0] - (wave @ reactions.rows).astype(float), data)
+        return gram - pulled @ reactions.inverse @ pulled.T, told
+
+    return jax.lax.map(one, (local, targets, problem.observations, counts, reactions))
+
+
+def _in_stretches(rows: jax.Array, residuals: jax.Array, data: Observations) -> jax.Array:
+    """Products of all but the first row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
+    products = (rows[1:] * residuals).reshape(len(rows) - 1, -1, data.experiment.times.shape[0])
+    size = -(-products.shape[-1] // STRETCHES)
+    ends = jnp.pad(products.sum(axis=1), ((0, 0), (0, STRETCHES * size - products.shape[-1])))
+    return ends.reshape(len(rows) - 1, STRETCHES, size).sum(axis=-1)

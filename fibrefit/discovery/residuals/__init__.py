@@ -1,0 +1,1 @@
+"""Where, when and in which band model and measurement differ."""

@@ -1,0 +1,139 @@
+"""Contacts: each time a fibre goes taut, how soon after it the gap opens, and whether it goes with the speed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.discovery.residuals.chance import loudest
+from fibrefit.discovery.residuals.residuals import Left, Strand
+from fibrefit.problem.diagnose.phases import SLACK, TAUT
+
+SOON = 2.0 / 3.0
+"""Share of the gap that makes most of it."""
+DENSE = 2.0
+"""How much denser than on average the gap must lie after take-up to be said to lie there."""
+STEPS = 60
+"""Times after take-up that are tried."""
+FEWEST_CONTACTS, FEWEST = 6, 4
+"""Contacts that show a dependence, and samples by which each of them is judged."""
+BY_CHANCE = 0.01
+
+
+class Contact(NamedTuple):
+    """One contact of the fibre.
+
+    Parameters
+    ----------
+    strand : Strand
+    start, stop : int
+        First sample that is taut, and the one past the last.
+    speed : float
+        At take-up, in m/s.
+    """
+
+    strand: Strand
+    start: int
+    stop: int
+    speed: float
+
+
+def contacts(found: Left, own: list[Strand]) -> list[Contact]:
+    """Contacts that begin with a slack fibre, in the order of records and time.
+
+    Parameters
+    ----------
+    found : Left
+    own : list of Strand
+        One channel of each record.
+    """
+    states, listed = found.motion.states, []
+    speeds = np.abs(states.get("stretch rate", states["speed"]))
+    for piece in own:
+        taut = np.isin(piece.phase, TAUT)
+        changes = np.flatnonzero(np.diff(taut.astype(int)))
+        starts = [int(i) + 1 for i in changes if taut[i + 1] and piece.phase[i] == SLACK]
+        for start in starts:
+            later = np.flatnonzero(~taut[start:])
+            stop = start + int(later[0]) if later.size else len(taut)
+            if stop - start >= FEWEST:
+                listed.append(Contact(piece, start, stop, float(speeds[piece.record, start])))
+    return listed
+
+
+def after_take_up(found: Left, own: list[Strand], phase: int) -> list[str]:
+    """What can be said of the gap of one channel in a taut phase and the take-ups before it; empty where nothing can.
+
+    Parameters
+    ----------
+    found : Left
+    own : list of Strand
+        The channel in each record.
+    phase : int
+    """
+    listed = contacts(found, own)
+    if not listed:
+        return []
+    within, share = soon(listed, phase)
+    said = [] if within is None else [f"{100 * share:.0f} % of that in the first {_in_ms(within)} after take-up"]
+    if (way := trend(listed, phase, within)) is not None:
+        said.append(f"it {way} with the speed at take-up")
+    return said
+
+
+def _in_ms(time: float) -> str:
+    """Rounded up to half a millisecond, or a whole one."""
+    step = 0.5 if time < 5e-3 else 1.0
+    return f"{step * np.ceil(1e3 * time / step - 1e-6):g} ms"
+
+
+def soon(listed: list[Contact], phase: int) -> tuple[float | None, float]:
+    """Time [s] after take-up in which most of a phase's gap lies, and its share; None where it lies everywhere."""
+    since, excess = (np.concatenate(parts) for parts in zip(*(_since(c, phase) for c in listed), strict=True))
+    whole = float(excess.sum())
+    if whole <= 0.0 or len(since) < FEWEST:
+        return None, 0.0
+    order = np.argsort(since, kind="stable")
+    since, running = since[order], np.cumsum(excess[order])
+    times = np.linspace(0.0, float(since[-1]), STEPS + 1)[1:]
+    numbers = np.maximum(np.searchsorted(since, times, side="right"), FEWEST)
+    shares, parts = running[numbers - 1] / whole, numbers / len(since)
+    # Where the gap falls furthest behind what it was soon after take-up: the knee of the curve.
+    best = int(np.argmax(np.where(shares > SOON, shares - parts, -1.0)))
+    piece, power = listed[0].strand, 1.0 + float(running[numbers[best] - 1]) / numbers[best]
+    limit = loudest(piece.noise, int(numbers[best]), len(piece.times), piece.rate, STEPS)
+    if shares[best] <= max(SOON, DENSE * parts[best]) or power <= limit:
+        return None, 0.0
+    return float(since[numbers[best] - 1]), float(min(shares[best], 1.0))
+
+
+def trend(listed: list[Contact], phase: int, within: float | None) -> str | None:
+    """``grows`` or ``shrinks`` where the gap of the contacts is ordered by the speed at take-up; None where not.
+
+    Source
+    ------
+    Kendall, Biometrika 30 (1938); exact for few contacts.
+    """
+    from scipy.stats import kendalltau
+
+    speeds, gaps = [], []
+    for contact in listed:
+        since, excess = _since(contact, phase)
+        inside = since <= (np.inf if within is None else within)
+        if inside.sum() >= FEWEST:
+            speeds.append(contact.speed)
+            gaps.append(float(excess[inside].mean()))
+    if len(speeds) < FEWEST_CONTACTS:
+        return None
+    found = kendalltau(speeds, gaps)
+    if not found.pvalue < BY_CHANCE:
+        return None
+    return "grows" if found.statistic > 0.0 else "shrinks"
+
+
+def _since(contact: Contact, phase: int) -> tuple[np.ndarray, np.ndarray]:
+    """Time [s] since take-up and excess of the samples of a contact that count, in one phase."""
+    piece, inside = contact.strand, slice(contact.start, contact.stop)
+    chosen = (piece.phase[inside] == phase) & piece.counted[inside]
+    return (piece.times[inside] - piece.times[contact.start])[chosen], piece.excess[inside][chosen]

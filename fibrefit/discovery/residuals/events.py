@@ -1,0 +1,104 @@
+"""Events: instants before which a record is explained down to its noise, and after which it is not.
+
+Law
+---
+The first window that is louder than noise gets by chance begins an event where all before it, taken together and just
+before it, is noise; most of the motion after it is loud, at once and not by and by; and what the rig does then it has
+done before, in the same phase and at no larger a speed, position or tension.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.discovery.residuals.chance import loudest
+from fibrefit.discovery.residuals.residuals import Left, Strand, strands
+from fibrefit.problem.diagnose.phases import HELD, REST
+
+FEWEST = 10
+"""Windows of motion there must be before an event and after it."""
+MOSTLY = 2.0 / 3.0
+"""Share of the windows after an event that are loud."""
+AT_ONCE, RATIO = 5, 0.25
+"""Windows just after an event and just before it; what the former hold, as a share of what the loud ones usually do."""
+SEEN = 3
+"""Windows of a phase that show what it is like without the event."""
+STRETCHED = 0.02
+"""Share of its range by which a state may leave it and still be said to have been there before."""
+
+
+def events(found: Left) -> tuple[tuple[str, float], ...]:
+    """Records in which something happens, each with its instant [s].
+
+    Parameters
+    ----------
+    found : Left
+        A parameter that all records share, or all of one record does, is fitted to what is before an event and after
+        it alike: an event is only seen where that leaves what is before it noise.
+    """
+    pieces, listed = strands(found), []
+    looks = sum(len(piece.times) // piece.window for piece in pieces)
+    for r, record in enumerate(found.problem.layout.records):
+        instant = _event(found, [piece for piece in pieces if piece.record == r], looks)
+        if instant is not None:
+            listed.append((record, instant))
+    return tuple(listed)
+
+
+def _event(found: Left, own: list[Strand], looks: int) -> float | None:
+    width = own[0].window
+    powers = np.array([_powers(piece, width) for piece in own])
+    limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
+    loud = np.asarray((powers > limits).any(axis=0))
+    phase = _usual(own[0].phase, width)
+    moving = ~np.isin(phase, (HELD, REST))
+    if not loud.any():
+        return None
+    first = int(loud.argmax())
+    after = np.flatnonzero(moving[first:]) + first
+    if moving[:first].sum() < FEWEST or len(after) < FEWEST or loud[after].mean() < MOSTLY:
+        return None
+    if not all(_is_noise(piece, powers[c], first, width) for c, piece in enumerate(own)):
+        return None
+    sizes = powers.max(axis=0)
+    if sizes[first : first + AT_ONCE].mean() < RATIO * np.median(sizes[after][loud[after]]):
+        return None
+    if not _done_before(found, own[0].record, phase, first, width):
+        return None
+    return float(own[0].times[first * width])
+
+
+def _powers(piece: Strand, width: int) -> np.ndarray:
+    number = len(piece.times) // width
+    squares = np.where(piece.counted, piece.residual**2, 0.0)
+    return squares[: number * width].reshape(number, width).mean(axis=1)
+
+
+def _usual(values: np.ndarray, width: int) -> np.ndarray:
+    """The commonest of the integers in each window."""
+    windows = values[: len(values) // width * width].reshape(-1, width)
+    return np.array([np.bincount(window).argmax() for window in windows])
+
+
+def _is_noise(piece: Strand, powers: np.ndarray, first: int, width: int) -> bool:
+    """Whether all windows before one, and the last few of them, are noise, each taken together."""
+    return all(
+        powers[first - number : first].mean()
+        <= loudest(piece.noise, number * width, len(piece.times), piece.rate, FEWEST)
+        for number in (first, AT_ONCE)
+    )
+
+
+def _done_before(found: Left, record: int, phase: np.ndarray, first: int, width: int) -> bool:
+    """Whether the rig has been in the phase of a window before, and its states as far out."""
+    if (phase[:first] == phase[first]).sum() < SEEN:
+        return False
+    inside, past = slice(first * width, (first + 1) * width), slice(0, first * width)
+    same = found.motion.phase[record, past] == phase[first]
+    for state in found.motion.states.values():
+        low, high = np.min(state[record, past][same]), np.max(state[record, past][same])
+        room = STRETCHED * (high - low)
+        here = np.median(state[record, inside])
+        if not low - room <= here <= high + room:
+            return False
+    return True

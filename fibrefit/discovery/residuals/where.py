@@ -1,0 +1,196 @@
+"""Where model and measurement part: which record, channel, time and phase; in a picture and in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.discovery.model.finding import Place
+from fibrefit.discovery.residuals.chance import loudest
+from fibrefit.discovery.residuals.contacts import after_take_up
+from fibrefit.discovery.residuals.events import events
+from fibrefit.discovery.residuals.residuals import WINDOW, Left, Strand, strands
+from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
+from fibrefit.problem.diagnose.phases import FORWARDS, HELD, PHASES, TAUT
+
+SPANS = (1, 4, 16)
+"""Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""
+OUT = 2.0
+"""Where most of a record is loud, the excess of a place over noise in units of the record's median excess."""
+LOUD = 4.0
+"""Mean squared residual, in units of the noise, from which an event has happened."""
+MOST = 6
+MOSTLY = 0.8
+"""Share of a gap from which all of it is said to lie where the guide slides in one way, or the drive moves."""
+OF_TIME = 0.7
+"""Share of the time from which that goes without saying."""
+
+
+def places(found: Left) -> tuple[Place, ...]:
+    """Stretches that hold most of the gap, the largest share first.
+
+    Parameters
+    ----------
+    found : Left
+        An identification, or what any other fit leaves.
+
+    Returns
+    -------
+    tuple of Place
+        At most `MOST`; none where the residuals are noise, but for one series in a hundred.
+    """
+    records, channels = found.problem.layout.records, found.problem.model.rig.channels
+    pieces = strands(found)
+    looks = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
+    listed = []
+    for piece in pieces:
+        width = piece.window
+        for first, last in _runs(_loud(piece, width, looks)):
+            inside = slice(first * width, last * width)
+            phase = PHASES[int(np.bincount(piece.phase[inside]).argmax())]
+            excess = float(piece.excess[inside].sum())
+            start, stop = float(piece.times[inside.start]), float(piece.times[inside.stop - 1])
+            listed.append((excess, records[piece.record], channels[piece.channel], phase, start, stop))
+    listed.sort(reverse=True)
+    # The same whole as that of the phases, and never less than what is listed.
+    whole = max(sum(_by_phase(pieces).values()), sum(max(excess, 0.0) for excess, *_ in listed)) or 1.0
+    return tuple(
+        Place(record, channel, phase, start, stop, excess / whole)
+        for excess, record, channel, phase, start, stop in listed[:MOST]
+    )
+
+
+def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:
+    """Whether each window of `width` samples is louder than noise gets by chance, by itself or among its neighbours."""
+    number = len(piece.times) // width
+    cut = lambda values: values[: number * width].reshape(number, width).sum(axis=1)  # noqa: E731
+    sums, counted = cut(np.where(piece.counted, piece.residual**2, 0.0)), cut(piece.counted.astype(float))
+    loud = np.zeros(number, dtype=bool)
+    for span in SPANS:
+        if (groups := number // span) == 0:
+            break
+        # What was loud by itself says nothing of what lies around it.
+        quiet = np.where(loud, 0.0, 1.0)
+        whole, counts = ((quiet * part)[: groups * span].reshape(groups, span).sum(axis=1) for part in (sums, counted))
+        known = counts > 0.5 * span * width
+        powers = np.where(known, whole / np.maximum(counts, 1.0), 0.0)
+        limit = loudest(piece.noise, span * width, len(piece.times), piece.rate, looks)
+        usual = float(np.median(powers[known])) if known.any() else 1.0
+        loud[: groups * span] |= np.repeat(powers > max(limit, 1.0 + OUT * (usual - 1.0)), span)
+    return loud
+
+
+def phase_shares(found: Left) -> dict[tuple[str, str], float]:
+    """Share of the gap beyond noise in each channel and phase."""
+    channels, excess = found.problem.model.rig.channels, _by_phase(strands(found))
+    shares = {
+        (channel, phase): excess.get((c, p), 0.0)
+        for c, channel in enumerate(channels)
+        for p, phase in enumerate(PHASES)
+    }
+    whole = sum(shares.values()) or 1.0
+    return {key: share / whole for key, share in shares.items()}
+
+
+def _by_phase(pieces: list[Strand]) -> dict[tuple[int, int], float]:
+    """Gap beyond noise, in units of the noise, by channel and phase; nil where there is less than noise leaves."""
+    sums: dict[tuple[int, int], float] = {}
+    for piece in pieces:
+        for phase, excess in enumerate(np.bincount(piece.phase, piece.excess, len(PHASES))):
+            sums[piece.channel, phase] = sums.get((piece.channel, phase), 0.0) + float(excess)
+    return {key: max(excess, 0.0) for key, excess in sums.items()}
+
+
+def in_words(found: Left) -> str:
+    """One sentence, without its full stop, on where most of the gap lies.
+
+    Channel and phase; how soon after the fibre goes taut and whether it depends on the speed at which it does; whether
+    it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is said only where it
+    is beyond what noise would show.
+
+    Parameters
+    ----------
+    found : Left
+    """
+    pieces = strands(found)
+    excess = _by_phase(pieces)
+    sure = [key for key in excess if _is_sure([p for p in pieces if p.channel == key[0]], key[1], len(excess))]
+    if not sure:
+        return "No channel is louder than its noise in any phase of the motion"
+    c, phase = max(sure, key=lambda key: excess[key])
+    channel, own = found.problem.model.rig.channels[c], [piece for piece in pieces if piece.channel == c]
+    share = excess[c, phase] / sum(excess.values())
+    said = f"{100 * share:.0f} % of the gap lies in the {channel} while {PHASES[phase]}{_besides(found, c, phase)}"
+    more = []
+    if phase in TAUT:
+        more += after_take_up(found, own, phase)
+    if (band := narrow_band(spectrum_of(own), own[0].noise)) is not None:
+        more.append(f"{100 * band[2]:.0f} % of that of the {channel} lies between {band[0]:.3g} and {band[1]:.3g} Hz")
+    return "; ".join([said, *more])
+
+
+def _is_sure(own: list[Strand], phase: int, looks: int) -> bool:
+    """Whether a channel is louder in a phase than noise gets by chance, as if the phase lasted without a break."""
+    inside = [piece.counted & (piece.phase == phase) for piece in own]
+    number = sum(int(one.sum()) for one in inside)
+    if number == 0:
+        return False
+    power = sum(float(np.sum(piece.residual[one] ** 2)) for piece, one in zip(own, inside, strict=True)) / number
+    longest = max(own, key=lambda piece: len(piece.times))
+    return power > loudest(longest.noise, number, len(longest.times), longest.rate, looks)
+
+
+def _besides(found: Left, channel: int, phase: int) -> str:
+    """What the guide or the drive does where nearly all of that gap lies, if they do not do it most of the time."""
+    moved, up, down = found.motion, *found.problem.model.rig.directions
+    ways: list[tuple[str, np.ndarray]] = []
+    if moved.sliding is not None and phase < FORWARDS:
+        ways += [(f"sliding {up}", moved.sliding == 1), (f"sliding {down}", moved.sliding == -1)]
+    if moved.driven is not None and phase != HELD:
+        ways += [("the drive moves", moved.driven), ("the drive is at rest", ~moved.driven)]
+    counted = np.asarray(found.problem.observations.weight[found.problem.model.rig.channels[channel]]) > 0.0
+    inside = counted & (moved.phase == phase)
+    excess = np.where(inside, found.residuals[:, channel] ** 2 - 1.0, 0.0)
+    said = [
+        words
+        for words, mask in ways
+        if excess[mask].sum() > MOSTLY * excess.sum() and (inside & mask).sum() < OF_TIME * inside.sum()
+    ]
+    return f" and {' and '.join(said)}" if said else ""
+
+
+def onset(found: Left) -> tuple[str, float] | None:
+    """Record and instant [s] from which one record alone parts from the model; None if others do too.
+
+    Of a series of one record it is the instant of its event; `events` tells of any number.
+    """
+    if len(found.problem.layout.records) == 1:
+        return next(iter(events(found)), None)
+    gaps = {}
+    for r, record in enumerate(found.problem.layout.records):
+        count = int(np.asarray(found.problem.observations.experiment.count)[r])
+        gaps[record] = float(np.mean(found.residuals[r, :, :count] ** 2))
+    worst = max(gaps, key=lambda record: gaps[record])
+    others = [gap for record, gap in gaps.items() if record != worst]
+    if not others or gaps[worst] < 2.0 * max(others):
+        return None
+    r = found.problem.layout.records.index(worst)
+    times = np.asarray(found.problem.observations.experiment.times)[r]
+    step = float(times[1] - times[0])
+    width = max(round(WINDOW / step), 4)
+    squares = found.residuals[r].max(axis=0) ** 2
+    blocks = squares[: len(squares) // width * width].reshape(-1, width).mean(axis=1)
+    loud = np.flatnonzero(blocks > 2.0 * LOUD)
+    return (worst, float(times[loud[0] * width])) if len(loud) else None
+
+
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of true flags as (first, past last), those a window apart joined."""
+    edges = np.flatnonzero(np.diff(np.r_[0, flags.astype(int), 0]))
+    runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    joined: list[tuple[int, int]] = []
+    for first, last in runs:
+        if joined and first - joined[-1][1] <= 1:
+            joined[-1] = (joined[-1][0], last)
+        else:
+            joined.append((first, last))
+    return joined

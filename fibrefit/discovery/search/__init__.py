@@ -1,0 +1,1 @@
+"""Forward selection: set-up, rounds, cross-validation."""

@@ -1,0 +1,97 @@
+"""Where a search begins: the frames to search in, and the model without additions in the first of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.refit import Refit, refit
+from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, reactions_of
+from fibrefit.discovery.engine.thresholds import colour, slowest
+from fibrefit.discovery.search.search import Progress, Search
+from fibrefit.effects.law import Effect
+from fibrefit.fitting.result import Identification, total
+from fibrefit.problem.task import Task
+
+
+def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+    """Search over measured records.
+
+    Parameters
+    ----------
+    task : Task
+    before : Identification
+        Of its model.
+    effects : sequence of Effect classes
+        That may be missing.
+    tell : callable
+        Told what is being done.
+    """
+    wanted = _wanted(task, effects)
+    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, _is_far(before)))
+    ground, local = _ground(task), _local(frame, task, before.plain.values)
+    tell("polishing the fit without more effects", None)
+    return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
+
+
+def laid_out(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+    """All effects in one frame, at the values a task begins with where nothing was fitted; parameters as `begun`."""
+    wanted = _wanted(task, effects)
+    values = task.start if before is None else before.plain.values
+    reactions = None if before is None else reactions_of(task, values, before.waves, _is_far(before))
+    frame = frame_of(task, wanted, reactions)
+    gap = 1.0 if before is None else total(before.gap)
+    fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), 0.0, {}, 0)
+    return _search(task, wanted, frame, _ground(task), fit, tell)
+
+
+def _is_far(before: Identification) -> bool:
+    return total(before.gap) > FAR * before.expected_gap
+
+
+def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    return tuple(effect for effect in effects if effect not in task.problem.model.effects)
+
+
+def _ground(task: Task) -> Ground:
+    layout = task.problem.layout
+    free = [slot for slot in layout.slots if slot.free]
+    start = np.asarray(layout.local(jnp.asarray(task.start)))
+    return Ground(
+        base=tuple(slot.name for slot in free if slot.shared),
+        each=tuple(slot.name for slot in free if not slot.shared),
+        counts=task.counts,
+        data_start={name: start[:, j] for j, name in enumerate(layout.names)},
+    )
+
+
+def _local(frame: Frame, task: Task, values: np.ndarray) -> np.ndarray:
+    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
+    return carried(frame, absent_values(frame, len(local)), Frame(task), local)
+
+
+def _search(
+    task: Task,
+    wanted: tuple[type[Effect], ...],
+    frame: Frame,
+    ground: Ground,
+    fit: Refit,
+    tell: Progress,
+) -> Search:
+    trace = task.traces[0]
+    rate = float(1.0 / np.diff(trace.times).mean())
+    known = task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])
+    return Search(
+        task=task,
+        effects=wanted,
+        ground=ground,
+        base=Hypothesis((), fit, frame),
+        kappa=colour(*known),
+        slowest=slowest(*known),
+        samples=float(frame.samples.sum()),
+        tell=tell,
+        frames=[frame],
+    )

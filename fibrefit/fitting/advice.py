@@ -1,0 +1,100 @@
+"""What to do next: which further record would help most, and where to turn when the model falls short."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.fitting.identifiability import Weakness
+from fibrefit.problem.statement.problem import Problem
+
+MENU: dict[str, dict[str, tuple[float, ...]]] = {
+    "fibre_mass": {"lift": (0.005, 0.01, 0.02), "inclination": (np.pi / 6, np.pi / 4, np.pi / 2)},
+}
+"""Conditions a further record could have, by kind of rig, in SI units."""
+WORTHWHILE = 0.8
+"""A record is advised if it brings the largest relative error below this share of what it is."""
+
+
+def advice(
+    problem: Problem,
+    values: np.ndarray,
+    normal: np.ndarray,
+    covariance: np.ndarray,
+    weak: tuple[Weakness, ...],
+    checks: tuple[Check, ...],
+) -> tuple[str, ...]:
+    """Sentences, the most useful first.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+    normal, covariance : (n_free, n_free)
+    weak : tuple of Weakness
+    checks : tuple of Check
+    """
+    failed = {check.name for check in checks if not check.passed}
+    said = []
+    if failed & {
+        "the gap is noise",
+        "residuals have the noise's spectrum",
+        "no phase stands out",
+        "residuals do not depend on the state",
+    }:
+        said.append('Run "fibrefit discover" on this study: it looks for what the model lacks and names it.')
+    if "the noise is known" in failed:
+        said.append("Let a record begin before the motion and run on after it: rests tell the noise.")
+    if weak and (further := _further_record(problem, values, normal, covariance)):
+        said.append(further)
+    return tuple(said)
+
+
+def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray, covariance: np.ndarray) -> str:
+    menu = MENU.get(problem.model.rig.kind)
+    shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+    if menu is None or not shared:
+        return ""
+    before = _relative_errors(normal, shared, values)
+    best, gain, said = np.inf, np.inf, ""
+    for first in menu["lift"]:
+        for second in menu["inclination"]:
+            more = _information(problem, jnp.asarray(values), jnp.asarray([first, second]))
+            after = _relative_errors(normal + np.asarray(more), shared, values)
+            if (worst := float(np.max(after / before.max()))) < best:
+                best, gain = worst, float(after.max() / before.max())
+                said = f"A further record with lift {1e3 * first:.3g} mm at {np.degrees(second):.3g} deg"
+    if not gain < WORTHWHILE:
+        return "No further drop of the usual kind would help much: the parameter needs another kind of test."
+    return f"{said} would bring the largest relative error down to {100 * gain:.0f} % of what it is."
+
+
+def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:
+    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    matrix = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
+    errors = np.sqrt(np.diag(np.linalg.inv(matrix))) / scale
+    return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)
+
+
+@eqx.filter_jit
+def _information(problem: Problem, values: jax.Array, conditions: jax.Array) -> jax.Array:
+    """Normal matrix of the shared values from one more record like the first, its own nuisances eliminated."""
+    data = problem.observations
+    changed = dict(data.experiment.conditions)
+    for name, value in zip(("lift", "inclination"), conditions, strict=True):
+        changed[name] = changed[name].at[0].set(value)
+    planned = data._replace(experiment=data.experiment._replace(conditions=changed))
+    slopes = eqx.tree_at(lambda p: p.observations, problem, planned).linearised(values).slopes[0]
+    local = jnp.einsum("cti,ctj->ij", slopes, slopes)
+    columns = problem.layout.local_columns[0]
+    shared = sum(record is None for _, record in problem.layout.entries)
+    own = columns >= shared
+    if own.any():
+        block = local[own][:, own] + 1e-12 * jnp.diag(jnp.diag(local[own][:, own]))
+        local = local - local[:, own] @ jnp.linalg.solve(block, local[own])
+    local = jnp.where(own[:, None] | own[None, :], 0.0, local)
+    whole = jnp.zeros((problem.layout.size + 2,) * 2).at[columns[:, None], columns[None, :]].add(local)
+    return whole[:-2, :-2]

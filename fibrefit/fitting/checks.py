@@ -1,0 +1,170 @@
+"""The checks a fit is put to, and what each outcome means in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.result import Gap, InputError, Starts, total
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.transform import Range
+
+GAP = 1.1
+"""The noise itself is known to a few percent; a gap beyond this is the model's."""
+SETTLED = 0.01
+"""Fall of the cost that one more Gauss-Newton step still promises, in units where 1 is one standard error."""
+ASTRAY = 25.0
+"""Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
+INPUT_ERROR = 1.15
+"""Error of a measured input over its noise beyond which it is not the input's."""
+AGREEMENT = 0.1
+"""Difference between solvers in standard errors."""
+STARTS = 0.8
+FEW = 2
+"""Starts that have to end in a minimum that leaves only noise."""
+WORSE = 1.05
+"""Factor by which the residuals of every other minimum then have to be larger."""
+CONVERGED = "the solver converged"
+
+
+def converged(promised: float, success: bool) -> Check:
+    """Whether the solver has arrived: its own word, and what another step would still gain."""
+    passed = bool(success and promised <= SETTLED)
+    says = (
+        "The solver arrived at a minimum."
+        if passed
+        else f"The solver ended where another step still promises a fall of the cost by {promised:.3g}: at a kink, "
+        "where a bounce begins or ceases, or short of the minimum."
+    )
+    return Check(CONVERGED, passed, says, promised, SETTLED, fatal=not promised <= ASTRAY)
+
+
+def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:
+    """Whether simulation of the solution is sound."""
+    if not np.isfinite(values).all():
+        return Check("the simulation is sound", False, "The best simulation is not finite.", fatal=True)
+    bad = [name for name, flag in zip(records, trouble, strict=True) if flag]
+    says = (
+        f"The motion simulated for {', '.join(bad)} switches faster than can be followed."
+        if bad
+        else "All switches of the simulated motion were located."
+    )
+    return Check("the simulation is sound", not bad, says, float(len(bad)), 0.0, fatal=True)
+
+
+def second_solver(distance: float, gain: float) -> Check:
+    """Whether another solver, with other coordinates, ends at the same place."""
+    passed = distance <= AGREEMENT and gain <= SETTLED
+    says = (
+        "A second, independent solver ends at the same values."
+        if passed
+        else f"A second solver ends {distance:.2g} standard errors away, with a cost {abs(gain):.3g} "
+        f"{'lower' if gain > 0 else 'higher'}."
+    )
+    return Check("a second solver agrees", passed, says, distance, AGREEMENT)
+
+
+def no_second_solver() -> Check:
+    """What is said where a second solver was not asked."""
+    return Check("a second solver agrees", False, "A second solver was not asked.")
+
+
+def interrupted(starts: Starts) -> Check:
+    """What is said of a fit that was not let to its end."""
+    planned = starts.planned or starts.tried
+    says = f"Interrupted: {starts.tried} of {planned} starts came to an end"
+    says += "; what should follow them was cut short." if starts.tried == planned else "; the best of them is kept."
+    return Check("the fit ran to its end", False, says, float(starts.tried), float(planned))
+
+
+def starts_agree(starts: Starts, noise: bool = False) -> Check:
+    """Whether most starts end in the best minimum, and what became of the others.
+
+    A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it.
+    """
+    share = starts.agreeing / starts.tried
+    says = f"{starts.agreeing} of {starts.tried} starts ended in the best minimum."
+    others, excess = starts.basin > 0, np.inf
+    if others.any():
+        excess = float(np.sqrt(starts.cost[others].min() / starts.cost.min()))
+        says += f" {others.sum()} ended in others, the nearest with residuals {excess:.3g} times as large"
+        says += ": bounces matched in the wrong order are such minima."
+    if (lost := int(np.sum(starts.basin < 0))) > 0:
+        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
+    few = noise and starts.agreeing >= FEW and excess > WORSE
+    if few and share < STARTS:
+        says += " The best one leaves only noise: none can lie below it."
+    return Check("starts agree", share >= STARTS or few, says, share, STARTS)
+
+
+def inside_bounds(at_bound: list[str]) -> Check:
+    """Whether no parameter was stopped by a bound."""
+    says = (
+        f"{', '.join(at_bound)} stopped at the bound: the data want a value beyond it, "
+        "so the model or the bound is wrong."
+        if at_bound
+        else "No parameter lies at a bound."
+    )
+    return Check("no parameter at a bound", not at_bound, says, float(len(at_bound)), 0.0)
+
+
+def determined(weak: tuple[Weakness, ...]) -> Check:
+    """Whether the records determine every shared parameter."""
+    says = " ".join(weakness.says for weakness in weak) or "The records determine every parameter."
+    return Check("every parameter is determined", not weak, says, float(len(weak)), 0.0)
+
+
+def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
+    """Whether what is left is no larger than the noise.
+
+    Parameters
+    ----------
+    gap : Gap
+    expected : float
+        Gap of a perfect model: more than 1 where the noise of a measured input moves the simulation too.
+    """
+    ratio = total(gap)
+    passed = ratio <= GAP * expected
+    says = (
+        f"Model and measurement differ by {ratio:.3g} times the noise: nothing to explain."
+        if passed
+        else f"Model and measurement differ by {ratio:.3g} times the noise: the model lacks something."
+    )
+    return Check("the gap is noise", passed, says, ratio, GAP * expected)
+
+
+def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
+    """Whether what had to be taken off each measured input is no larger than its noise."""
+    checks = []
+    for name, error in errors.items():
+        ratio = error.rms / error.noise
+        passed = 0.0 < ratio <= INPUT_ERROR
+        if passed:
+            says = f"The measured {name} was corrected within its noise."
+        elif ratio == 0.0:
+            says = f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
+        else:
+            says = f"The {name} would have to be wrong by {ratio:.3g} times its noise: the model lacks something."
+        checks.append(Check(f"the {name} is as measured", passed, says, ratio, INPUT_ERROR))
+    return checks
+
+
+def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
+    """Whether the noise was measured, not guessed."""
+    guessed = [channel for channel, seen in noise.items() if seen.samples == 0 and channel not in given]
+    says = (
+        f"The records hold no rest: noise of {', '.join(guessed)} is taken from fast changes alone and may be larger. "
+        "State it under [noise] if it is known."
+        if guessed
+        else "Noise is known from records at rest or from the study."
+    )
+    return Check("the noise is known", not guessed, says, float(len(guessed)), 0.0)
+
+
+def at_bound(value: float, error: float, limits: Range) -> bool:
+    """Whether an estimate is stopped by a limit: nearer to it than a tenth of its error."""
+    tolerance = 0.1 * error if np.isfinite(error) else 0.0
+    return limits.at_bound(value, max(tolerance, 1e-9 * limits.scale))

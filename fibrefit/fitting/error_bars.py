@@ -1,0 +1,142 @@
+"""Error bars of an estimate by several methods side by side, and which of them is believed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting import uncertainty
+from fibrefit.fitting.result import Estimate, PlainEstimate
+from fibrefit.problem.statement.problem import Problem
+
+Z_95 = 1.959964
+
+
+@dataclass(frozen=True)
+class ErrorBars:
+    """Covariances ``(n_free, n_free)`` of one estimate.
+
+    Parameters
+    ----------
+    covariances : mapping of method to (n_free, n_free)
+    method : str
+        The one that is believed.
+    """
+
+    covariances: Mapping[str, np.ndarray]
+    method: str
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """The one that is believed."""
+        return self.covariances[self.method]
+
+    @property
+    def errors(self) -> dict[str, np.ndarray]:
+        """Standard errors ``(n_free,)`` by method."""
+        return {name: np.sqrt(np.diag(matrix)) for name, matrix in self.covariances.items()}
+
+
+def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> ErrorBars:
+    """Error bars by all methods; whatever one of them sees is there: the largest is the one to be believed.
+
+    Parameters
+    ----------
+    problem : Problem
+    scores : Scores
+        At the estimate.
+    rate : float
+        Samples a second, in Hz.
+    """
+    normal, prior = scores.normal_matrix(), scores.prior_matrix()
+    middles = {
+        "white": uncertainty.white(scores),
+        "spectrum": uncertainty.stationary(scores, rate) + prior,
+        "newey_west": uncertainty.newey_west(scores) + prior,
+        "block_bootstrap": uncertainty.block_bootstrap(scores) + prior,
+    }
+    found = {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
+    return ErrorBars(found, max(found, key=lambda name: size(problem, found[name])))
+
+
+def beside(plain: ErrorBars, whitened: ErrorBars) -> ErrorBars:
+    """Error bars of a whitened estimate, and beside them what noise without memory would leave the plain one.
+
+    Innovations have no memory if the whitening is right: what is `white` of them has a name of its own.
+    """
+    name = {"white": "whitened"}
+    own = {name.get(method, method): matrix for method, matrix in whitened.covariances.items()}
+    return ErrorBars({"white": plain.covariances["white"], **own}, name.get(whitened.method, whitened.method))
+
+
+def size(problem: Problem, covariance: np.ndarray) -> float:
+    """Sum of the logarithms of the shared parameters' variances."""
+    variance = np.diag(covariance)[_shared(problem)]
+    # What the data do not see is infinite by every method, and would make them all alike.
+    variance = variance[np.isfinite(variance)]
+    return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
+
+
+def inflation(problem: Problem, bars: ErrorBars) -> float:
+    """Standard errors that are believed over those for noise without memory, median of the shared parameters."""
+    return ratio(problem, bars.errors[bars.method], bars.errors["white"])
+
+
+def ratio(problem: Problem, errors: np.ndarray, others: np.ndarray) -> float:
+    """Median of the shared parameters' standard errors ``(n_free,)`` over others of theirs."""
+    shared = _shared(problem) or list(range(problem.layout.size))
+    above, below = errors[shared], others[shared]
+    seen = np.isfinite(above) & (below > 0.0)
+    return float(np.median(above[seen] / below[seen])) if seen.any() else float("nan")
+
+
+def estimates(
+    problem: Problem, values: np.ndarray, bars: ErrorBars, plain: PlainEstimate | None = None
+) -> tuple[Estimate, ...]:
+    """Estimates of all values in the order of the layout, then those that are held.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+    bars : ErrorBars
+    plain : PlainEstimate, optional
+        What is told beside the estimates.
+    """
+    found, layout, errors = [], problem.layout, bars.errors
+    for i, (slot, record) in enumerate(layout.entries):
+        value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
+        low, high = max(value - Z_95 * error, limits.lower), min(value + Z_95 * error, limits.upper)
+        found.append(
+            Estimate(
+                name=slot.name,
+                unit=slot.unit,
+                record=None if record is None else layout.records[record],
+                value=value,
+                std_error=error,
+                interval_95=(low, high),
+                at_bound=judge.at_bound(value, error, limits),
+                std_errors={name: float(column[i]) for name, column in errors.items()},
+                plain_value=math.nan if plain is None else float(plain.values[i]),
+                plain_error=math.nan if plain is None else float(plain.errors[i]),
+            )
+        )
+    return tuple(found + _held(problem))
+
+
+def _shared(problem: Problem) -> list[int]:
+    return [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+
+
+def _held(problem: Problem) -> list[Estimate]:
+    found = []
+    for slot in problem.layout.slots:
+        names = (None,) if len(slot.fixed) == 1 else problem.layout.records
+        for name, value in zip(names, slot.fixed, strict=False):
+            if value is not None:
+                found.append(Estimate(slot.name, slot.unit, name, value, float("nan"), (value, value), free=False))
+    return found

@@ -1,0 +1,97 @@
+"""Which parameters the records determine, said in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.statement.layout import Layout
+
+TIED = 0.995
+"""Correlation beyond which two parameters are told apart only in name."""
+VAGUE = 0.5
+"""Relative standard error beyond which a value says little."""
+SEEN = 1e-2
+"""Change of all readings together, in noise rms, below which a parameter's typical size does nothing to them."""
+LOOSE = 0.1
+"""Relative standard error below which a value is known well enough, whatever it is tied to."""
+
+
+@dataclass(frozen=True)
+class Weakness:
+    """Something the records do not determine.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The parameters it concerns.
+    says : str
+    """
+
+    names: tuple[str, ...]
+    says: str
+
+
+def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, normal: np.ndarray) -> tuple[Weakness, ...]:
+    """What the records leave open about the shared parameters.
+
+    Parameters
+    ----------
+    layout : Layout
+    values : (n_free,) in SI units
+    covariance : (n_free, n_free)
+        With infinite variances where the data see nothing.
+    normal : (n_free, n_free)
+        What the data see, in units of the noise.
+    """
+    shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
+    variance = np.diag(covariance)
+    found, mixed = [], []
+    for i in shared:
+        slot = layout.entries[i][0]
+        error = np.sqrt(variance[i])
+        if not np.isfinite(error) and np.sqrt(normal[i, i]) * slot.range.scale > SEEN:
+            mixed.append(slot.name)
+        elif not np.isfinite(error):
+            found.append(Weakness((slot.name,), f"{slot.name} is not visible in these records: any value fits alike."))
+        elif error > VAGUE * abs(values[i]) and error > 0.01 * slot.range.scale:
+            found.append(
+                Weakness((slot.name,), f"{slot.name} is hardly visible: its error is {_share(error, values[i])}")
+            )
+    return tuple(found) + _mixed(mixed) + _tied(layout, shared, values, covariance)
+
+
+def _mixed(names: list[str]) -> tuple[Weakness, ...]:
+    if not names:
+        return ()
+    if len(names) == 1:
+        says = f"{names[0]} cannot be told from the values that each record has for itself."
+    else:
+        listed = f"{', '.join(names[:-1])} and {names[-1]}"
+        says = f"Only a combination of {listed} is determined: they move the readings in the same way."
+    return (Weakness(tuple(names), says),)
+
+
+def _share(error: float, value: float) -> str:
+    return f"{100 * error / abs(value):.0f} % of its value." if value else "larger than its value."
+
+
+def _tied(layout: Layout, shared: list[int], values: np.ndarray, covariance: np.ndarray) -> tuple[Weakness, ...]:
+    found = []
+    for k, i in enumerate(shared):
+        for j in shared[k + 1 :]:
+            spread = np.sqrt(covariance[i, i] * covariance[j, j])
+            correlation = covariance[i, j] / spread if np.isfinite(spread) and spread > 0.0 else 0.0
+            loose = any(np.sqrt(covariance[p, p]) > LOOSE * abs(values[p]) for p in (i, j))
+            if abs(correlation) > TIED and loose:
+                a, b = layout.entries[i][0].name, layout.entries[j][0].name
+                slope = np.sqrt(covariance[j, j] / covariance[i, i]) * np.sign(correlation)
+                found.append(
+                    Weakness(
+                        (a, b),
+                        f"Only a combination of {a} and {b} is determined (correlation {correlation:.3f}): "
+                        f"each unit of {a} can be traded for {slope:.3g} of {b}.",
+                    )
+                )
+    return tuple(found)

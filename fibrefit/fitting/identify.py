@@ -1,0 +1,229 @@
+"""Least-squares identification from start to verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.core.errors import DataError
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting.advice import advice
+from fibrefit.fitting.error_bars import ErrorBars, error_bars, estimates, inflation
+from fibrefit.fitting.evaluate import Look, look, residuals_of
+from fibrefit.fitting.gls import reported
+from fibrefit.fitting.gls_estimate import cost_with_one_held
+from fibrefit.fitting.identifiability import weaknesses
+from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
+from fibrefit.fitting.result import Identification, PlainEstimate, Starts
+from fibrefit.fitting.search.multistart import scattered, search, table
+from fibrefit.fitting.search.optimum import Optimum, optimum
+from fibrefit.fitting.search.second_opinion import second_opinion
+from fibrefit.fitting.search.solve import descend, gram_at, widths
+from fibrefit.fitting.search.starts_from_base_model import nested
+from fibrefit.fitting.structure import structure_checks
+from fibrefit.problem.diagnose.inverse_dynamics import force_balance
+from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
+from fibrefit.problem.statement.problem import Problem, gram_root
+from fibrefit.problem.task import Task
+
+Progress = Callable[[str, float | None], None]
+Stop = Callable[[], bool]
+
+
+def identify(
+    task: Task,
+    starts: int = 32,
+    seed: int = 0,
+    *,
+    robust: bool = False,
+    profile: bool = False,
+    waves: Waves | None = None,
+    progress: Progress | None = None,
+    stop: Stop = lambda: False,
+) -> Identification:
+    """Fit from many starts, measure the uncertainty, and put the result to its checks.
+
+    Parameters
+    ----------
+    task : Task
+    starts : int
+        Number of starts, the one from the data included.
+    seed : int
+        Of the scatter of starts.
+    robust : bool
+        Let residuals beyond `SOFT_BEYOND` times the noise count less than quadratically.
+    profile : bool
+        Give shared parameters profile-likelihood intervals.
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs from an earlier identification, to begin with.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+    stop : callable
+        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    DataError
+        If the model cannot be simulated from any start.
+    KeyboardInterrupt
+        If it is stopped before anything is known.
+    """
+    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    task = _softened(task) if robust else task
+    searched = replace(task, problem=corrected(task.problem, input_errors(task), waves)) if waves else task
+    problem = searched.problem
+    tell("compiling", 0.0)
+    width = widths(problem, problem.layout.free(task.start))
+    found = _search(searched, starts, seed, tell, stop)
+    _refuse_if_lost(found, problem.layout.records)
+    tell("second solver", 0.87)
+    values, agreed = _settled(searched, width, found, stop)
+    tell("uncertainty", 0.9)
+    found_all = _concluded(task, found, values, agreed, waves)
+    if profile:
+        tell("profiles", 0.95)
+        found_all = _profiled(found_all, width, task.counts[-1:], stop)
+    if stop():
+        found_all = replace(found_all, checks=(judge.interrupted(found), *found_all.checks))
+    return replace(found_all, seconds=time.perf_counter() - began)
+
+
+SOFT_BEYOND = 3.0
+
+
+def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
+    if not np.isfinite(found.cost).any():
+        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
+        names = ", ".join(records[:3])
+        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
+
+
+def _softened(task: Task) -> Task:
+    problem = task.problem
+    return replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
+
+
+def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
+    profiled = list(found.estimates)
+    for i, (_, record) in enumerate(found.problem.layout.entries):
+        if record is None and np.isfinite(profiled[i].std_error) and not stop():
+            cost, own = _cost_of(found, i, width, whole)
+            errors = profiled[i].std_errors[own], profiled[i].std_error
+            interval = profile_interval(found.problem, found.values, i, cost, *errors)
+            profiled[i] = replace(profiled[i], interval_95=interval, interval_kind="profile likelihood")
+    return replace(found, estimates=tuple(profiled))
+
+
+def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.ndarray) -> tuple[Cost, str]:
+    """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
+    if found.sharp is not None:
+        return cost_with_one_held(found.problem, found.sharp, index), "whitened"
+    return plain_cost(found.problem, index, width, whole), "white"
+
+
+def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
+    problem = task.problem
+    began = nested(task, scattered(problem.layout, task.start, task.spread, number, seed), seed, stop)
+    told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
+    return table(problem.layout, began, search(problem, problem.layout.free(began), task.ladders, told, stop))
+
+
+def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:
+    plain = optimum(task, values, waves)
+    problem, normal = plain.problem, plain.scores.normal_matrix()
+    rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
+    bars, seen = error_bars(problem, plain.scores, rate), look(task, problem, plain.values)
+    sound = _sound(task, plain, bars, seen, bool(np.isfinite(starts.cost.min())))
+    best = reported(plain, bars, tuple(sound.values()), rate)
+    seen = seen if best.sharp is None else look(task, problem, best.values)
+    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
+    checks = (
+        judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
+        sound.pop("converged"),
+        agreed,
+        judge.starts_agree(starts, sound["gap"].passed),
+        sound.pop("inside"),
+        judge.determined(weak),
+        judge.noise_seen(dict(task.noise), task.noise_given),
+        sound.pop("gap"),
+        *judge.inputs_within_noise(plain.input_errors),
+        *sound.values(),
+        *best.checks,
+        *force_balance(task, best.values),
+    )
+    aside = PlainEstimate(plain.values, bars.errors[bars.method])
+    return Identification(
+        problem=problem,
+        values=best.values,
+        covariance=best.bars.covariance,
+        method=best.bars.method,
+        inflation=inflation(problem, best.bars),
+        estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside),
+        gap=seen.gap,
+        expected_gap=plain.expected_gap,
+        input_errors=plain.input_errors,
+        waves=plain.waves,
+        record_gaps=seen.record_gaps,
+        noise=task.noise,
+        readings=seen.motion.readings,
+        residuals=best.residuals,
+        motion=seen.motion,
+        starts=starts,
+        checks=checks,
+        advice=advice(problem, best.values, normal, best.bars.covariance, weak, checks),
+        seconds=0.0,
+        estimator=best.estimator,
+        estimator_says=best.says,
+        plain=aside,
+        sharp=best.sharp,
+    )
+
+
+def _sound(task: Task, plain: Optimum, bars: ErrorBars, seen: Look, success: bool) -> dict[str, Check]:
+    """Checks of the plain estimate that must hold before its residuals are taken for noise."""
+    found = estimates(plain.problem, plain.values, bars)
+    structure = structure_checks(residuals_of(task, plain.linear.residuals, seen.motion))
+    return {
+        "converged": judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success),
+        "inside": judge.inside_bounds([estimate.name for estimate in found if estimate.at_bound]),
+        "gap": judge.gap_is_noise(seen.gap, plain.expected_gap),
+        **{check.name: check for check in structure},
+    }
+
+
+def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, Check]:
+    """Best values, and whether another solver ends there too; if it ends lower, the search goes on from its place."""
+    problem, whole = task.problem, task.counts[-1:]
+    values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
+    if stop():
+        return values, judge.no_second_solver()
+    for _ in range(SECOND_CHANCES):
+        errors = _rough_errors(problem, values, cost)
+        other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
+        gain = cost - other.cost
+        if not gain > judge.SETTLED:
+            break
+        found = descend(problem, problem.layout.free(other.values), width, whole)
+        values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
+    return values, judge.second_solver(float(np.max(np.abs(other.values - values) / errors)), gain)
+
+
+SECOND_CHANCES = 3
+
+
+def _rough_errors(problem: Problem, values: np.ndarray, cost: float) -> np.ndarray:
+    """Standard errors ``(n_free,)`` under white noise of the residuals' size; a small step where data see nothing."""
+    root = gram_root(gram_at(problem, values))[:, :-1]
+    scale = np.linalg.norm(root, axis=0)
+    seen = scale > 0.0
+    inverse = np.linalg.pinv(root / np.where(seen, scale, 1.0), rcond=1e-8) / np.where(seen, scale, 1.0)[:, None]
+    errors = np.linalg.norm(inverse, axis=1) * np.sqrt(cost / problem.n_measured)
+    return np.where(seen & (errors > 0.0), errors, np.maximum(1e-3 * np.abs(values), 1e-9))

@@ -1,0 +1,229 @@
+"""What an identification ends with: values, how sure they are, and what they were put to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.fitting.gls_estimate import Sharp
+from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.inputs.errors_in_variables import Waves
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.problem import Problem
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter after the data have spoken, in SI units.
+
+    Parameters
+    ----------
+    name, unit : str
+    record : str or None
+        The record whose value it is; None for all.
+    value : float
+    std_error : float
+        The honest one; nan for a fixed parameter, inf for one the data do not see.
+    interval_95 : tuple of float
+        Clipped at the parameter's bounds.
+    free, at_bound : bool
+    std_errors : dict of str to float
+        By method: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``; where the estimate is a whitened one,
+        also ``whitened``, and ``white`` is what noise without memory would leave the plain one.
+    interval_kind : str
+        ``"normal"`` or ``"profile likelihood"``.
+    plain_value, plain_error : float
+        What plain least squares says, and its honest error, where the value is a whitened one; nan elsewhere.
+    """
+
+    name: str
+    unit: str
+    record: str | None
+    value: float
+    std_error: float
+    interval_95: tuple[float, float]
+    free: bool = True
+    at_bound: bool = False
+    std_errors: Mapping[str, float] = field(default_factory=dict)
+    interval_kind: str = "normal"
+    plain_value: float = math.nan
+    plain_error: float = math.nan
+
+
+@dataclass(frozen=True)
+class ChannelGap:
+    """Distance of model and measurement in one channel.
+
+    Parameters
+    ----------
+    rms : float
+        Of measured minus simulated, in `unit`.
+    noise : float
+        Noise rms, in `unit`.
+    unit : str
+    """
+
+    rms: float
+    noise: float
+    unit: str
+
+    @property
+    def ratio(self) -> float:
+        """1 for a perfect model."""
+        return self.rms / self.noise
+
+
+Gap = Mapping[str, ChannelGap]
+
+
+def total(gap: Gap) -> float:
+    """Root of the mean of the squared ratios of all channels."""
+    return float(np.sqrt(np.mean([channel.ratio**2 for channel in gap.values()])))
+
+
+@dataclass(frozen=True)
+class InputError:
+    """Error that was found in a measured input.
+
+    Parameters
+    ----------
+    rms : float
+        In `unit`.
+    noise : float
+        Noise rms of the input, in `unit`.
+    unit : str
+    """
+
+    rms: float
+    noise: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where the search began and ended.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Shared free parameters.
+    began, ended : (n_start, n_name) in SI units
+    values : (n_start, n_free) in SI units
+        All free values at the end.
+    cost : (n_start,)
+        Sum of squared residuals in units of the noise.
+    steps : (n_start,) int
+    basin : (n_start,) int
+        0 for the best minimum, then by cost; -1 where the solver gave up.
+    planned : int
+        Number of starts asked for; 0 where all of them were tried.
+    """
+
+    names: tuple[str, ...]
+    began: np.ndarray
+    ended: np.ndarray
+    values: np.ndarray
+    cost: np.ndarray
+    steps: np.ndarray
+    basin: np.ndarray
+    planned: int = 0
+
+    @property
+    def tried(self) -> int:
+        """Number of starts."""
+        return len(self.cost)
+
+    @property
+    def agreeing(self) -> int:
+        """Number that ended in the best minimum."""
+        return int(np.sum(self.basin == 0))
+
+
+@dataclass(frozen=True)
+class PlainEstimate:
+    """Where plain least squares ended, whatever is reported; values and honest errors ``(n_free,)`` in SI units."""
+
+    values: np.ndarray
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Result of a least-squares identification; all numbers in SI units.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,)
+    covariance : (n_free, n_free)
+        The honest one.
+    method : str
+        Where it comes from.
+    inflation : float
+        Median ratio of honest to white standard errors of the shared parameters.
+    estimates : tuple of Estimate
+        Shared parameters first, then those of each record.
+    gap : Gap
+    expected_gap : float
+        Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
+    record_gaps : dict of record to Gap
+    noise : dict of channel to Noise
+    readings : dict of channel to (n_record, n_time)
+    residuals : (n_record, n_channel, n_time) in units of the noise
+    motion : Motion
+    starts : Starts
+    checks : tuple of Check
+    advice : tuple of str
+        What to measure or try next.
+    seconds : float
+    estimator : str
+        ``"plain least squares"`` or ``"whitened least squares"``.
+    estimator_says : str
+        Which of them the values are of, and why.
+    plain : PlainEstimate
+    sharp : Sharp or None
+        The whitened estimate, where it is the one reported.
+    input_errors : dict of input to InputError
+    waves : dict of input to (n_record, n_wave)
+        The errors themselves, see `fibrefit.problem.inputs.errors_in_variables`.
+    """
+
+    problem: Problem
+    values: np.ndarray
+    covariance: np.ndarray
+    method: str
+    inflation: float
+    estimates: tuple[Estimate, ...]
+    gap: Gap
+    expected_gap: float
+    record_gaps: Mapping[str, Gap]
+    noise: Mapping[str, Noise]
+    readings: Mapping[str, np.ndarray]
+    residuals: np.ndarray
+    motion: Motion
+    starts: Starts
+    checks: tuple[Check, ...]
+    advice: tuple[str, ...]
+    seconds: float
+    estimator: str
+    estimator_says: str
+    plain: PlainEstimate
+    sharp: Sharp | None = None
+    input_errors: Mapping[str, InputError] = field(default_factory=dict)
+    waves: Waves = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``, as the checks have it."""
+        if any(check.fatal and not check.passed for check in self.checks):
+            return "failed"
+        return "ok" if all(check.passed for check in self.checks) else "suspect"
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Parameters that all records share, by name."""
+        return {estimate.name: estimate for estimate in self.estimates if estimate.record is None}

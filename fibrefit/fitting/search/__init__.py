@@ -1,0 +1,1 @@
+"""The search for the least squares: starts, solver, second opinion."""

@@ -1,0 +1,254 @@
+"""Many starts: a solver's success is a claim, and agreement of independent starts is the evidence."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.fitting.result import Starts
+from fibrefit.fitting.search.solve import EXACT, NEAR, Descent, descend_all, widths
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.problem import Problem
+
+LOST = 100.0
+"""Factor on the cost of a sample at the best start beyond which another is given up."""
+CHUNK = 4
+"""Starts that are searched from in one go, by one core."""
+SAME_PLACE = 1.0
+"""Distance in units of the steps within which two starts have come to the same place."""
+SAME_BASIN = 1e-3
+"""Relative difference in cost below which two starts ended in the same minimum, if their values agree too."""
+
+
+def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:
+    """Starting values ``(number, n_free)`` in SI units: the centre, then a scrambled Sobol cloud around it.
+
+    Parameters
+    ----------
+    layout : Layout
+    centre : (n_free,) in SI units
+    spread : mapping of name to factor
+        A shared parameter is multiplied by a factor between 1/spread and spread; others stay.
+    number, seed : int
+    """
+    from scipy.stats import qmc
+
+    moved = [
+        i for i, (slot, record) in enumerate(layout.entries) if record is None and spread.get(slot.name, 1.0) > 1.0
+    ]
+    starts = np.tile(centre, (number, 1))
+    if number < 2 or not moved:
+        return starts
+    cloud = qmc.Sobol(len(moved), seed=seed).random_base2(int(np.ceil(np.log2(number - 1))) if number > 2 else 0)
+    for i, share in zip(moved, cloud[: number - 1].T, strict=True):
+        slot = layout.entries[i][0]
+        value = centre[i] * spread[slot.name] ** (2.0 * share - 1.0)
+        starts[1:, i] = np.clip(value, slot.range.lower, slot.range.upper)
+    return starts
+
+
+class Searched(NamedTuple):
+    """Where starts ended, and which of them came to an end before someone stopped the search.
+
+    Parameters
+    ----------
+    descent : Descent
+        NumPy, leaves ``(n_start, ...)``.
+    ended : (n_start,) bool
+    """
+
+    descent: Descent
+    ended: np.ndarray
+
+
+def search(
+    problem: Problem,
+    starts: np.ndarray,
+    ladders: np.ndarray,
+    told: Callable[[float], None],
+    stop: Callable[[], bool] = lambda: False,
+) -> Searched:
+    """Descents from many starts, horizon by horizon, on all cores.
+
+    Starts that have come to the same place by the end of a horizon go on as one: what follows would be the same. One
+    that is far from explaining what another explains is given up, with an infinite cost.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : (n_start, n_free) free coordinates
+    ladders : (n_ladder, n_stage, n_record) int
+        Ways to lengthen the horizon, taken in turn: a model that lacks something may follow one into a poor minimum and
+        another into a better one.
+    told : callable
+        Told the share that is done.
+    stop : callable
+        Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
+        best start so far, followed to its end.
+
+    Returns
+    -------
+    Searched
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it is stopped before anything is known of any start.
+    """
+    number, stages = len(starts), ladders.shape[1]
+    ladder = np.arange(number) % len(ladders)
+    leader = np.arange(number)
+    nil = np.zeros(number, dtype=int)
+    found = Descent(starts, np.full(number, np.inf), nil, nil.astype(bool))
+    lost = np.zeros(number, dtype=bool)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for stage in range(stages):
+            width = _widths_at_best(problem, found, ladders[ladder, stage])
+            run = _run(problem, found, width, ladders[ladder], stage)
+            tell = lambda share, stage=stage: told((stage + share) / stages)  # noqa: E731
+            ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
+            reached = lost | np.isin(leader, done)
+            if not reached.all():
+                known = _as_far_as_known(found, ended, leader, reached)
+                if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
+                    return Searched(known, reached)
+                return _best_alone(problem, known, width, ladders[ladder], stage, reached)
+            found = Descent(*(leaf[leader] for leaf in ended))
+            if stage < stages - 1:
+                lost |= _are_lost(found.cost / ladders[ladder, stage].sum(axis=-1))
+                found = found._replace(cost=np.where(lost, np.inf, found.cost))
+            leader = _leaders(found, width, ladder)
+    return Searched(found, np.ones(number, dtype=bool))
+
+
+def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.ndarray:
+    """Steps that suit a horizon: where a motion bounces on, those of the whole record are far too small for a part."""
+    best = int(np.argmin(found.cost))
+    return widths(problem.until(jnp.asarray(counts[best])), found.free[best])
+
+
+def _run(problem: Problem, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Any:
+    near = EXACT if stage == counts.shape[1] - 1 else NEAR
+    return partial(_part, problem, found.free, width, counts[:, stage], near)
+
+
+def _stage(
+    pool: Executor,
+    run: Callable[[np.ndarray], Descent],
+    found: Descent,
+    going: np.ndarray,
+    told: Callable[[float], None],
+    stop: Callable[[], bool],
+) -> tuple[Descent, np.ndarray]:
+    """Descents from the starts `going` over one horizon, and those that were reached before it was stopped."""
+    parts = [going[i : i + CHUNK] for i in range(0, len(going), CHUNK)]
+    ended = found._replace(steps=np.zeros_like(found.steps))
+    futures, done = [pool.submit(run, part) for part in parts], 0
+    for part, future in zip(parts, futures, strict=True):
+        descent = future.result()
+        ended = Descent(*(_put(old, part, new) for old, new in zip(ended, descent, strict=True)))
+        done += 1
+        told(done / len(parts))
+        if done < len(parts) and stop():
+            break
+    for future in futures[done:]:
+        future.cancel()
+    return ended._replace(steps=found.steps + ended.steps), np.concatenate(parts[:done])
+
+
+def _best_alone(
+    problem: Problem, known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
+) -> Searched:
+    """The best start of all that got as far as any, followed to its end."""
+    ahead = reached & np.isfinite(known.cost)
+    first = stage + 1 if ahead.any() else stage
+    cost = np.where(ahead, known.cost, np.inf) if ahead.any() else known.cost
+    if not np.isfinite(cost).any():
+        stopped = KeyboardInterrupt()
+        stopped.add_note("No start of the search had come anywhere yet; nothing was written.")
+        raise stopped
+    best = np.array([int(np.argmin(cost))])
+    for later in range(first, counts.shape[1]):
+        end = _run(problem, known, width, counts, later)(best)
+        end = end._replace(steps=known.steps[best] + end.steps)
+        known = Descent(*(_put(old, best, new) for old, new in zip(known, end, strict=True)))
+    return Searched(known, np.arange(len(reached)) == best[0])
+
+
+def _as_far_as_known(before: Descent, after: Descent, leader: np.ndarray, reached: np.ndarray) -> Descent:
+    """Descents of the starts that were reached with their leaders, and the others as they were before."""
+
+    def rows(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+        return np.where(reached.reshape(-1, *(1,) * (old.ndim - 1)), new[leader], old)
+
+    return Descent(*(rows(old, new) for old, new in zip(before, after, strict=True)))
+
+
+def _put(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
+    whole = old.copy()
+    whole[rows] = new
+    return whole
+
+
+def _part(
+    problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, near: float, part: np.ndarray
+) -> Descent:
+    """Descents from the starts `part`; a short part is filled up, since one of another length is another program."""
+    rows = np.resize(part, CHUNK)
+    active = np.arange(CHUNK) < len(part)
+    ended = descend_all(problem, frees[rows], width, counts[rows], active, jnp.asarray(near))
+    return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
+
+
+def _are_lost(cost: np.ndarray) -> np.ndarray:
+    """Starts ``(n_start,)`` whose cost of a sample is far above the lowest; none where none has a cost."""
+    return np.isfinite(cost.min()) & ~(cost <= LOST * cost.min())
+
+
+def _leaders(found: Descent, width: np.ndarray, ladder: np.ndarray) -> np.ndarray:
+    """For each start the first of those on its ladder that came to the same place."""
+    leader = np.arange(len(ladder))
+    for i in np.flatnonzero(np.isfinite(found.cost)):
+        for j in np.unique(leader[:i][np.isfinite(found.cost[:i])]):
+            same = ladder[i] == ladder[j] and abs(found.cost[i] - found.cost[j]) <= SAME_BASIN * found.cost[j]
+            if same and np.max(np.abs(found.free[i] - found.free[j]) / width) < SAME_PLACE:
+                leader[i] = j
+                break
+    return leader
+
+
+def table(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
+    """Where the starts ended that came to an end, sorted into basins."""
+    found, began = Descent(*(leaf[searched.ended] for leaf in searched.descent)), began[searched.ended]
+    shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
+    cost = np.asarray(found.cost)
+    with np.errstate(invalid="ignore"):
+        values = layout.values(np.asarray(found.free))
+    return Starts(
+        names=tuple(layout.entries[i][0].name for i in shared),
+        began=began[:, shared],
+        ended=values[:, shared],
+        values=values,
+        cost=cost,
+        steps=np.asarray(found.steps),
+        basin=_basins(cost),
+        planned=len(searched.ended),
+    )
+
+
+def _basins(cost: np.ndarray) -> np.ndarray:
+    basin = np.full(len(cost), -1)
+    label, level = -1, -np.inf
+    for i in np.argsort(cost):
+        if not np.isfinite(cost[i]):
+            break
+        if cost[i] > level * (1.0 + SAME_BASIN) or label < 0:
+            label, level = label + 1, cost[i]
+        basin[i] = label
+    return basin

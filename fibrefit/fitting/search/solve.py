@@ -1,0 +1,189 @@
+"""One descent: optimistix on the compressed residuals of a problem."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+
+from fibrefit.problem.statement.layout import assembled
+from fibrefit.problem.statement.problem import Linearised, Problem, gram_root
+
+MAX_STEPS = 60
+NEAR, EXACT = 1.0, 1e-3
+"""What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
+STRIDE = 10.0
+"""Unit of the solver's variables in widths: its first damping is one part in a hundred of the curvature."""
+SEARCH: Any = optx.ClassicalTrustRegion(high_cutoff=0.75, low_cutoff=0.1, high_constant=10.0, low_constant=0.1)
+"""Boldness: measured on drops, a third fewer steps than with what the solver brings."""
+DIFFERENCE = 1e-6
+"""Step in a free coordinate for the slope of its value: widths need few digits."""
+
+
+class Descent(NamedTuple):
+    """Where a solver ended, in NumPy or JAX; leaves may carry a leading axis of starts.
+
+    Parameters
+    ----------
+    free : (n_free,) free coordinates
+    cost : () sum of squared residuals; infinite where it has none
+    steps : () int
+    success : () bool, the solver's own word
+    """
+
+    free: Any
+    cost: Any
+    steps: Any
+    success: Any
+
+
+@jax.custom_jvp
+def compressed_residuals(free: jax.Array, problem: Problem) -> jax.Array:
+    """A vector of ``n_free + 1`` numbers with the cost and the Gauss-Newton model of all residuals.
+
+    Law
+    ---
+    From ``G = [J r]'[J r] = R'R`` it is the last column of R, and its Jacobian the others: the same cost ``r'r``, the
+    same gradient ``J'r``, the same normal matrix ``J'J``, without a solver ever seeing the tens of thousands of rows.
+
+    Parameters
+    ----------
+    free : (n_free,) free coordinates
+    problem : Problem
+
+    Returns
+    -------
+    (n_free + 1,)
+    """
+    return _root(free, problem)[:, -1]
+
+
+@compressed_residuals.defjvp
+def _compressed_jvp(primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Array]:
+    root = _root(*primals)
+    return root[:, -1], root[:, :-1] @ tangents[0]
+
+
+def _root(free: jax.Array, problem: Problem) -> jax.Array:
+    values, slope = jax.jvp(problem.layout.values, (free,), (jnp.ones_like(free),))
+    slope = jnp.append(slope, 1.0)
+    return gram_root(problem.gram(values) * slope[:, None] * slope)
+
+
+def linearised(problem: Problem, values: np.ndarray) -> Linearised:
+    """`Problem.linearised` in NumPy: the one compiled program that answers all questions about a single place.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+    """
+    return jax.tree.map(np.asarray, problem.linearised(jnp.asarray(values)))
+
+
+def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """`Problem.gram` in NumPy, ``(n_free + 1, n_free + 1)`` per SI units of the values ``(n_free,)``."""
+    linear, layout = linearised(problem, values), problem.layout
+    columns = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
+    columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
+    places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])
+    # A value held in a record has the place behind that of the residuals.
+    return assembled(columns.transpose(0, 2, 1) @ columns, places, layout.size + 1)
+
+
+def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
+    """Steps ``(n_free,)`` that change the cost by about one each; solvers move in units of them."""
+    values = problem.layout.values
+    slope = (values(free + DIFFERENCE) - values(free - DIFFERENCE)) / (2.0 * DIFFERENCE)
+    curvature = np.diag(gram_at(problem, values(free)))[:-1] * slope**2
+    return 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
+
+
+@eqx.filter_jit
+def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = MAX_STEPS) -> Descent:
+    """Levenberg-Marquardt from one start, over horizons that grow to the whole record.
+
+    A wrong stiffness mistimes every later bounce, and the cost over a whole record has a minimum for each bounce that
+    can be matched by mistake. Over the first contact it has one; what that teaches times the next contacts well
+    enough, and so on.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : (n_free,) free coordinates
+    width : (n_free,) unit of the steps, see `widths`
+    counts : (n_stage, n_record) int
+        Number of samples of each horizon.
+    max_steps : int
+        For each horizon.
+
+    Returns
+    -------
+    Descent
+        A pure function of arrays: map it over starts, or over problems of equal shape.
+    """
+
+    def stage(carry: tuple[jax.Array, jax.Array], horizon: tuple[jax.Array, jax.Array]) -> Any:
+        found = _descend(problem, carry[0], width, *horizon, max_steps)
+        return (found.free, carry[1] + found.steps), (found.cost, found.success)
+
+    near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, NEAR, EXACT)
+    (free, steps), (cost, success) = jax.lax.scan(stage, (start, jnp.zeros((), dtype=int)), (counts, near))
+    return Descent(free, cost[-1], steps, success[-1])
+
+
+@eqx.filter_jit
+def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: Any, near: Any) -> Descent:
+    """Levenberg-Marquardt over one horizon from many starts.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : (n_start, n_free) free coordinates
+    width : (n_free,) unit of the steps, see `widths`
+    counts : (n_start, n_record) int
+        Number of samples of each start's horizon.
+    active : (n_start,) bool
+        Starts that are not stay where they are, at no cost of time.
+    near : ()
+        How exact, in units of `width`: `NEAR` or `EXACT`.
+
+    Returns
+    -------
+    Descent
+        Leaves ``(n_start, ...)``.
+    """
+
+    def one(row: tuple[Any, Any, Any]) -> Descent:
+        start, count, active = row
+        still = Descent(start, jnp.asarray(jnp.inf), jnp.zeros((), dtype=int), jnp.asarray(False))
+        return jax.lax.cond(active, lambda: _descend(problem, start, width, count, near, MAX_STEPS), lambda: still)
+
+    # One after the other: starts need very different numbers of steps, and in lock step all would wait for the slowest.
+    return jax.lax.map(one, (starts, counts, active))
+
+
+def _descend(problem: Problem, start: Any, width: Any, count: Any, near: Any, max_steps: int) -> Descent:
+    """One horizon; where that ends nowhere, the start is kept."""
+    stride = STRIDE * width
+    solution: Any = optx.least_squares(
+        lambda step, part: compressed_residuals(start + stride * step, part),
+        _solver(rtol=1e-3 * near**2, atol=0.1 * near / STRIDE),
+        jnp.zeros_like(start),
+        args=problem.until(count),
+        max_steps=max_steps,
+        throw=False,
+    )
+    end = start + stride * solution.value
+    cost = jnp.sum(solution.state.f_info.residual**2)
+    sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
+    success = sound & (solution.result == optx.RESULTS.successful)
+    return Descent(jnp.where(sound, end, start), jnp.where(sound, cost, jnp.inf), solution.stats["num_steps"], success)
+
+
+def _solver(rtol: Any, atol: Any) -> Any:
+    return eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), SEARCH)

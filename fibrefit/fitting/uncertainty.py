@@ -1,0 +1,208 @@
+"""How sure an estimate is when the noise is not white: several answers side by side.
+
+All start from the sandwich ``H^-1 S H^-1``: H = J'J is what the model sees of the parameters, S the variance of the
+score J'r. They differ in what they believe of the residuals r.
+
+Source
+------
+White, Econometrica 48 (1980); Whittle, Ark. Mat. 2 (1953); Newey and West, Econometrica 55 (1987); Kuensch, Ann.
+Statist. 17 (1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.noise.spectrum import periodogram, whittle
+from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.problem import Linearised
+
+MEMORY = 1.0 / 8.0
+"""Longest correlation allowed for, as a share of a record: the wander of a logger has no time scale of its own."""
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Residuals and slopes at the optimum, as arrays of NumPy.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time) in units of the noise
+    slopes : (n_record, n_channel, n_time, n_local)
+        Per unit of the local free values.
+    counts : (n_record,) samples of each record
+    columns : (n_record, n_local)
+        Place of each local value among the free ones.
+    size : int
+        Number of free values.
+    prior : (n_record, n_local, n_local), optional
+        What is to be added to each record's normal matrix for unknowns that were eliminated and have a prior.
+    """
+
+    residuals: np.ndarray
+    slopes: np.ndarray
+    counts: np.ndarray
+    columns: np.ndarray
+    size: int
+    prior: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, linear: Linearised, counts: np.ndarray, columns: np.ndarray, size: int) -> Scores:
+        """From what a problem says at its optimum."""
+        return cls(np.asarray(linear.residuals), np.asarray(linear.slopes), counts, columns, size)
+
+    def prior_matrix(self) -> np.ndarray:
+        """The part of the normal matrix that is due to priors; as a score's variance it is the same."""
+        return np.zeros((self.size, self.size)) if self.prior is None else self._placed(self.prior)
+
+    def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
+        """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
+        return self._placed(np.stack([local(record) for record in range(len(self.columns))]))
+
+    def _placed(self, local: np.ndarray) -> np.ndarray:
+        return assembled(local, self.columns, self.size)
+
+    def gradient(self) -> np.ndarray:
+        """``J'r``, ``(n_free,)``."""
+        local = np.stack([self.of_record(record).sum(axis=0) for record in range(len(self.columns))])
+        return gathered(local, self.columns, self.size)
+
+    def normal_matrix(self) -> np.ndarray:
+        """``J'J``, ``(n_free, n_free)``."""
+        seen = self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
+        return seen + self.prior_matrix()
+
+    def variance(self) -> float:
+        """Mean square of the residuals, for the number of values that were fitted to them."""
+        return float(np.sum(self.residuals**2) / max(np.count_nonzero(self.residuals) - self.size, 1))
+
+    def of_record(self, record: int) -> np.ndarray:
+        """Scores ``(n_time, n_local)`` of one record, its channels summed."""
+        count = self.counts[record]
+        return np.einsum("cti,ct->ti", self.slopes[record, :, :count], self.residuals[record, :, :count])
+
+
+def white(scores: Scores) -> np.ndarray:
+    """Score variance if residuals were independent with one variance."""
+    return scores.variance() * scores.normal_matrix()
+
+
+def stationary(scores: Scores, rate: float) -> np.ndarray:
+    """Score variance of stationary noise that is white and pink, as the residuals' spectrum has it.
+
+    Law
+    ---
+    ``S = integral of P(f) X(f)* X(f) df`` with X the transform of the slopes, and P = white + pink / f of each channel
+    by maximum likelihood from the residuals of all records. Below one over the length of a record P stays as it is
+    there: noise that wanders more slowly than a record lasts is an offset in it, which no part of that record can tell.
+
+    Parameters
+    ----------
+    scores : Scores
+    rate : float
+        Samples a second, in Hz.
+    """
+    levels = [_levels(scores, channel, rate) for channel in range(scores.residuals.shape[1])]
+
+    def local(record: int) -> np.ndarray:
+        count = int(scores.counts[record])
+        size = 4 << count.bit_length()
+        frequency = np.fft.rfftfreq(size, 1.0 / rate)
+        total = np.zeros((scores.slopes.shape[-1],) * 2)
+        for (white_level, pink_level), slopes in zip(levels, scores.slopes[record, :, :count], strict=True):
+            spectrum = np.fft.rfft(slopes, size, axis=0)
+            density = white_level + pink_level / np.maximum(frequency, rate / count)
+            density[1:-1] *= 2.0
+            total += np.real(np.conj(spectrum).T @ (density[:, None] * spectrum)) * (0.5 * rate / size)
+        return total
+
+    return scores.assembled(local)
+
+
+def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:
+    """White and pink level of a channel's residuals, in units of the noise squared over Hz, and at 1 Hz."""
+    frequencies, powers = [], []
+    for record, count in enumerate(scores.counts):
+        values = scores.residuals[record, channel, :count]
+        frequency, power = periodogram(values, rate)
+        frequencies.append(frequency)
+        # Masked samples are nil and bring no power.
+        powers.append(power * count / max(np.count_nonzero(values), 1))
+    return whittle(np.concatenate(frequencies), np.concatenate(powers))
+
+
+def newey_west(scores: Scores) -> np.ndarray:
+    """Score variance from the scores' own autocovariance, with Bartlett's weights."""
+
+    def local(record: int) -> np.ndarray:
+        score = scores.of_record(record)
+        lags = max(round(MEMORY * len(score)), 1)
+        return _bartlett(score - score.mean(axis=0), lags)
+
+    return scores.assembled(local)
+
+
+def block_bootstrap(scores: Scores) -> np.ndarray:
+    """Score variance from resampled blocks of residuals, circular within each record.
+
+    Law
+    ---
+    Every place of a block draws its residuals from anywhere in the record, independently of the others. The variance
+    over all draws is then a sum over the places, and each is a sum over the frequencies of a cross-correlation: what
+    infinitely many resamples would give, without drawing one.
+    """
+
+    def local(record: int) -> np.ndarray:
+        count = int(scores.counts[record])
+        length = max(round(MEMORY * count), 1)
+        spectrum = np.fft.rfft(scores.residuals[record, :, :count])
+        double = np.full(spectrum.shape[-1], 2.0)
+        # The mean over all draws is no variance; the last frequency of an even number stands alone.
+        double[0] = 0.0
+        double[-1] -= 1.0 - count % 2
+        total = np.zeros((scores.slopes.shape[-1],) * 2)
+        for start in range(0, count, length):
+            block = np.zeros((*scores.slopes[record, :, :count].shape,))
+            here = slice(start, min(start + length, count))
+            block[:, here] = scores.slopes[record, :, here]
+            cross = np.einsum("cf,cfi->fi", spectrum, np.conj(np.fft.rfft(block, axis=1)))
+            total += np.real(np.conj(cross).T @ (double[:, None] * cross)) / count**2
+        return total
+
+    return scores.assembled(local)
+
+
+def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Covariance ``H^-1 S H^-1``; directions the data do not see get an infinite variance, not a large one.
+
+    Parameters
+    ----------
+    normal, middle : (n_free, n_free)
+    """
+    scale = np.sqrt(np.diag(normal))
+    seen = scale > 0.0
+    safe = np.where(seen, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
+    blind = values < 1e-12 * values.max()
+    inverse = (vectors / np.where(blind, np.inf, values)) @ vectors.T / np.outer(safe, safe)
+    covariance = inverse @ middle @ inverse
+    lost = (np.abs(vectors[:, blind]) > 1e-3).any(axis=1) | ~seen
+    covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))
+    return covariance
+
+
+def _bartlett(score: np.ndarray, lags: int) -> np.ndarray:
+    size = 1 << (2 * len(score) - 1).bit_length()
+    spectrum = np.fft.rfft(score, size, axis=0)
+    # The Bartlett-weighted sum of autocovariances is a weighted sum over the periodogram: one pass instead of `lags`.
+    weight = np.zeros(size)
+    taper = 1.0 - np.arange(lags + 1) / (lags + 1.0)
+    weight[: lags + 1] = taper
+    weight[-lags:] = taper[:0:-1]
+    weight = np.fft.rfft(weight).real / size
+    double = np.full(len(weight), 2.0)
+    double[[0, -1]] = 1.0
+    return np.real(np.conj(spectrum).T @ ((weight * double)[:, None] * spectrum))

@@ -1,0 +1,100 @@
+"""How well a measured force is the one that the measured motion asks for: the residual of inverse dynamics.
+
+A model that is simulated in windows is judged by positions. Its user thinks in forces, and publications tell them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.task import Task
+from fibrefit.rigs.guide import Sliding
+
+MOTION, FORCES = 100.0, 20.0
+"""Frequencies in Hz up to which position is differentiated, and up to which forces are compared."""
+STANDING = 1e-3
+"""Speed in m/s below which the direction of motion is not believed."""
+EXPLAINED = 0.1
+"""Share of the force that may be missing."""
+
+
+def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
+    """What share of the measured force the model leaves unexplained; nothing for a rig that no force drives.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    """
+    share = unexplained_share(task, values)
+    if share is None:
+        return ()
+    return (
+        Check(
+            name="the force is the one the motion asks for",
+            passed=share <= EXPLAINED,
+            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for.",
+            statistic=share,
+            threshold=EXPLAINED,
+        ),
+    )
+
+
+def unexplained_share(task: Task, values: np.ndarray) -> float | None:
+    """What is not explained of the measured force over that force, both rms; None for a rig that no force drives.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+    """
+    if task.problem.model.rig.anchor is None:
+        return None
+    missing, whole = zip(*(_residual(task, trace, values, r) for r, trace in enumerate(task.traces)), strict=True)
+    return float(np.sqrt(np.sum(np.square(missing)) / np.sum(np.square(whole))))
+
+
+def _residual(task: Task, trace: Trace, values: np.ndarray, record: int) -> tuple[float, float]:
+    """Root of the summed squares of the residual and of the force, in N."""
+    from scipy.signal import butter, sosfiltfilt
+
+    rate = 1.0 / float(np.diff(trace.times).mean())
+
+    def low(signal: np.ndarray, limit: float) -> np.ndarray:
+        return sosfiltfilt(butter(4, min(limit, 0.2 * rate), fs=rate, output="sos"), signal)
+
+    raw = trace.inputs["anchor"][:, 2]
+    known = np.isfinite(raw)
+    position = low(np.interp(trace.times, trace.times[known], raw[known]), MOTION)
+    speed = np.gradient(position, trace.times)
+    acceleration = np.gradient(speed, trace.times)
+    force = trace.inputs["force"][:, 0]
+    asked = _asked(_system(task, values, record), position, speed, acceleration, force)
+    return float(np.linalg.norm(low(force - asked, FORCES))), float(np.linalg.norm(low(force, FORCES)))
+
+
+def _system(task: Task, values: np.ndarray, record: int) -> Any:
+    problem, trace = task.problem, task.traces[record]
+    named = dict(zip(problem.layout.names, problem.layout.local(jnp.asarray(values))[record], strict=True))
+    conditions = {name: jnp.asarray(value) for name, value in trace.conditions.items()}
+    return problem.model.rig.build(named, conditions, problem.model.laws(named), problem.model.tension_law)
+
+
+def _asked(
+    system: Any, position: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, force: np.ndarray
+) -> np.ndarray:
+    """Force that a motion asks for, ``(n_time,)`` in N; where the mass stands, the one that was measured."""
+
+    def one(u: jax.Array, v: jax.Array, a: jax.Array, measured: jax.Array) -> jax.Array:
+        drive = system.gain * measured - system.offset
+        direction = jnp.where(jnp.abs(v) < STANDING, 0, jnp.sign(v)).astype(jnp.int32)
+        resisted = drive - system.guide.net_force(drive, direction, Sliding(u, v, jnp.zeros(())))
+        return jnp.where(direction == 0, measured, (system.mass * a + system.offset + resisted) / system.gain)
+
+    return np.asarray(jax.jit(jax.vmap(one))(*map(jnp.asarray, (position, speed, acceleration, force))))

@@ -1,0 +1,147 @@
+"""What a rig is doing at each sample: the phase of its motion and the states a missing effect may depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.simulation.model import Response
+
+PHASES = (
+    "held",
+    "slack",
+    "taut, loading",
+    "taut, unloading",
+    "at rest",
+    "moving forwards",
+    "moving back",
+    "sticking",
+)
+HELD, SLACK, LOADING, UNLOADING, REST, FORWARDS, BACK, STICKING = range(len(PHASES))
+TAUT = (LOADING, UNLOADING, REST, STICKING)
+"""Phases in which a fibre carries load, on a rig that has one."""
+
+AVERAGED = 0.02
+"""Length in s over which the rate of a drive is averaged, and of a pause that is none."""
+CREEPS = 0.02
+"""Share of its largest rate below which a drive is at rest: the noise of a smoothed drive is a tenth of that."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The simulated motion behind the readings; NumPy, SI units.
+
+    Parameters
+    ----------
+    phase : (n_record, n_time) int
+        Index into `PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks where it will slide
+        again, or while the drive moves; it is at rest before the first motion and after the last, and with the drive.
+    states : dict of (n_record, n_time)
+        ``position`` [m], ``speed`` [m/s]; where there is a fibre ``tension`` [N], ``stretch`` [m], negative while it is
+        slack, and ``stretch rate`` [m/s], of two fibres those of the one that is stretched more.
+    trouble : (n_record,) bool
+        Whether the integrator had to give up on locating switches somewhere.
+    readings : dict of channel to (n_record, n_time)
+        What the sensors make of it.
+    sliding : (n_record, n_time) int or None
+        Direction in which the weight slides in its guide: 1, -1, or 0 where it does not; None without a guide.
+    driven : (n_record, n_time) bool or None
+        Whether the drive moves; None without a drive.
+    """
+
+    phase: np.ndarray
+    states: dict[str, np.ndarray]
+    trouble: np.ndarray
+    readings: dict[str, np.ndarray]
+    sliding: np.ndarray | None = None
+    driven: np.ndarray | None = None
+
+
+@eqx.filter_jit
+def _responses(problem: Problem, values: jax.Array) -> tuple[Response, Any]:
+    def one(local: jax.Array, data: Observations) -> tuple[Response, Any]:
+        named = dict(zip(problem.layout.names, local, strict=True))
+        response = problem.model.respond(named, data.experiment)
+        return response, problem.model.stretched(named, data.experiment, response.solution)
+
+    return jax.vmap(one)(problem.layout.local(values), problem.observations)
+
+
+def motion(problem: Problem, values: jax.Array) -> Motion:
+    """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
+    response, fibres = jax.tree.map(np.asarray, _responses(problem, values))
+    experiment, modes, known = problem.observations.experiment, response.solution.modes, _known(response, fibres)
+    times = np.asarray(experiment.times)
+    held = np.zeros(times.shape, dtype=bool)
+    if "release" in problem.layout.names:
+        local = np.asarray(problem.layout.local(values))
+        held = times < local[:, [problem.layout.names.index("release")]]
+    driven = sliding = None
+    if "drive" in experiment.inputs:
+        driven = moves(np.asarray(experiment.inputs["drive"].slopes), times)
+    if hasattr(modes, "guide"):
+        sliding = np.where(held, 0, np.sign(modes.guide))
+        # The time beyond the end of a record holds no motion.
+        sliding = np.where(np.arange(times.shape[1]) < np.asarray(experiment.count)[:, None], sliding, 0)
+    phase = np.where(held, HELD, _phase(modes, known, sliding, driven))
+    return Motion(phase, known, np.asarray(response.solution.trouble), response.channels, sliding, driven)
+
+
+def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Whether a drive moves, ``(n_record, n_time)``; where it only turns round it does.
+
+    Parameters
+    ----------
+    rates : (n_record, n_time) in m/s
+    times : (n_record, n_time) in s
+    """
+    width = 2 * round(0.5 * AVERAGED / float(times[0, 1] - times[0, 0])) + 1
+    size = np.abs(uniform_filter1d(rates, width, axis=1, mode="nearest"))
+    fast = size > CREEPS * size.max(axis=1, keepdims=True)
+    return minimum_filter1d(maximum_filter1d(fast, width, axis=1), width, axis=1)
+
+
+def _known(response: Response, fibres: tuple[tuple[np.ndarray, np.ndarray], ...]) -> dict[str, np.ndarray]:
+    """States a missing effect may depend on, by what the rig has."""
+    states, channels = response.solution.states, response.channels
+    if hasattr(states, "angle"):
+        known = {"position": states.angle, "speed": states.rate}
+    else:
+        known = {"position": states.position, "speed": states.velocity}
+    forces = [reading for name, reading in channels.items() if name.startswith("force")]
+    if forces:
+        known["tension"] = np.maximum.reduce(forces)
+    if fibres:
+        stretches, rates = (np.stack(parts) for parts in zip(*fibres, strict=True))
+        more = stretches.argmax(axis=0)[None]
+        known["stretch"] = np.take_along_axis(stretches, more, axis=0)[0]
+        known["stretch rate"] = np.take_along_axis(rates, more, axis=0)[0]
+    return known
+
+
+def _phase(
+    modes: Any, known: dict[str, np.ndarray], sliding: np.ndarray | None, driven: np.ndarray | None
+) -> np.ndarray:
+    """Phase by the modes of the fibres, where the rig has any, and of the guide."""
+    speed = known["speed"]
+    fibres = [getattr(modes, name) for name in ("fibre", "fibre_1", "fibre_2") if hasattr(modes, name)]
+    still = np.zeros(speed.shape, dtype=bool) if sliding is None else sliding == 0
+    if driven is None:
+        ahead = np.logical_or.accumulate(~still, axis=1)
+        after = np.logical_or.accumulate(~still[:, ::-1], axis=1)[:, ::-1]
+        sticks = still & ahead & after
+    else:
+        sticks = still & driven
+    resting = np.where(sticks, STICKING, REST)
+    if not fibres:
+        return np.where(still, resting, np.where(speed >= 0.0, FORWARDS, BACK))
+    taut = np.logical_or.reduce([mode > 0 for mode in fibres])
+    phase = np.where(taut, np.where(known["stretch rate"] >= 0.0, LOADING, UNLOADING), SLACK)
+    return np.where(still & taut, resting, phase)

@@ -1,0 +1,1 @@
+"""Estimates from whitened residuals: generalised least squares, the Hausman test."""

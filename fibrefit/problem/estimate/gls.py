@@ -1,0 +1,95 @@
+"""Least squares under noise with a memory: each sample counts by what it adds to those before it.
+
+Where noise wanders, plain least squares listens to it for as long as a record lasts. Residuals and slopes are whitened
+instead, and the same Gauss-Newton step taken on what they become: no unbiased estimate is surer.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.statement.layout import Layout, assembled, gathered
+from fibrefit.problem.statement.problem import Linearised
+
+QUIETEST = 1e-6
+"""Level of a channel that says nothing."""
+
+
+class Whitened(NamedTuple):
+    """A linearised problem seen through a whitening.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time)
+        Innovations over their level.
+    slopes : (n_record, n_channel, n_time, n_local_free)
+    normal : (n_free, n_free)
+        Products of the slopes of all records.
+    covariance : (n_free, n_free)
+        Inverse of `normal`, nil where nothing is seen: of the estimate, if the whitening is right.
+    gradient : (n_free,)
+        Products of slopes and residuals.
+    """
+
+    residuals: np.ndarray
+    slopes: np.ndarray
+    normal: np.ndarray
+    covariance: np.ndarray
+    gradient: np.ndarray
+
+    @property
+    def step(self) -> np.ndarray:
+        """To where the whitened residuals are smallest, ``(n_free,)``."""
+        return -self.covariance @ self.gradient
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared innovations."""
+        return float(np.sum(self.residuals**2))
+
+
+def whitened(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Whitened:
+    """Whiten a linearised problem.
+
+    Law
+    ---
+    s = -(J'C^-1 J)^-1 J'C^-1 r, with C the covariance of the noise.
+
+    Parameters
+    ----------
+    layout : Layout
+    linear : Linearised
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+    """
+    slopes = np.asarray(innovations(whitening, jnp.asarray(linear.slopes))) / level[:, None, None]
+    residuals = np.asarray(innovations(whitening, jnp.asarray(linear.residuals))) / level[:, None]
+    columns, size = layout.local_columns, layout.size
+    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
+    gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    return Whitened(residuals, slopes, normal, inverse(normal), gradient)
+
+
+def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Noise of residuals over what a whitening assumes, ``(n_channel,)``.
+
+    Parameters
+    ----------
+    whitening : Whitening
+    residuals : (n_record, n_channel, n_time)
+    counts : (n_channel,)
+        Samples that count.
+    """
+    fresh = np.asarray(innovations(whitening, jnp.asarray(residuals)))
+    return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), QUIETEST)
+
+
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """Pseudo-inverse of a symmetric matrix whose rows may have any units; nil where there is nothing."""
+    scale = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+    return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)

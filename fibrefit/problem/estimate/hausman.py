@@ -1,0 +1,129 @@
+"""Where physics is missing, a model of the noise explains it away; this tells the one from the other.
+
+Plain and whitened least squares weigh the samples differently. Where the model is right and only the noise is coloured
+both find the same values up to an error that is known; where the model lacks something they are led to different ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.estimate.gls import inverse, whitened
+from fibrefit.problem.noise.whitening import Whitening
+from fibrefit.problem.statement.layout import Layout, assembled
+from fibrefit.problem.statement.problem import Linearised
+
+UNLIKELY = 1e-3
+"""Probability below which the difference of the two estimates is not taken for chance."""
+SLIGHT = 0.02
+"""Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Difference of the plain and the whitened estimate, in units of its standard error.
+
+    Parameters
+    ----------
+    scores : (n_free,)
+        NaN where the difference has no error to speak of.
+    chance : float
+        Probability of a difference as large as this, of all values together, if the model is right.
+    efficiency : (n_free,)
+        Standard error of the whitened estimate over that of the plain one, on the same noise.
+    """
+
+    scores: np.ndarray
+    chance: float
+    efficiency: np.ndarray
+
+
+def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Parting:
+    """Compare the plain estimate with the one a whitened step leads to from there.
+
+    Law
+    ---
+    d = -(J'C^-1 J)^-1 J'C^-1 r at the plain optimum, where J'r = 0; if the model is right, d has the covariance of the
+    plain estimate less that of the whitened one.
+
+    Parameters
+    ----------
+    layout : Layout
+    linear : Linearised
+        At the plain estimate.
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+
+    Returns
+    -------
+    Parting
+    """
+    slopes = np.asarray(linear.slopes)
+    bread = inverse(_products(layout, slopes, slopes))
+    middle = _products(layout, slopes, correlated(slopes, whitening, level))
+    there = whitened(layout, linear, whitening, level)
+    return parted(there.step, bread @ middle @ bread, there.covariance)
+
+
+def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> Parting:
+    """Judge the difference of two estimates, the second of which is efficient.
+
+    Parameters
+    ----------
+    difference : (n_free,)
+    of_plain, of_whitened : (n_free, n_free)
+        Their covariances, if the model is right.
+
+    Returns
+    -------
+    Parting
+
+    Source
+    ------
+    Hausman, Econometrica 46 (1978).
+    """
+    from scipy.stats import chi2
+
+    seen = np.diag(of_plain) > 0.0
+    unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
+    excess, difference = (of_plain - of_whitened) * np.outer(unit, unit), difference * unit
+    spare = np.diag(excess) > SLIGHT
+    scores = np.where(spare, difference / np.sqrt(np.where(spare, np.diag(excess), 1.0)), np.nan)
+    values, vectors = np.linalg.eigh(excess)
+    used = values > SLIGHT
+    statistic = np.sum((vectors[:, used].T @ difference) ** 2 / values[used])
+    chance = float(chi2.sf(statistic, max(used.sum(), 1)))
+    return Parting(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
+
+
+def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
+    """Covariance of the noise times columns ``(n_record, n_channel, n_time, n)``, by convolution."""
+    size = slopes.shape[2]
+    lags = whitening.autocovariance(size) * level[:, None] ** 2
+    wrapped = np.concatenate([lags, np.zeros_like(lags[..., :1]), lags[..., :0:-1]], axis=-1)
+    spectrum = np.fft.rfft(wrapped, axis=-1)[..., None] * np.fft.rfft(slopes, 2 * size, axis=2)
+    seen = np.any(slopes != 0.0, axis=-1, keepdims=True)
+    return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
+
+
+def parting_check(names: tuple[str, ...], found: Parting) -> Check:
+    """Whether both estimates agree within the error of their difference."""
+    passed = found.chance >= UNLIKELY
+    if passed:
+        says = "Plain and whitened estimates agree within their errors: the noise model hides no physics that shows."
+    else:
+        order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
+        worst = ", ".join(f"{names[i]} by {abs(found.scores[i]):.2g}" for i in order if np.isfinite(found.scores[i]))
+        says = (
+            f"Plain and whitened estimates part by more than their errors ({worst} standard errors of the difference): "
+            "the model lacks something, and the noise model is explaining it away. Run discover before you trust this."
+        )
+    return Check("plain and whitened estimates agree", passed, says, found.chance, UNLIKELY)
+
+
+def _products(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    return assembled(np.einsum("rcti,rctj->rij", left, right), layout.local_columns, layout.size)

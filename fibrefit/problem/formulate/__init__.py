@@ -1,0 +1,1 @@
+"""From a study and its records to a task with starting values."""

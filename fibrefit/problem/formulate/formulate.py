@@ -1,0 +1,205 @@
+"""From a study, its records and a model to a task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.problem.formulate.starting import Starting, starting_fibre_mass
+from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
+from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
+from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
+from fibrefit.problem.formulate.traces import LEARNT, Measured, trace_of
+from fibrefit.problem.noise.spectrum import Noise, estimate_noise
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.task import Task
+from fibrefit.simulation.model import Model
+from fibrefit.simulation.windows import WindowedModel
+from fibrefit.study import ParameterSetting, Study
+
+UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
+STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]]], Starting]] = {
+    "fibre_mass": starting_fibre_mass,
+    "pulley_drive": starting_pulley_drive,
+    "inverted_pendulum": starting_inverted_pendulum,
+    "guided_mass": starting_guided_mass,
+}
+"""Where starting values come from, by kind of rig."""
+WINDOW = 0.1
+"""Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
+EXACT = Noise(0.0, 0.0, 0.0, 0)
+EFFECT_SPREAD = 5.0
+FIRST_SIZE = 0.1
+"""Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
+
+
+def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
+    """Task of a study.
+
+    Parameters
+    ----------
+    study : Study
+    records : sequence of Measured
+        The study's records as read, in its order.
+    model : Model
+
+    Returns
+    -------
+    Task
+
+    Raises
+    ------
+    StudyError
+        If the study names a parameter the model does not have, or lacks a condition.
+    DataError
+        If a record does not show what the rig's starting values are taken from.
+    """
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    settings = study.settings(declared)
+    stated = [stated_of(record) for record in study.records]
+    traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
+    model = _in_windows(model, study, traces)
+    noise, given = _noise(study, traces, model.rig.channels)
+    starting = STARTING[model.rig.kind](traces, stated)
+    layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
+    rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
+    return Task(
+        problem=Problem(model, layout, stack(_completed(traces, starting), rms)),
+        traces=tuple(traces),
+        start=_start(layout, declared, settings, starting),
+        spread=_spread(declared, settings, starting),
+        ladders=_ladders(traces, starting),
+        noise=noise,
+        input_noise=_input_noise(study, traces, model),
+        noise_given=given,
+        units={channel: UNITS[channel] for channel in model.rig.channels},
+    )
+
+
+def stated_of(record: object) -> dict[str, float]:
+    """Numbers a study states of a record, in SI units."""
+    return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
+
+
+def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
+    """The model as its rig wants it: in windows where a motion is begun anew again and again."""
+    if model.rig.anchor is None:
+        return model
+    said = [record.window for record in study.records if record.window is not None]
+    step = float(np.diff(traces[0].times).mean())
+    window = max(round((said[0] if said else WINDOW) / step), 16)
+    return WindowedModel(model.rig, model.effects, model.tension_law, window)
+
+
+def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[str, Noise]:
+    """Noise of each input as it was measured."""
+    inputs = model.rig.inputs
+    if model.rig.anchor is not None:
+        # What a motor's force is wrong by is no hiss that a rest would show: the error bars see it in the residuals.
+        return dict.fromkeys(inputs, EXACT)
+    raw = [
+        trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
+        for trace in traces
+    ]
+    return _noise(study, raw, inputs)[0]
+
+
+def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:
+    """Noise of each channel: as the study states it, white, or as the rests of the records show it."""
+    noise, given = {}, []
+    for channel in channels:
+        said = getattr(study.noise, channel, None)
+        if said is None:
+            noise[channel] = estimate_noise(traces, channel)
+        else:
+            rate = 1.0 / np.diff(traces[0].times).mean()
+            noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
+            given.append(channel)
+    return noise, tuple(given)
+
+
+def _rms(noise: Noise, trace: Trace) -> float:
+    return noise.rms(float(trace.times[-1] - trace.times[0]), float(1.0 / np.diff(trace.times).mean()))
+
+
+def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
+    """Traces with the conditions that had to be learnt."""
+    done = []
+    for r, trace in enumerate(traces):
+        learnt = {name: float(starting.each[name][r]) for name in LEARNT if name in starting.each}
+        done.append(trace._replace(conditions={**trace.conditions, **learnt}))
+    return done
+
+
+def _slots(
+    model: Model,
+    settings: Mapping[str, ParameterSetting],
+    stated: Sequence[Mapping[str, float | None]],
+    traces: Sequence[Trace],
+) -> tuple[Slot, ...]:
+    slots = [_slot(parameter, settings[parameter.name]) for parameter in model.parameters]
+    for nuisance in model.rig.nuisances:
+        held = tuple(said.get(nuisance.name) for said in stated)
+        slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
+    for condition in model.rig.conditions:
+        said = tuple(None if np.isnan(trace.conditions[condition.name]) else 0.0 for trace in traces)
+        if condition.name in LEARNT and None in said:
+            held = tuple(row.get(condition.name) for row in stated)
+            slots.append(
+                Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ())
+            )
+    return tuple(slots)
+
+
+def any_held(values: Sequence[float | None]) -> bool:
+    """Whether any value is given."""
+    return any(value is not None for value in values)
+
+
+def _slot(parameter: Parameter, setting: ParameterSetting) -> Slot:
+    limits = Range.of(parameter).within(setting.lower, setting.upper)
+    fixed = (setting.initial,) if setting.fixed else ()
+    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed)
+
+
+def _start(
+    layout: Layout,
+    declared: Mapping[str, Parameter],
+    settings: Mapping[str, ParameterSetting],
+    starting: Starting,
+) -> np.ndarray:
+    named: dict[str, float | np.ndarray] = {**starting.each}
+    for name, parameter in declared.items():
+        given = settings[name].initial
+        named[name] = starting.shared.get(name, first_size(parameter)) if given is None else given
+    return layout.pack(named)
+
+
+def first_size(parameter: Parameter) -> float:
+    """Where an effect's parameter starts, in its unit."""
+    if parameter.log or parameter.reciprocal:
+        return parameter.typical
+    return parameter.null + FIRST_SIZE * (parameter.typical - parameter.null)
+
+
+def _spread(
+    declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
+) -> dict[str, float]:
+    return {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
+
+
+def _ladders(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
+    """Samples of each record at each stage of each way to lengthen the horizon."""
+    span = starting.settled - starting.moving
+    ends = [[starting.moving + factor * span for factor in ladder] for ladder in starting.ladders]
+    places = [
+        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in ladder]
+        + [[len(trace.times) for trace in traces]]
+        for ladder in ends
+    ]
+    return np.array(places, dtype=np.int32)

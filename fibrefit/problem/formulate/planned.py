@@ -1,0 +1,156 @@
+"""Records that are planned, not measured: a task of their conditions and clock alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.errors import StudyError
+from fibrefit.problem.formulate.formulate import UNITS, first_size, stated_of
+from fibrefit.problem.formulate.traces import conditions_of
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.task import Task
+from fibrefit.rigs.excitation import Excitation
+from fibrefit.rigs.rig import STANDARD_GRAVITY
+from fibrefit.simulation.model import Model
+from fibrefit.study import Study
+
+USUAL_NOISE = {"force": 0.4, "position": 2e-5, "angle": 1e-3, "force_1": 0.4, "force_2": 0.4, "drive": 1e-5}
+"""Noise rms assumed for a planned channel where the study states none, in SI units."""
+LEAD = 0.1
+"""Time in s at rest before the motion of a planned record begins."""
+
+
+def formulate_planned(study: Study, model: Model) -> Task:
+    """Task of a study whose records are planned.
+
+    Parameters
+    ----------
+    study : Study
+        Each record with a name, a sampling rate and a duration; each base parameter with an initial value.
+    model : Model
+
+    Returns
+    -------
+    Task
+        Nothing in it is measured: its channels are zero.
+
+    Raises
+    ------
+    StudyError
+        If a parameter has no initial value, or a record lacks a condition or an excitation.
+    """
+    if model.rig.anchor is not None:
+        do = "Name a file for each record."
+        raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
+    traces = tuple(_trace(record, model) for record in study.records)
+    layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
+    noise = {channel: _noise(study, channel, record_rate(traces[0])) for channel in model.rig.channels}
+    rms = {
+        channel: [noise[channel].rms(float(t.times[-1]), record_rate(t)) for t in traces]
+        for channel in model.rig.channels
+    }
+    whole = np.array([[[len(trace.times) for trace in traces]]], dtype=np.int32)
+    return Task(
+        problem=Problem(model, layout, stack(traces, rms)),
+        traces=traces,
+        start=layout.pack(_values(study, model, traces)),
+        spread={},
+        ladders=whole,
+        noise=noise,
+        input_noise={},
+        noise_given=model.rig.channels,
+        units={channel: UNITS[channel] for channel in model.rig.channels},
+    )
+
+
+def record_rate(trace: Trace) -> float:
+    """Sampling rate of a trace, in Hz."""
+    return float(1.0 / np.diff(trace.times).mean())
+
+
+def _trace(record: Any, model: Model) -> Trace:
+    times = np.arange(round(record.duration * record.sampling_rate) + 1) / record.sampling_rate
+    conditions = conditions_of(record.label, model.rig, stated_of(record))
+    for name, value in conditions.items():
+        if np.isnan(value):
+            raise StudyError(record.label, f"no {name}", "it for a planned record", f"Give {name} in the record.")
+    inputs = {name: np.column_stack(_motion(record, times)) for name in model.rig.inputs if name == "drive"}
+    return Trace(record.label, times, {name: np.zeros(len(times)) for name in model.rig.channels}, inputs, conditions)
+
+
+def _motion(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if hasattr(record, "frequency"):
+        return _harmonic(record, times)
+    missing = [name for name in ("excitation", "amplitude", "rate") if getattr(record, name) is None]
+    if missing:
+        raise StudyError(
+            record.label,
+            f"no {' and no '.join(missing)}",
+            "the movement of the drive of a planned record",
+            'For example excitation = "trapezoid", amplitude = "60 mm", rate = "200 mm/s".',
+        )
+    hold = {} if record.hold is None else {"hold": record.hold}
+    position, rate = Excitation(record.excitation, record.amplitude, record.rate, **hold).motion(times)
+    return position, rate, position
+
+
+def _harmonic(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    missing = [name for name in ("amplitude", "frequency") if getattr(record, name) is None]
+    if missing:
+        do = 'For example amplitude = "20 mm", frequency = "4 Hz".'
+        raise StudyError(record.label, f"no {' and no '.join(missing)}", "the movement of the driven ends", do)
+    omega = 2.0 * np.pi * record.frequency
+    position = record.amplitude * np.sin(omega * times)
+    return position, record.amplitude * omega * np.cos(omega * times), position
+
+
+def _slots(study: Study, model: Model) -> tuple[Slot, ...]:
+    settings = study.settings({parameter.name: parameter for parameter in model.parameters})
+    slots = []
+    for parameter in model.parameters:
+        setting = settings[parameter.name]
+        slots.append(Slot(parameter.name, parameter.unit, Range.of(parameter).within(setting.lower, setting.upper)))
+    slots += [Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False) for nuisance in model.rig.nuisances]
+    return tuple(slots)
+
+
+def _values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[str, float | np.ndarray]:
+    base = {parameter.name for parameter in model.rig.parameters}
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    values: dict[str, float | np.ndarray] = {}
+    for name, setting in study.settings(declared).items():
+        if setting.initial is None and name in base:
+            raise StudyError(
+                f"{study.source}, parameters.{name}",
+                "no initial",
+                "a value: planned records have no data to find it from",
+                f'For example [parameters.{name}] initial = "{declared[name].typical:g} {declared[name].unit}".',
+            )
+        values[name] = first_size(declared[name]) if setting.initial is None else setting.initial
+    stated = [stated_of(record) for record in study.records]
+    usual = {"position_zero": 0.0, "release": LEAD}
+    for nuisance in model.rig.nuisances:
+        said = [row.get(nuisance.name) for row in stated]
+        default = [
+            _balance(trace) if nuisance.name == "start_tension" else usual.get(nuisance.name, 0.0) for trace in traces
+        ]
+        values[nuisance.name] = np.array([d if s is None else s for s, d in zip(said, default, strict=True)])
+    return values
+
+
+def _balance(trace: Trace) -> float:
+    """Tension that holds the weight without friction, in N."""
+    mass = trace.conditions["weight_mass"] + trace.conditions["added_mass"]
+    return float(mass * STANDARD_GRAVITY * np.sin(trace.conditions["inclination"]))
+
+
+def _noise(study: Study, channel: str, rate: float) -> Noise:
+    said = getattr(study.noise, channel, None)
+    return Noise((USUAL_NOISE[channel] if said is None else said) ** 2 / (0.5 * rate), 0.0, 0.0, 0)

@@ -1,0 +1,196 @@
+"""Starting values from the data themselves, by the kind of rig: no simulation, no search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.problem.noise.spectrum import rests
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.rig import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class Starting:
+    """First guesses, in SI units.
+
+    Parameters
+    ----------
+    shared : dict of float
+        One for each parameter of the base model.
+    each : dict of (n_record,)
+        One for each nuisance and each condition that had to be learnt.
+    moving : (n_record,)
+        Instant [s] at which the motion begins.
+    settled : (n_record,)
+        Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
+    spread : dict of float
+        Factor by which each shared guess may be wrong.
+    ladders : tuple of tuple of float
+        Ways to lengthen the horizon of a fit up to the whole record, in multiples of the time from `moving` to
+        `settled`.
+    """
+
+    shared: dict[str, float]
+    each: dict[str, np.ndarray]
+    moving: np.ndarray
+    settled: np.ndarray
+    spread: dict[str, float]
+    ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
+
+
+SWING = 2.5
+"""Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
+
+
+@dataclass(frozen=True)
+class _Drop:
+    """What a drop shows before and during its fall."""
+
+    zero: float
+    lift: float
+    release: float
+    acceleration: float
+
+
+def starting_fibre_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
+    """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    stated : sequence of mapping
+        What the study says of each record, in SI units: a release and a zero that are known are not looked for.
+
+    Returns
+    -------
+    Starting
+
+    Raises
+    ------
+    DataError
+        If a record shows no rest before the fall, no fall, or no contact.
+    """
+    drops = [_fall(trace, said) for trace, said in zip(traces, stated or [{}] * len(traces), strict=True)]
+    friction = [_friction(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
+    stiffness, damping = _fibre(traces, drops)
+    settled = [_first_contact_over(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
+    return Starting(
+        shared={"stiffness": stiffness, "damping": damping, "friction": float(np.median(friction))},
+        each={
+            "position_zero": np.array([drop.zero for drop in drops]),
+            "release": np.array([drop.release for drop in drops]),
+            "lift": np.array([drop.lift for drop in drops]),
+        },
+        moving=np.array([drop.release for drop in drops]),
+        settled=np.array(settled),
+        spread={"stiffness": 2.0, "damping": 5.0, "friction": 5.0},
+    )
+
+
+def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
+    position, time = trace.channels["position"], trace.times
+    lift = trace.conditions["lift"]
+    if "release" in stated and "position_zero" in stated and not np.isnan(lift):
+        level, after = stated["position_zero"] - lift, time >= stated["release"]
+    else:
+        held = _held(trace)
+        level, after = float(np.nanmean(position[held])), np.arange(len(time)) >= held.stop
+        lift = _onset(trace, level) - level if np.isnan(lift) else lift
+    fallen = position - level
+    # The square root of the way fallen is a line in time, whose foot is the release.
+    below = _first(after & (fallen > 0.8 * lift), trace, "does not fall by its lift")
+    early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * lift)
+    if early.sum() < 4:
+        do = "Check lift, and the unit of the position channel."
+        raise DataError(trace.name, "fewer than 4 samples of the fall", "a fall of some milliseconds", do)
+    slope, foot = np.polyfit(time[early], np.sqrt(fallen[early]), 1)
+    release = float(np.clip(-foot / slope, time[0], time[below]))
+    zero, release = stated.get("position_zero", level + lift), stated.get("release", release)
+    return _Drop(zero, lift, release, float(2.0 * slope**2))
+
+
+def _held(trace: Trace) -> slice:
+    found = [rest for rest in rests(trace) if rest.start == 0]
+    if not found:
+        raise DataError(
+            trace.name,
+            "the weight moves from the first sample",
+            "a rest before the release, from which zero and release are found",
+            'Give lift, release = "... s" and position_zero = "... mm" for the record, or let it begin earlier.',
+        )
+    return found[0]
+
+
+def _onset(trace: Trace, level: float) -> float:
+    """Position at which the force first rises, in m."""
+    force = trace.channels["force"]
+    held = _held(trace)
+    noise = np.nanstd(force[held])
+    rising = _first(force > np.nanmean(force[held]) + 8.0 * noise, trace, "shows no force")
+    if trace.channels["position"][rising] <= level:
+        raise DataError(
+            trace.name,
+            "the position falls while the weight does",
+            "a position that grows away from the frame",
+            "Check the sign of the position channel.",
+        )
+    return float(trace.channels["position"][rising])
+
+
+def _first(flags: np.ndarray, trace: Trace, otherwise: str) -> int:
+    if not flags.any():
+        raise DataError(
+            trace.name,
+            f"the record {otherwise}",
+            "a weight that is released, falls and is caught",
+            "Check lift, and the sign and unit of the position and force channels.",
+        )
+    return int(np.argmax(flags))
+
+
+def _friction(trace: Trace, drop: _Drop) -> float:
+    mass = trace.conditions["weight_mass"] + trace.conditions["added_mass"]
+    weight = mass * STANDARD_GRAVITY
+    return float(max(weight * np.sin(trace.conditions["inclination"]) - mass * drop.acceleration, 0.01 * weight))
+
+
+def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, float]:
+    """Stiffness and damping by regression of force on stretch and its rate, wherever the fibre carries load."""
+    rows, forces = [], []
+    for trace, drop in zip(traces, drops, strict=True):
+        stretch = trace.channels["position"] - drop.zero
+        rate = _rate(stretch, trace.times)
+        force = trace.channels["force"]
+        loaded = (stretch > 0.1 * np.nanmax(stretch)) & (force > 0.1 * np.nanmax(force)) & np.isfinite(rate)
+        rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
+        forces.append(force[loaded])
+    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
+    if not stiffness > 0.0:
+        raise DataError(
+            traces[0].name,
+            "the force does not grow as the fibre is stretched",
+            "a force that grows with position",
+            "Check the sign and unit of the force and position channels.",
+        )
+    return float(stiffness), float(max(damping, 1e-4 * stiffness))
+
+
+def _rate(values: np.ndarray, times: np.ndarray) -> np.ndarray:
+    from scipy.signal import savgol_filter
+
+    step = float(np.diff(times).mean())
+    window = max(5, round(8e-3 / step) | 1)
+    return savgol_filter(values, window, 2, deriv=1, delta=step)
+
+
+def _first_contact_over(trace: Trace, drop: _Drop) -> float:
+    position, time = trace.channels["position"], trace.times
+    first = _first(position > drop.zero, trace, "does not reach the taut point")
+    slack = (position < drop.zero) & (np.arange(len(time)) > first)
+    # A weight that the fibre never lets go again swings: a little more than half a period counts as the contact.
+    swing = time[first] + SWING * (time[np.nanargmax(position)] - time[first])
+    return float(min(time[np.argmax(slack)] if slack.any() else time[-1], swing, time[-1]))

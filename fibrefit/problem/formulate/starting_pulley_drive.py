@@ -1,0 +1,124 @@
+"""Starting values of the pulley-drive rig: rests give tension and zero, loads the fibre, sliding the friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.problem.formulate.starting import Starting
+from fibrefit.problem.noise.spectrum import rests
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.rig import STANDARD_GRAVITY
+
+SMOOTHING = 0.020
+"""Window in s over which positions are differentiated."""
+SLIDES = 0.02
+"""Speed in m/s from which the weight is taken to slide."""
+FIRST = 0.25
+"""Length in s of motion that the guesses can be trusted to predict."""
+CAPS = 10.0
+
+
+def starting_pulley_drive(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
+    """First guesses without simulation.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    stated : sequence of mapping
+        What the study says of each record; not needed here.
+
+    Returns
+    -------
+    Starting
+
+    Raises
+    ------
+    DataError
+        If a record does not begin at rest, the drive never moves, or force does not grow with stretch.
+    """
+    still = [_rest(trace) for trace in traces]
+    tensions = np.array([float(np.nanmean(t.channels["force"][rest])) for t, rest in zip(traces, still, strict=True)])
+    stiffness, damping = _fibre(traces, still, tensions)
+    zeros = [
+        np.nanmean(t.channels["position"][rest]) - np.mean(t.inputs["drive"][rest, 0]) + tension / stiffness
+        for t, rest, tension in zip(traces, still, tensions, strict=True)
+    ]
+    begins = np.array([_begins(trace, rest) for trace, rest in zip(traces, still, strict=True)])
+    return Starting(
+        shared={"stiffness": stiffness, "damping": damping, "friction": _friction(traces)},
+        each={"position_zero": np.array(zeros), "start_tension": tensions},
+        moving=begins,
+        settled=begins + FIRST,
+        spread={"stiffness": 1.5, "damping": 5.0, "friction": 3.0},
+        # Every stroke brings new contacts to time: longer ladders than a single drop needs.
+        ladders=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
+    )
+
+
+def _rest(trace: Trace) -> slice:
+    found = [rest for rest in rests(trace) if rest.start == 0]
+    if not found:
+        raise DataError(
+            trace.name,
+            "the rig moves from the first sample",
+            "a rest before the drive starts, from which tension and zero are found",
+            "Cut the record so that it begins at rest.",
+        )
+    return found[0]
+
+
+def _begins(trace: Trace, rest: slice) -> float:
+    drive = trace.inputs["drive"][:, 0]
+    away = np.abs(drive - drive[rest].mean()) > max(CAPS * drive[rest].std(), 1e-5)
+    if not away.any():
+        raise DataError(
+            trace.name, "the drive does not move", "a motion that stretches the fibre", "Check the drive channel."
+        )
+    return float(trace.times[int(np.argmax(away))])
+
+
+def _fibre(traces: Sequence[Trace], still: Sequence[slice], tensions: np.ndarray) -> tuple[float, float]:
+    """Stiffness and damping by regression of force on stretch and its rate, wherever the fibre carries load."""
+    rows, forces = [], []
+    for trace, rest, tension in zip(traces, still, tensions, strict=True):
+        drive, position = trace.inputs["drive"][:, 0], trace.channels["position"]
+        stretch = (drive - drive[rest].mean()) - (position - np.nanmean(position[rest]))
+        rate = trace.inputs["drive"][:, 1] - _derivative(trace, 1)
+        force = trace.channels["force"] - tension
+        loaded = (trace.channels["force"] > 0.15 * np.nanmax(trace.channels["force"])) & np.isfinite(force + rate)
+        rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
+        forces.append(force[loaded])
+    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
+    if not stiffness > 0.0:
+        raise DataError(
+            traces[0].name,
+            f"force falls as the fibre is stretched ({stiffness:.3g} N/m)",
+            "a force that grows as the drive takes fibre in",
+            "Check the sign and unit of the force, position and drive channels.",
+        )
+    return float(stiffness), float(max(damping, 1e-4 * stiffness))
+
+
+def _friction(traces: Sequence[Trace]) -> float:
+    """Mean of what opposes the sliding weight besides gravity and inertia."""
+    opposed, weight = [], 0.0
+    for trace in traces:
+        mass = trace.conditions["weight_mass"] + trace.conditions["added_mass"]
+        weight = mass * STANDARD_GRAVITY
+        velocity, acceleration = _derivative(trace, 1), _derivative(trace, 2)
+        driving = trace.channels["force"] - weight * np.sin(trace.conditions["inclination"]) - mass * acceleration
+        slides = np.abs(velocity) > SLIDES
+        opposed.append((np.sign(velocity) * driving)[slides & np.isfinite(driving)])
+    mean = float(np.mean(np.concatenate(opposed))) if any(len(part) for part in opposed) else 0.0
+    return max(mean, 0.01 * weight)
+
+
+def _derivative(trace: Trace, order: int) -> np.ndarray:
+    step = float(np.diff(trace.times).mean())
+    window = max(5, round(SMOOTHING / step) | 1)
+    from scipy.signal import savgol_filter  # half a second to load, and only this rig needs it
+
+    return savgol_filter(trace.channels["position"], window, 3, deriv=order, delta=step)

@@ -1,0 +1,137 @@
+"""From a study's records to traces: what a rig needs to know of each, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from fibrefit.core.errors import DataError, StudyError
+from fibrefit.problem.inputs.smoothing import smoothed
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.rig import Rig
+
+
+class Measured(Protocol):
+    """What a trace needs of a record that was read."""
+
+    @property
+    def name(self) -> str:
+        """In results and messages."""
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants ``(n_time,)``, in s."""
+
+    @property
+    def channels(self) -> Mapping[str, np.ndarray]:
+        """Measured values ``(n_time,)`` in SI units, by role; NaN where a sample is damaged."""
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, in Hz."""
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all steps in time are equal, gaps aside."""
+
+
+def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> Trace:
+    """Trace of one record.
+
+    Parameters
+    ----------
+    record : Measured
+        Channels in SI units, NaN where a sample is damaged.
+    rig : Rig
+    stated : mapping of str to float or None
+        What the study says of the record, in SI units.
+
+    Returns
+    -------
+    Trace
+
+    Raises
+    ------
+    StudyError
+        If a condition the rig needs is missing.
+    DataError
+        If a channel the rig needs is missing, or an input has holes.
+    """
+    conditions = conditions_of(record.name, rig, stated)
+    for name in (*rig.channels, *rig.inputs):
+        if name not in record.channels:
+            raise DataError(
+                record.name,
+                f"no {name} channel",
+                f"one, for a {rig.kind} rig",
+                f'Name its column: [channels] {name} = "...".',
+            )
+        valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
+        if valid < FEWEST:
+            raise DataError(
+                f'{record.name}, channel "{name}"',
+                f"{valid} valid samples",
+                f"at least {FEWEST}",
+                "Check its column and unit; fibrefit inspect tells what was masked, and why.",
+            )
+    times, place = _grid(record)
+    spread = {name: _spread(record.channels[name], place, len(times)) for name in (*rig.channels, *rig.inputs)}
+    read = {name: name for name in rig.inputs} | ({} if rig.anchor is None else {"anchor": rig.anchor})
+    return Trace(
+        record.name,
+        times,
+        {name: spread[name] for name in rig.channels},
+        {name: _input(spread[role], times, f'{record.name}, channel "{role}"') for name, role in read.items()},
+        conditions,
+    )
+
+
+def conditions_of(name: str, rig: Rig, stated: Mapping[str, float | None]) -> dict[str, float]:
+    """Conditions of a record, in SI units; NaN for one that the data must tell.
+
+    Raises
+    ------
+    StudyError
+        If one that must be known is missing.
+    """
+    conditions = {}
+    for condition in rig.conditions:
+        value = stated.get(condition.name)
+        value = condition.typical if value is None else value
+        if math.isnan(value) and condition.name not in LEARNT:
+            raise StudyError(
+                name,
+                f"no {condition.name}",
+                f"{condition.doc}, in {condition.unit}",
+                f"Give it in the record, under [rig], or with --set rig.{condition.name}=...",
+            )
+        conditions[condition.name] = float(value)
+    return conditions
+
+
+def _input(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
+    return np.column_stack([smoothed(values, times, where), values])
+
+
+def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:
+    """Instants of an unbroken grid, and the place of each sample in it: what is missing is left out, not bridged."""
+    times = np.asarray(record.time, dtype=float)
+    if not record.uniform:
+        return times, np.arange(len(times))
+    place = np.round((times - times[0]) * record.rate).astype(int)
+    return times[0] + np.arange(place[-1] + 1) / record.rate, place
+
+
+def _spread(values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    full = np.full(size, np.nan)
+    full[place] = values
+    return full
+
+
+FEWEST = 16
+"""Valid samples below which a channel tells nothing."""
+LEARNT = ("lift",)
+"""Conditions that the data can tell where a study is silent."""

@@ -1,0 +1,1 @@
+"""Measured inputs: smoothing, errors in variables, weights of the linearisation."""

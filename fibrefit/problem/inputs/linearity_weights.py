@@ -1,0 +1,75 @@
+"""Which samples the linearised problem foretells, where inputs are measured with noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from fibrefit.problem.inputs.errors_in_variables import InputErrors, Waves, residuals
+from fibrefit.problem.statement.problem import Problem
+
+STRONG = 5.0
+"""What the noise of the inputs may do to a sample, in units of its own noise, beyond which it counts less and less."""
+FORETOLD = 0.5
+"""Miss of the linearised problem, in units of a sample's noise, beyond which the sample counts less and less."""
+NEARBY = 0.005
+"""Time in s about such a miss in which it counts: other values of a model move it."""
+DRAWS = 4
+"""Of the errors of the inputs, to see where the linearised problem misses."""
+
+
+def fades(
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    waves: Waves,
+    reactions: Sequence[np.ndarray],
+) -> np.ndarray:
+    """Factor ``(n_record, n_channel, n_time)`` on the weights of samples of which the linearised problem tells little.
+
+    A motion that bounces may depend on the errors of the inputs so strongly, or bend so soon, that such samples say
+    nothing of the model and only bar the way of a search. The first is seen from the reactions. For the second, errors
+    are drawn, and what the model makes of them is held against what the linearised one foretells.
+
+    Parameters
+    ----------
+    problem, known, values, waves
+        As in `eliminate`.
+    reactions : sequence of (n_wave, n_channel * n_time), one for each record
+        As `expanded` finds them.
+    """
+    random, missed = np.random.default_rng(0), np.zeros(1)
+    here = residuals(problem, known, values, waves)
+    for _ in range(DRAWS):
+        drawn = {name: random.standard_normal(wave.shape) for name, wave in waves.items()}
+        there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in waves.items()})
+        flat = np.concatenate(list(drawn.values()), axis=1)
+        foretold = np.stack([wave @ rows for wave, rows in zip(flat, reactions, strict=True)])
+        missed = np.maximum(missed, np.abs(there - here - foretold.reshape(here.shape)))
+    missed = np.where(np.isfinite(missed), missed, np.inf)
+    missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
+    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reactions])
+    return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
+
+
+def faded(problem: Problem, fade: np.ndarray) -> Problem:
+    """The problem with factors ``(n_record, n_channel, n_time)`` on the weights of its samples."""
+    weights = problem.observations.weight
+    weaker = {channel: weights[channel] * fade[:, c] for c, channel in enumerate(problem.model.rig.channels)}
+    return eqx.tree_at(lambda p: p.observations.weight, problem, weaker)
+
+
+def counted(problem: Problem, fade: np.ndarray | float = 1.0) -> np.ndarray:
+    """How much each instant of a record counts, ``(n_record, n_time)``: by the channels read then, and by `fade`."""
+    weights = problem.observations.weight
+    seen = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
+    return np.sum(seen * np.square(fade), axis=1)
+
+
+def _spacing(problem: Problem) -> float:
+    """Time between samples in s."""
+    times = np.asarray(problem.observations.experiment.times[0])
+    return float(np.median(np.diff(times[: int(np.asarray(problem.observations.experiment.count)[0])])))

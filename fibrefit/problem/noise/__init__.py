@@ -1,0 +1,1 @@
+"""Noise: its spectrum, its choice, and the whitening that follows from it."""

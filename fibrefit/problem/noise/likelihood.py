@@ -1,0 +1,131 @@
+"""How probable the records are, given a simulation: the density of the residuals' innovations."""
+
+from __future__ import annotations
+
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.noise.whitening import Whitening
+from fibrefit.problem.statement.observations import Observations
+
+TAIL_START = 10.0
+
+
+class Likelihood(eqx.Module):
+    """Density of residuals.
+
+    Parameters
+    ----------
+    whitening : Whitening
+    counts : (n_channel,)
+        Number of valid samples.
+    log_unit : ()
+        Logarithm of the volume of residuals per volume of measured values in SI units.
+    channels : tuple of str
+    known : tuple of bool
+        Whether the noise level of each channel is known; where it is not, it is a coordinate of its own.
+    heavy : bool
+        Whether innovations follow Student's t, its degrees of freedom being a coordinate, instead of a normal law.
+    """
+
+    whitening: Whitening
+    counts: jax.Array
+    log_unit: jax.Array
+    channels: tuple[str, ...] = eqx.field(static=True)
+    known: tuple[bool, ...] = eqx.field(static=True)
+    heavy: bool = eqx.field(static=True, default=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the noise coordinates: unknown levels, then the degrees of freedom."""
+        levels = tuple(f"noise.{c}" for c, known in zip(self.channels, self.known, strict=True) if not known)
+        return levels + (("noise.degrees_of_freedom",) if self.heavy else ())
+
+    @property
+    def size(self) -> int:
+        """Number of noise coordinates."""
+        return len(self.names)
+
+    def levels(self, noise: jax.Array) -> jax.Array:
+        """Noise of each channel over what the residuals' unit assumes, ``(n_channel,)``.
+
+        Parameters
+        ----------
+        noise : (n_noise,)
+            Logarithms of the unknown levels, then of the degrees of freedom.
+        """
+        place = jnp.array([i for i, known in enumerate(self.known) if not known], dtype=int)
+        return jnp.ones(len(self.known)).at[place].set(jnp.exp(noise[: len(place)]))
+
+    def pointwise(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
+        """Logarithm of the density of each sample given the earlier ones, up to the constants in `constant`.
+
+        Parameters
+        ----------
+        residuals : (n_record, n_channel, n_time) in units of the noise
+        noise : (n_noise,)
+
+        Returns
+        -------
+        (n_record, n_channel, n_time)
+            Nil where the innovation is.
+        """
+        innovations = self.whitening.whiten(residuals) / self.levels(noise)[:, None]
+        if not self.heavy:
+            return -0.5 * innovations**2
+        freedom = jnp.exp(noise[-1])
+        return -0.5 * (freedom + 1.0) * jnp.log1p(innovations**2 / freedom)
+
+    def constant(self, noise: jax.Array) -> jax.Array:
+        """The part of the log density that does not depend on the residuals."""
+        levels = jnp.sum(self.counts * jnp.log(self.levels(noise)))
+        total = jnp.sum(self.counts)
+        if self.heavy:
+            half = 0.5 * jnp.exp(noise[-1])
+            gamma = jax.scipy.special.gammaln
+            each = gamma(half + 0.5) - gamma(half) - 0.5 * jnp.log(2.0 * half * jnp.pi)
+        else:
+            each = jnp.array(-0.5 * math.log(2.0 * math.pi))
+        return total * each - levels - self.whitening.log_scale + self.log_unit
+
+    def log_density(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
+        """Logarithm of the density of the measured values, in SI units.
+
+        Parameters
+        ----------
+        residuals : (n_record, n_channel, n_time) in units of the noise
+        noise : (n_noise,)
+        """
+        return jnp.sum(self.pointwise(residuals, noise)) + self.constant(noise)
+
+
+def likelihood_of(
+    whitening: Whitening, data: Observations, channels: tuple[str, ...], known: tuple[bool, ...], heavy: bool = False
+) -> Likelihood:
+    """Likelihood of the observations a problem holds.
+
+    Parameters
+    ----------
+    whitening : Whitening
+    data : Observations
+    channels : tuple of str
+        In the order of the residuals.
+    known : tuple of bool
+        Whether each channel's noise level is known.
+    heavy : bool
+        Student's t instead of a normal law.
+    """
+    weight = jnp.stack([data.weight[c] for c in channels], axis=1)
+    valid = weight > 0.0
+    log_unit = jnp.sum(jnp.where(valid, jnp.log(jnp.where(valid, weight, 1.0)), 0.0))
+    return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
+
+
+def unit_of(data: Observations, channels: tuple[str, ...]) -> np.ndarray:
+    """Noise rms in SI units that one unit of the residuals stands for, ``(n_record, n_channel)``."""
+    largest = np.stack([np.asarray(data.weight[c]).max(axis=1) for c in channels], axis=1)
+    return 1.0 / np.where(largest > 0.0, largest, 1.0)

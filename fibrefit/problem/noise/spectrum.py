@@ -1,0 +1,198 @@
+"""Noise of a channel, from the parts of the records in which nothing moves.
+
+A logger's noise is not white: slow wander adds to the fast hiss, and a rest of a tenth of a second shows little of it.
+The spectrum of the rests is therefore modelled, and its total over the band of a whole record is the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fibrefit.problem.statement.observations import Trace
+
+BLOCK = 32
+"""Samples whose mean is compared when looking for rest."""
+SHORTEST_REST = 64
+DRIFT = 0.003
+"""Share of its travel by which a smoothed input may move while the rig is at rest."""
+MAINS = (50.0, 60.0)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Spectrum of a channel's noise: ``white + pink / f`` and a line at the mains frequency.
+
+    Parameters
+    ----------
+    white : float
+        One-sided level, in unit^2/Hz.
+    pink : float
+        Level at 1 Hz, in unit^2/Hz.
+    line : float
+        Variance of the mains line, in unit^2.
+    samples : int
+        Number of resting samples it was taken from; 0: from differences of moving ones, fast part only.
+    """
+
+    white: float
+    pink: float
+    line: float
+    samples: int
+
+    def rms(self, duration: float, rate: float) -> float:
+        """Noise rms over a record of `duration` [s] sampled at `rate` [Hz]."""
+        band = 0.5 * rate
+        return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line))
+
+    def density(self, frequency: np.ndarray) -> np.ndarray:
+        """One-sided power density at `frequency` [Hz] > 0, without the line, in unit^2/Hz."""
+        return self.white + self.pink / frequency
+
+    def over_mean(self, frequency: np.ndarray, duration: float, rate: float) -> np.ndarray:
+        """Power density at `frequency` [Hz] > 0 over its mean in a record of `duration` [s] sampled at `rate` [Hz]."""
+        return self.density(frequency) * (0.5 * rate) / self.rms(duration, rate) ** 2
+
+    def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
+        """Some noise with this spectrum, the line left out, ``(count,)``."""
+        frequency = np.fft.rfftfreq(count, 1.0 / rate)
+        density = np.zeros(len(frequency))
+        density[1:] = self.density(frequency[1:])
+        wave = random.normal(size=len(frequency)) + 1j * random.normal(size=len(frequency))
+        return np.fft.irfft(wave * np.sqrt(0.25 * density * count * rate), count)
+
+
+def rests(trace: Trace) -> list[slice]:
+    """Stretches at the start and the end of a record in which no measured quantity moves."""
+    # Slow wander moves block means by more than hiss / sqrt(BLOCK); real motion leaves by far more within one block.
+    signals = [(signal, 1.2 * _hiss(signal)) for signal in trace.channels.values()]
+    signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
+    ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
+    turned = [(signal[::-1], limit) for signal, limit in signals]
+    behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
+    found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
+    return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
+
+
+def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
+    """Noise of one channel, from the rests of all records.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    channel : str
+
+    Returns
+    -------
+    Noise
+    """
+    pieces = []
+    for trace in traces:
+        rate = 1.0 / np.diff(trace.times).mean()
+        for rest in rests(trace):
+            values = trace.channels[channel][rest]
+            if np.isfinite(values).all() and np.ptp(values) > 0.0:
+                pieces.append((values, rate))
+    return noise_of(pieces) if pieces else _from_differences(traces, channel)
+
+
+def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
+    """Noise of pieces that hold nothing else.
+
+    Parameters
+    ----------
+    pieces : sequence of ((n,), float)
+        Readings in SI units, and their rate in Hz.
+    """
+    frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
+    near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < 4.0
+    white, pink = whittle(frequency[~near_mains], power[~near_mains])
+    line = sum(_line_variance(*piece) * len(piece[0]) for piece in pieces) / sum(len(p[0]) for p in pieces)
+    return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
+
+
+def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
+    """Whether each block's mean agrees with the first ones' within `limit`."""
+    blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
+    means = blocks.mean(axis=1)
+    return ~(np.abs(means - np.nanmean(means[:3])) > limit)
+
+
+def _run_length(flags: np.ndarray) -> int:
+    # The block in which motion begins may still look like rest: it is left out.
+    first = np.argmin(flags) if not flags.all() else len(flags)
+    return max(int(first) - 1, 0)
+
+
+def _hiss(signal: np.ndarray) -> float:
+    """Standard deviation of the fast part, from third differences, which motion hardly enters."""
+    finite = signal[np.isfinite(signal)]
+    # A simulated record has none at all: rounding must not look like motion then.
+    least = 1e-9 * float(np.ptp(finite)) + 1e-300 if finite.size else 1e-300
+    return float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0)) + least
+
+
+def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
+    rate = np.mean([1.0 / np.diff(trace.times).mean() for trace in traces])
+    variance = np.mean([_hiss(trace.channels[channel]) ** 2 for trace in traces])
+    smallest = min(_resolution(trace.channels[channel]) for trace in traces)
+    return Noise(float(max(variance, smallest**2 / 12.0) / (0.5 * rate)), 0.0, 0.0, 0)
+
+
+def _resolution(signal: np.ndarray) -> float:
+    steps = np.diff(np.unique(signal[np.isfinite(signal)]))
+    return float(steps.min()) if len(steps) else 1e-12
+
+
+def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz] between nil and half the rate, and the one-sided power density of `values` there."""
+    n = len(values)
+    power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (n * rate)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    inner = slice(1, (n + 1) // 2)
+    return frequency[inner], power[inner]
+
+
+def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
+    """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
+    floor, shape = 1e-6 * power.mean(), np.stack([np.ones_like(frequency), 1.0 / frequency])
+    level = np.log(np.median(power[frequency > 0.5 * frequency.max()]) / np.log(2.0) + floor)
+    starts = [np.array([level, level + shift]) for shift in (-4.0, 0.0, 4.0)]
+    logs = min(starts, key=lambda start: _misfit(start, shape, power, floor)[0])
+    here, damping = _misfit(logs, shape, power, floor), 1e-3
+    while damping < STIFF:
+        bend = here[2] * (1.0 + damping * np.eye(2)) + TINY * np.eye(2)
+        there = logs + np.clip(-np.linalg.solve(bend, here[1]), -FARTHEST, FARTHEST)
+        found = _misfit(there, shape, power, floor)
+        gain = here[0] - found[0]
+        logs, here, damping = (there, found, 0.1 * damping) if gain > 0.0 else (logs, here, 10.0 * damping)
+        if 0.0 < gain < SETTLED:
+            break
+    return float(np.exp(logs[0])), float(np.exp(logs[1]))
+
+
+STIFF, SETTLED, FARTHEST, TINY = 1e9, 1e-9, 2.0, 1e-12
+"""Damping that ends a search, gain that ends it, longest step of a logarithm, and what a matrix must not be below."""
+
+
+def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float) -> tuple[float, np.ndarray, Any]:
+    """Minus the log likelihood of logarithms of white and pink level, its slope ``(2,)`` and its bend ``(2, 2)``."""
+    parts = np.exp(logs)[:, None] * shape
+    density = parts.sum(axis=0) + floor
+    share, pull = power / density, parts / density
+    return float(np.sum(np.log(density) + share)), pull @ (1.0 - share), pull @ pull.T
+
+
+def _line_variance(values: np.ndarray, rate: float) -> float:
+    """Variance of a sinusoid at the stronger mains frequency, less what hiss alone would show."""
+    n, t = len(values), np.arange(len(values)) / rate
+    found = []
+    for line in MAINS:
+        wave = np.exp(-2j * np.pi * line * t)
+        amplitude = 2.0 * abs(np.mean((values - values.mean()) * wave))
+        beside = [2.0 * abs(np.mean((values - values.mean()) * wave * np.exp(2j * np.pi * d * t))) for d in (-12, 12)]
+        found.append(max(0.0, 0.5 * (amplitude**2 - np.mean(np.square(beside)))))
+    return float(max(found)) if n / rate > 0.1 else 0.0

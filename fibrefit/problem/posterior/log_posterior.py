@@ -1,0 +1,103 @@
+"""The log posterior density of a problem in coordinates without limits, and its gradient."""
+
+from __future__ import annotations
+
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from fibrefit.problem.noise.likelihood import Likelihood
+from fibrefit.problem.posterior.prior import Density, Prior, log_slope
+from fibrefit.problem.statement.problem import Problem
+
+LEVEL_SPREAD = 1.0
+"""Default prior of an unknown noise level: log-normal around the estimate, a factor e either way."""
+TAIL_PRIOR = Prior(True, 15.0, 1.0, 2.0, 200.0, "default")
+"""Of the degrees of freedom: from tails as heavy as can be, with a variance still, to none at all."""
+
+
+class LogPosterior(eqx.Module):
+    """Log posterior density at points that hold free coordinates, then noise coordinates.
+
+    Parameters
+    ----------
+    problem : Problem
+    prior : Density
+        Of the free values.
+    noise_prior : Density
+        Of the exponentials of the noise coordinates.
+    likelihood : Likelihood
+    """
+
+    problem: Problem
+    prior: Density
+    noise_prior: Density
+    likelihood: Likelihood
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.problem.layout.size + self.likelihood.size
+
+    def split(self, point: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Free coordinates and noise coordinates."""
+        size = self.problem.layout.size
+        return point[:size], point[size:]
+
+    def values(self, point: jax.Array) -> jax.Array:
+        """Values in SI units, then noise levels over the assumed ones and degrees of freedom; ``(n,)``."""
+        free, noise = self.split(point)
+        return jnp.concatenate([self.problem.layout.values(free), jnp.exp(noise)])
+
+    def log_prior(self, point: jax.Array) -> jax.Array:
+        """Log prior density in these coordinates; minus infinity outside the support."""
+        free, noise = self.split(point)
+        values = self.problem.layout.values(free)
+        of_free = self.prior.log_density(values) + log_slope(self.problem.layout, free)
+        of_noise = self.noise_prior.log_density(jnp.exp(noise)) + jnp.sum(noise)
+        return jnp.where(jnp.isnan(of_free), -jnp.inf, of_free) + of_noise
+
+    def log_likelihood(self, point: jax.Array) -> jax.Array:
+        """Log density of the measured values."""
+        free, noise = self.split(point)
+        residuals = residuals_at(self.problem, self.problem.layout.values(free))
+        return self.likelihood.log_density(residuals, noise)
+
+    def __call__(self, point: jax.Array) -> jax.Array:
+        """Log posterior density, unscaled; minus infinity where it is not a number."""
+        prior = self.log_prior(point)
+        total = prior + self.log_likelihood(point)
+        return jnp.where(jnp.isfinite(prior) & jnp.isfinite(total), total, -jnp.inf)
+
+
+@jax.custom_vjp
+def residuals_at(problem: Problem, values: jax.Array) -> jax.Array:
+    """`Problem.residuals`, whose gradient is taken forwards.
+
+    A simulation's Jacobian with respect to the few values a record depends on costs a few simulations; the gradient
+    of a density is then one product with it, and no loop runs backwards.
+    """
+    return problem.residuals(values)
+
+
+def _forwards(problem: Problem, values: jax.Array) -> tuple[jax.Array, tuple]:
+    linear = problem.linearised(values)
+    return linear.residuals, (linear.slopes, problem)
+
+
+def _product(kept: tuple, cotangent: jax.Array) -> tuple[None, jax.Array]:
+    slopes, problem = kept
+    local = jnp.sum(slopes * cotangent[..., None], axis=(1, 2))
+    return None, jnp.zeros(problem.layout.size).at[problem.layout.local_columns].add(local)
+
+
+residuals_at.defvjp(_forwards, _product)
+
+
+def noise_priors(likelihood: Likelihood) -> tuple[Prior, ...]:
+    """Default priors of the noise coordinates' exponentials."""
+    levels = sum(not known for known in likelihood.known)
+    level = Prior(True, 1.0, LEVEL_SPREAD, 0.0, math.inf, "default")
+    return (level,) * levels + ((TAIL_PRIOR,) if likelihood.heavy else ())

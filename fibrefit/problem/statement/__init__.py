@@ -1,0 +1,1 @@
+"""The problem: layout of its numbers, observations, residuals."""

@@ -1,0 +1,180 @@
+"""The one place that knows the order of a problem's numbers: names to vector and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fibrefit.problem.statement.arrays import functions_for
+from fibrefit.problem.statement.transform import Range
+
+
+def assembled(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+    """Sum of the records' own matrices in the places of the free values.
+
+    Parameters
+    ----------
+    local : (n_record, n_local, n_local)
+    columns : (n_record, n_local) int
+        Places; one beyond `size` stands for nothing.
+    size : int
+
+    Returns
+    -------
+    (size, size)
+    """
+    whole = np.zeros((max(size, int(columns.max(initial=0)) + 1),) * 2)
+    np.add.at(whole, (columns[:, :, None], columns[:, None, :]), local)
+    return whole[:size, :size]
+
+
+def gathered(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+    """Sum of the records' own vectors ``(n_record, n_local)`` in the places of the free values, ``(size,)``."""
+    whole = np.zeros(max(size, int(columns.max(initial=0)) + 1))
+    np.add.at(whole, columns, local)
+    return whole[:size]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What is known of one parameter before the data speak.
+
+    Parameters
+    ----------
+    name, unit : str
+    range : Range
+    shared : bool
+        One value for all records, or one for each.
+    fixed : tuple of float or None
+        Its value(s) in SI units where it is not free: one, or one for each record, None where that record's is free.
+    """
+
+    name: str
+    unit: str
+    range: Range
+    shared: bool = True
+    fixed: tuple[float | None, ...] = ()
+
+    def held(self, record: int) -> float | None:
+        """Value held in a record, in SI units; None where it is free."""
+        return None if not self.fixed else self.fixed[0] if len(self.fixed) == 1 else self.fixed[record]
+
+    @property
+    def free(self) -> bool:
+        """Whether it is free in any record."""
+        return not self.fixed or None in self.fixed
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Order of the free values: shared ones first, then those of each record, record after record.
+
+    Parameters
+    ----------
+    slots : tuple of Slot
+        In the order in which a record's values are listed.
+    records : tuple of str
+        Names of the records.
+    """
+
+    slots: tuple[Slot, ...]
+    records: tuple[str, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of a record's values, in their order."""
+        return tuple(slot.name for slot in self.slots)
+
+    @cached_property
+    def local_free(self) -> tuple[int, ...]:
+        """Which of a record's values are free."""
+        return tuple(i for i, slot in enumerate(self.slots) if slot.free)
+
+    @cached_property
+    def entries(self) -> tuple[tuple[Slot, int | None], ...]:
+        """Slot and record (None if shared) of each free value."""
+        free = [self.slots[i] for i in self.local_free]
+        shared: list[tuple[Slot, int | None]] = [(slot, None) for slot in free if slot.shared]
+        own = [slot for slot in free if not slot.shared]
+        each: list[tuple[Slot, int | None]] = [
+            (slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None
+        ]
+        return tuple(shared + each)
+
+    @cached_property
+    def free_names(self) -> tuple[str, ...]:
+        """Name of each free value; ``name[record]`` where each record has its own."""
+        return tuple(
+            slot.name if record is None else f"{slot.name}[{self.records[record]}]" for slot, record in self.entries
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of free values."""
+        return len(self.entries)
+
+    @cached_property
+    def _gather(self) -> tuple[np.ndarray, np.ndarray]:
+        """Index (n_record, n_local) into free values followed by fixed ones, and the fixed ones."""
+        place = {(slot.name, record): i for i, (slot, record) in enumerate(self.entries)}
+        fixed: list[float] = []
+        index = np.zeros((len(self.records), len(self.slots)), dtype=int)
+        for j, slot in enumerate(self.slots):
+            for r in range(len(self.records)):
+                value = slot.held(r)
+                if value is None:
+                    index[r, j] = place[slot.name, None if slot.shared else r]
+                else:
+                    index[r, j] = self.size + len(fixed)
+                    fixed.append(value)
+        return index, np.array(fixed)
+
+    @cached_property
+    def local_columns(self) -> np.ndarray:
+        """Place of each record's own values among all free ones, ``(n_record, n_local_free)``.
+
+        A value held in this record but free in another has the place ``size + 1``: behind the free values and the
+        column of residuals that is appended to them.
+        """
+        columns = self._gather[0][:, list(self.local_free)]
+        return np.where(columns < self.size, columns, self.size + 1)
+
+    def local(self, values: Any) -> Any:
+        """Values of every record, ``(n_record, n_local)`` in SI units, from the free values ``(n_free,)`` in SI."""
+        index, fixed = self._gather
+        return functions_for(values).concatenate([values, fixed])[index]
+
+    @cached_property
+    def _by_range(self) -> dict[Range, np.ndarray]:
+        """Places of the free values that share a range, so that each map is applied once."""
+        places: dict[Range, list[int]] = {}
+        for i, (slot, _) in enumerate(self.entries):
+            places.setdefault(slot.range, []).append(i)
+        return {limits: np.array(index) for limits, index in places.items()}
+
+    @cached_property
+    def _order(self) -> np.ndarray:
+        """Puts values that were taken range by range back into their order."""
+        return np.argsort(np.concatenate([*self._by_range.values(), np.empty(0, dtype=int)]))
+
+    def values(self, free: Any) -> Any:
+        """Free values in SI units, from free coordinates; ``(..., n_free)`` both, NumPy or JAX."""
+        parts = [limits.value(free[..., index]) for limits, index in self._by_range.items()]
+        return functions_for(free).concatenate([*parts, free[..., :0]], axis=-1)[..., self._order]
+
+    def free(self, values: Any) -> Any:
+        """Free coordinates from free values in SI units; ``(..., n_free)`` both, NumPy or JAX."""
+        parts = [limits.free(values[..., index]) for limits, index in self._by_range.items()]
+        return functions_for(values).concatenate([*parts, values[..., :0]], axis=-1)[..., self._order]
+
+    def pack(self, named: Mapping[str, float | np.ndarray]) -> np.ndarray:
+        """Free values, ``(n_free,)`` in SI units, from one number a name or one for each record."""
+        packed = []
+        for slot, record in self.entries:
+            value = np.asarray(named[slot.name], dtype=float)
+            packed.append(float(value.mean() if record is None else value if value.ndim == 0 else value[record]))
+        return np.array(packed)

@@ -1,0 +1,117 @@
+"""Records as arrays of one shape: what a compiled program reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.simulation.inputs import Signals
+from fibrefit.simulation.model import Experiment
+
+LENGTH_STEP = 512
+"""Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
+
+
+class Trace(NamedTuple):
+    """One record, ready to be compared with a model; NumPy arrays, SI units.
+
+    Parameters
+    ----------
+    name : str
+    times : (n_time,) in s
+    channels : dict of (n_time,)
+        Measured channels that are explained; NaN where a sample is not valid.
+    inputs : dict of (n_time, 3)
+        Measured inputs, smoothed; their rates; and as they were measured.
+    conditions : dict of float
+    """
+
+    name: str
+    times: np.ndarray
+    channels: dict[str, np.ndarray]
+    inputs: dict[str, np.ndarray]
+    conditions: dict[str, float]
+
+
+class Observations(NamedTuple):
+    """Stacked records.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Leaves ``(n_record, ...)``.
+    measured : dict of (n_record, n_time)
+        Zero where nothing was measured.
+    weight : dict of (n_record, n_time)
+        One over the noise (rms, SI) where a sample counts, zero elsewhere.
+    """
+
+    experiment: Experiment
+    measured: dict[str, jax.Array]
+    weight: dict[str, jax.Array]
+
+
+def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[float]]) -> Observations:
+    """Pad the records to one length and stack them.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    noise : mapping of channel to (n_record,) in SI units
+        Noise rms of each channel in each record.
+
+    Returns
+    -------
+    Observations
+
+    Raises
+    ------
+    DataError
+        If a record has fewer than 16 samples.
+    """
+    for trace in traces:
+        if len(trace.times) < 16:
+            raise DataError(trace.name, f"{len(trace.times)} samples", "at least 16", "Check how the file was read.")
+    longest = max(len(trace.times) for trace in traces)
+    size = -(-longest // LENGTH_STEP) * LENGTH_STEP
+    experiment = Experiment(
+        times=_stacked([_extended(trace.times, size) for trace in traces]),
+        count=jnp.array([len(trace.times) for trace in traces], dtype=jnp.int32),
+        conditions={name: _stacked([trace.conditions[name] for trace in traces]) for name in traces[0].conditions},
+        inputs={
+            name: Signals(*(_stacked([_padded(t.inputs[name][:, i], size) for t in traces]) for i in (0, 1)))
+            for name in traces[0].inputs
+        },
+    )
+    channels = traces[0].channels
+    return Observations(
+        experiment,
+        {c: _stacked([_padded(np.nan_to_num(t.channels[c]), size) for t in traces]) for c in channels},
+        {
+            c: _stacked([_weight(t.channels[c], size, n) for t, n in zip(traces, noise[c], strict=True)])
+            for c in channels
+        },
+    )
+
+
+def _extended(times: np.ndarray, size: int) -> np.ndarray:
+    ahead = times[-1] + np.diff(times).mean() * np.arange(1, size - len(times) + 1)
+    return np.concatenate([times, ahead])
+
+
+def _padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray:
+    last = values[-1] if fill is None else fill
+    return np.concatenate([values, np.full(size - len(values), last)])
+
+
+def _weight(values: np.ndarray, size: int, noise: float) -> np.ndarray:
+    return _padded(np.isfinite(values) / noise, size, 0.0)
+
+
+def _stacked(rows: Sequence[np.ndarray] | Sequence[float]) -> jax.Array:
+    return jnp.asarray(np.array(rows, dtype=float))

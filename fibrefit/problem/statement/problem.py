@@ -1,0 +1,179 @@
+"""The problem: a model, a layout and observations; the residuals that every method of identification reads."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.statement.arrays import functions_for
+from fibrefit.problem.statement.jump_weights import certainty
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.simulation.model import Experiment, Model, Response
+
+
+class Linearised(NamedTuple):
+    """Residuals and how they move with each record's own free values.
+
+    Parameters
+    ----------
+    residuals : (n_record, n_channel, n_time), in units of the noise
+    slopes : (n_record, n_channel, n_time, n_local_free), per SI unit of the value
+    """
+
+    residuals: Any
+    slopes: Any
+
+
+class Problem(eqx.Module):
+    """All that is needed to compare a model with records; a pytree whose leaves are the data.
+
+    Parameters
+    ----------
+    model : Model
+    layout : Layout
+    observations : Observations
+    soft_beyond : float or None
+        Residuals larger than this many times the noise count less than quadratically (soft L1); None: they do not.
+    """
+
+    model: Model = eqx.field(static=True)
+    layout: Layout = eqx.field(static=True)
+    observations: Observations
+    soft_beyond: float | None = eqx.field(static=True, default=None)
+
+    def readings(self, values: jax.Array) -> dict[str, jax.Array]:
+        """What the model says of all records.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+
+        Returns
+        -------
+        dict of (n_record, n_time) in SI units
+        """
+        return self.foretold(self.layout.local(values), self.observations.experiment)
+
+    def foretold(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+        """What the model says of records, those that were measured or others.
+
+        Parameters
+        ----------
+        local : (n_record, n_local) in SI units
+        experiment : Experiment
+            Leaves ``(n_record, ...)``.
+
+        Returns
+        -------
+        dict of (n_record, n_time) in SI units
+        """
+        return jax.lax.map(lambda row: self._respond(*row).channels, (local, experiment))
+
+    def residuals(self, values: jax.Array) -> jax.Array:
+        """Simulated minus measured in units of the noise, ``(n_record, n_channel, n_time)``; zero where not measured.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+        """
+        return jax.lax.map(lambda row: self.record_residuals(*row), (self.layout.local(values), self.observations))
+
+    # Compiled under their own names, they are traced once for all the programs that contain them.
+    @eqx.filter_jit
+    def linearised(self, values: jax.Array) -> Linearised:
+        """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
+
+        A record depends on few of a problem's values; the full Jacobian, mostly zeros, is never made.
+        """
+        # One after the other: what belongs to one record stays in the fast memory of a processor.
+        return jax.lax.map(lambda row: self.record_linearised(*row), (self.layout.local(values), self.observations))
+
+    @eqx.filter_jit
+    def record_linearised(self, local: jax.Array, data: Observations) -> Linearised:
+        """As `linearised`, of one record, from its values ``(n_local,)`` and its data."""
+        columns = jnp.array(self.layout.local_free)
+
+        def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
+            residuals = self.record_residuals(local.at[columns].set(part), data)
+            return residuals, residuals
+
+        slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
+        return Linearised(residuals, slopes)
+
+    def gram(self, values: jax.Array) -> jax.Array:
+        """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``.
+
+        All that Gauss-Newton methods, profiles and plain covariances need of the records, in a matrix of the size of
+        the problem.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+
+        Returns
+        -------
+        (n_free + 1, n_free + 1), per SI units of the values
+        """
+
+        def one(row: tuple[jax.Array, Observations]) -> jax.Array:
+            linear = self.record_linearised(*row)
+            columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
+            columns = columns.reshape(-1, columns.shape[-1])
+            return columns.T @ columns
+
+        local = jax.lax.map(one, (self.layout.local(values), self.observations))
+        size, index = self.layout.size, self.layout.local_columns
+        rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
+        whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
+        return whole[:-1, :-1]
+
+    def until(self, counts: jax.Array) -> Problem:
+        """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""
+        data = self.observations
+        counts = jnp.minimum(counts, data.experiment.count)
+        early = jnp.arange(data.experiment.times.shape[1]) < counts[:, None]
+        weight = {c: jnp.where(early, w, 0.0) for c, w in data.weight.items()}
+        shorter = data._replace(experiment=data.experiment._replace(count=counts), weight=weight)
+        return eqx.tree_at(lambda problem: problem.observations, self, shorter)
+
+    @property
+    def n_measured(self) -> int:
+        """Number of samples that count; not inside compiled programs."""
+        return int(sum(np.count_nonzero(np.asarray(weight)) for weight in self.observations.weight.values()))
+
+    def _respond(self, local: jax.Array, experiment: Experiment) -> Response:
+        return self.model.answer(dict(zip(self.layout.names, local, strict=True)), experiment)
+
+    def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
+        """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
+        response = self._respond(local, data.experiment)
+        channels, jumps = self.model.rig.channels, response.jumps
+        weight = jnp.stack([data.weight[c] for c in channels])
+        heights = jnp.stack([jumps.heights[c] for c in channels]) * jnp.max(weight, axis=1, keepdims=True)
+        sure = certainty(data.experiment.times, jumps.instants, heights, jumps.number)
+        plain = jnp.stack([response.channels[c] - data.measured[c] for c in channels]) * weight * sure
+        if self.soft_beyond is None:
+            return plain
+        # The square of this is the soft-L1 loss; near zero it is the residual itself.
+        limit = self.soft_beyond
+        share = jnp.sqrt(1.0 + (plain / limit) ** 2)
+        return plain * jnp.sqrt(2.0 / (share + 1.0))
+
+
+def gram_root(gram: Any) -> Any:
+    """A square matrix R with ``R'R = gram``, for a symmetric, positive semidefinite `gram`; NumPy or JAX.
+
+    With ``gram = [J r]'[J r]`` the last column of R and the others are a residual vector and its Jacobian that have the
+    same cost, gradient and normal matrix as those of all samples.
+    """
+    # Columns differ by many orders of magnitude; an eigenvalue is lost only against others of its own scale.
+    xp = functions_for(gram)
+    scale = xp.sqrt(xp.diag(gram))
+    scale = xp.where(scale > 0.0, scale, 1.0)
+    values, vectors = xp.linalg.eigh(gram / (scale[:, None] * scale))
+    return xp.sqrt(xp.maximum(values, 0.0))[:, None] * vectors.T * scale

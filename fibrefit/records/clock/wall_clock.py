@@ -1,0 +1,171 @@
+"""Clock times to seconds since the first sample.
+
+Only differences matter, so the order of day and month need not be known within a day.
+"""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.records.grammar.tokens import CLOCK, DATE, clean
+
+_DAY = 86400.0
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Times of a column of clock readings.
+
+    Parameters
+    ----------
+    seconds : (n,) float array
+        Since the first readable sample, in s; NaN where the cell is no time.
+    resolution : float
+        Step of the last printed decimal, in s.
+    start : str
+        First reading, as written.
+    notes : tuple of str
+        What had to be decided.
+    """
+
+    seconds: np.ndarray
+    resolution: float
+    start: str
+    notes: tuple[str, ...] = ()
+
+
+def parse_clock(texts: Sequence[str], where: str) -> Clock:
+    """Seconds from a column of clock readings.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Cells: ``12.05.2014 14:22:11,0005``, ``2014-05-12T14:22:11.5``, ``02:22:11.000 PM``, ``14:22:11:250``.
+    where : str
+        File and column to name in messages.
+
+    Returns
+    -------
+    Clock
+        Times; midnight is passed where the date changes or the hours start again.
+
+    Raises
+    ------
+    DataError
+        If no cell holds a time of day, or one without seconds leaves it open what it counts.
+    """
+    days: list[str] = []
+    seconds = np.full(len(texts), np.nan)
+    decimals = 0
+    cache: dict[str, tuple[str, float] | None] = {}
+    for i, text in enumerate(texts):
+        # All but the seconds repeats from row to row.
+        head, colon, tail = text.rpartition(":")
+        if head not in cache:
+            cache[head] = _head(head) if colon else None
+        found = cache[head]
+        parsed = (_with_tail(found, tail) if found is not None else None) or _whole(text)
+        if parsed is None:
+            days.append("")
+            continue
+        day, seconds[i], places = parsed
+        days.append(day)
+        decimals = max(decimals, places)
+    if np.isnan(seconds).all():
+        raise DataError(where, f'"{texts[0]}" is no time of day with seconds', "hours, minutes and seconds")
+    return _since_first(seconds, days, decimals, texts)
+
+
+def _head(head: str) -> tuple[str, float] | None:
+    """Date and seconds up to the full minute of a reading without its seconds; None where it is anything else."""
+    match = re.fullmatch(r"(?:(\S+)[ T])?(\d{1,2}):(\d{2})", clean(head))
+    if match is None or not DATE.fullmatch(match.group(1) or "1.1.2000") or int(match.group(2)) > 23:
+        return None
+    return match.group(1) or "", 3600.0 * int(match.group(2)) + 60.0 * int(match.group(3))
+
+
+def _with_tail(head: tuple[str, float], tail: str) -> tuple[str, float, int] | None:
+    whole, _, fraction = tail.strip().removesuffix("Z").replace(",", ".").partition(".")
+    if not (whole.isdecimal() and fraction.isdecimal() and len(whole) == 2 and whole < "61"):
+        return None
+    return head[0], head[1] + float(f"{whole}.{fraction}"), len(fraction)
+
+
+def _whole(text: str) -> tuple[str, float, int] | None:
+    """Date, seconds of the day and decimals of one reading."""
+    match = CLOCK.fullmatch(clean(text))
+    if match is None or match.group("time") is None:
+        return None
+    parts = re.split(r":", match.group("time"))
+    if len(parts) == 4:  # 14:22:11:250, the thousandths after a colon
+        parts = [*parts[:2], f"{parts[2]}.{parts[3]}"]
+    if len(parts) == 2 and not re.search("[.,]", parts[1]):
+        return None  # hours and minutes, or minutes and seconds
+    last = parts[-1].replace(",", ".")
+    hours = int(parts[0]) if len(parts) == 3 else 0
+    minutes = int(parts[-2])
+    half = (match.group("half") or "").strip().replace(".", "").casefold()
+    if half:
+        hours = hours % 12 + (12 if half == "pm" else 0)
+    too_late = hours > 23 and match.group("date") is not None
+    if too_late or (minutes > 59 and len(parts) == 3) or float(last) >= 61:
+        return None
+    return match.group("date") or "", 3600.0 * hours + 60.0 * minutes + float(last), len(last.partition(".")[2])
+
+
+def _since_first(seconds: np.ndarray, days: list[str], decimals: int, texts: Sequence[str]) -> Clock:
+    first = int(np.flatnonzero(np.isfinite(seconds))[0])
+    distinct = list(dict.fromkeys(day for day in days if day))
+    notes: tuple[str, ...] = ()
+    if len(distinct) > 1:
+        numbers = dict(zip(distinct, _day_numbers(distinct), strict=True))
+        usual = max(distinct, key=days.count)  # counted from there, a date that is wrong costs the others no digit
+        offset = {day: _DAY * (number - numbers[usual]) for day, number in numbers.items()} | {"": 0.0}
+        seconds = seconds + np.array([offset[day] for day in days])
+        notes = ("The record passes midnight.",) if min(map(days.count, distinct)) > 2 else ()
+    else:
+        present = np.flatnonzero(np.isfinite(seconds))
+        starts_again = _midnights(seconds[present])
+        if starts_again:
+            turns = np.zeros(seconds.size)
+            turns[present[starts_again]] = 1.0
+            seconds = seconds + _DAY * np.cumsum(turns)
+            notes = ("The record passes midnight.",)
+    # Times of day hold 5 digits before the point: round away what the subtraction leaves over.
+    since = np.round(seconds - seconds[first], decimals + 1)
+    return Clock(since, float(10.0**-decimals), texts[first].strip(), notes)
+
+
+def _midnights(seconds: np.ndarray) -> list[int]:
+    """Rows at which the hours start again and stay low; a single wrong hour does not make a day."""
+    back = np.flatnonzero(np.diff(seconds) < -_DAY / 2) + 1
+    return [int(i) for i in back if np.median(seconds[i : i + 5]) < np.median(seconds[max(0, i - 5) : i]) - _DAY / 2]
+
+
+def _day_numbers(dates: list[str]) -> list[int]:
+    """Days since the first date; of the possible orders of day, month and year, the one with the shortest span."""
+    spans = []
+    for order in ("ymd", "dmy", "mdy"):
+        numbers = [_ordinal(date, order) for date in dates]
+        known = [number for number in numbers if number is not None]
+        if len(known) == len(numbers) and known == sorted(known):
+            spans.append((known[-1] - known[0], [number - known[0] for number in known]))
+    return min(spans)[1] if spans else list(range(len(dates)))
+
+
+def _ordinal(date: str, order: str) -> int | None:
+    parts = [int(part) for part in re.findall(r"\d+", date)]
+    if len(parts) != 3 or (order == "ymd") != (len(re.findall(r"\d+", date)[0]) == 4):
+        return None
+    fields = dict(zip(order, parts, strict=True))
+    year = fields["y"] + (2000 if fields["y"] < 100 else 0)
+    try:
+        return datetime.date(year, fields["m"], fields["d"]).toordinal()
+    except ValueError:
+        return None

@@ -1,0 +1,224 @@
+"""What a sensor does to a record: absurd values, a full scale that was reached, a reading that froze.
+
+A held weight, a slack fibre and a drive at rest are flat too, and rightly so. A reading counts as frozen or full only
+if it is exactly the same for longer than the noise around it allows; without noise, only if it stops dead at its
+extreme while it was running on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.records.grammar.neighbours import neighbourhood
+
+#: A number this large, and this much larger than the rest of its column, is no measured value.
+_ABSURD, _ABSURD_RATIO = 1e9, 1e4
+
+#: Nines as loggers write them for "no value", far outside the rest of the column.
+_NINES, _NINES_RATIO = 999.0, 10.0
+
+#: Chance at which a run of equal readings in a noisy record may be an accident.
+_CHANCE = 1e-4
+
+#: Share of changes of slope beyond one step of the readings that makes them noise.
+_BEYOND_ROUNDING = 0.25
+
+#: Shortest run of equal readings that is looked at.
+_SHORTEST = 4
+
+#: Runs of equal readings to each side of one that tell how long they get there by chance: more at rest than in motion.
+_AROUND = 100
+
+#: A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off.
+_OVERSHOOT = 4.0
+
+#: A sample this many times further from its neighbours than they scatter is reported.
+_LONE = 12.0
+
+#: A stop longer than this share of a record is a rest, not a peak that was cut off.
+_SHORT_STOP = 0.02
+
+#: A flat stretch this close to zero, against the range, is a slack fibre or a sensor at rest.
+_AT_ZERO = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Flat:
+    """Stretches in which a reading does not move although it should.
+
+    Parameters
+    ----------
+    saturated : (n,) bool array
+        At the extreme of the column.
+    stuck : (n,) bool array
+        Elsewhere.
+    clipped : (n,) bool array
+        Without any noise in the column: several short stops at one and the same extreme.
+    stops_dead : (n,) bool array
+        The other stops without noise: a full sensor, an end stop, or a drive that holds.
+    """
+
+    saturated: np.ndarray
+    stuck: np.ndarray
+    clipped: np.ndarray
+    stops_dead: np.ndarray
+
+
+def absurd(values: np.ndarray) -> np.ndarray:
+    """Samples that are no measured value: 1E+10 among tens, or -9999 among ones.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where there is none.
+
+    Returns
+    -------
+    (n,) bool array
+        True for absurd ones.
+    """
+    size = np.abs(values)
+    present = size[np.isfinite(size)]
+    if present.size < 3:
+        return np.zeros(values.size, bool)
+    usual = float(np.quantile(present, 0.5))
+    huge = (size >= _ABSURD) & (size > _ABSURD_RATIO * max(usual, 1e-300))
+    nines = (size >= _NINES) & np.isin(size, _nines(float(present.max())))
+    rest = size[~huge & ~nines & np.isfinite(size)]
+    far = size > _NINES_RATIO * float(rest.max()) if rest.size else np.zeros(values.size, bool)
+    return huge | (nines & far)
+
+
+def _nines(largest: float) -> np.ndarray:
+    """999, 999.9, 9999, ... up to the largest value; and 999.25, which one family of loggers writes."""
+    digits = range(3, int(math.log10(max(largest, 10.0))) + 2)
+    return np.array([999.25] + [float("9" * n) + tail for n in digits for tail in (0.0, 0.9, 0.99)])
+
+
+def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
+    """Find where a reading is frozen or cut off at full scale.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+    resolution : float
+        Step of the last printed digit, in the unit of `values`; 0 where it is not known.
+
+    Returns
+    -------
+    Flat
+        Masks.
+    """
+    masks = Flat(*(np.zeros(values.size, bool) for _ in range(4)))
+    rows = np.flatnonzero(np.isfinite(values))
+    run = values[rows]
+    if run.size < 20 or np.ptp(run) == 0:
+        return masks
+    starts, lengths = _runs_of_equals(run)
+    noisy = _is_noisy(run, lengths)
+    dead: dict[float, list[tuple[int, int]]] = {}
+    for which in np.flatnonzero(lengths >= _SHORTEST).tolist():
+        start, length = int(starts[which]), int(lengths[which])
+        level = float(run[start])
+        extreme = level in (run.max(), run.min())
+        if noisy:
+            if length <= _longest_by_chance(lengths, which):
+                continue
+            if extreme:
+                masks.saturated[rows[run == level]] = True  # noise lets short runs reach full scale too
+            else:
+                masks.stuck[rows[start : start + length]] = True
+        elif extreme and abs(level) > _AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
+            dead.setdefault(level, []).append((start, length))
+    for stops in dead.values():
+        short = [stop for stop in stops if _is_short(stop, run.size)]
+        for start, length in stops:
+            clipped = len(short) > 1 and (start, length) in short
+            (masks.clipped if clipped else masks.stops_dead)[rows[start : start + length]] = True
+    return masks
+
+
+def _is_short(stop: tuple[int, int], n: int) -> bool:
+    """Whether a stop lies inside the record and is over soon."""
+    start, length = stop
+    return start > 0 and start + length < n and length <= max(10, _SHORT_STOP * n)
+
+
+def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(run) != 0) + 1])
+    return starts, np.diff(np.append(starts, run.size))
+
+
+def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
+    """Whether readings scatter from sample to sample."""
+    steps = np.abs(np.diff(run))
+    second = np.diff(run, 2)
+    second = second[second != 0]
+    if second.size < 10:
+        return False
+    # A smooth motion in coarse steps turns round by one step at most: that is rounding, not noise.
+    smallest = float(np.quantile(steps[steps > 0], 0.01))
+    if np.mean(np.abs(second) > 1.5 * smallest) < _BEYOND_ROUNDING:
+        return False
+    # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
+    turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
+    return bool(turns >= 0.55 and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= 0.6)
+
+
+def _share_of_equals(lengths: np.ndarray) -> float:
+    """Readings that equal the one before, as a share of all."""
+    return 1.0 - lengths.size / float(lengths.sum()) if lengths.size else 0.0
+
+
+def _longest_by_chance(lengths: np.ndarray, which: int) -> float:
+    """Longest run of equal readings that noise leaves where one of the runs is, as far as the runs around tell."""
+    samples = int(lengths.sum())
+    sides = np.sort(lengths)[: max(1, lengths.size - 5)], lengths[:which][-_AROUND:], lengths[which + 1 :][:_AROUND]
+    # Others as long as the one in question may be frozen too.
+    usual = [side[side < max(lengths[which] / 2, _SHORTEST)] for side in sides]
+    equal = max(*map(_share_of_equals, usual), 1.0 / samples)
+    return max(_SHORTEST, 1 + math.log(_CHANCE / samples) / math.log(equal))
+
+
+def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> bool:
+    """Whether a smooth reading was on its way past the flat level when it stopped, or came from beyond it."""
+    level, stop = run[start], start + length
+    outward = 1.0 if level == run.max() else -1.0
+    overshoots = []
+    for before in (
+        run[start - 3 : start] if start >= 3 else None,
+        run[stop : stop + 3][::-1] if stop + 3 <= run.size else None,
+    ):
+        if before is not None:
+            slope, curvature = before[2] - before[1], before[2] - 2 * before[1] + before[0]
+            beyond = outward * (before[2] + 2 * slope + 3 * curvature - level)
+            overshoots.append(beyond > _OVERSHOOT * max(abs(curvature), resolution))
+    return bool(overshoots) and all(overshoots)
+
+
+def lone_outliers(values: np.ndarray) -> np.ndarray:
+    """Single samples far from both neighbours, which agree among themselves. They are reported, not masked.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+
+    Returns
+    -------
+    (m,) int array
+        Their rows.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    run = values[rows]
+    if run.size < 20:
+        return np.zeros(0, int)
+    middle, spread = neighbourhood(run)
+    apart = np.abs(run - middle)
+    scatter = 1.4826 * float(np.median(apart))
+    far = apart > _LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
+    return rows[1:-1][far[1:-1]]

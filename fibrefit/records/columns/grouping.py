@@ -1,0 +1,112 @@
+"""Columns that were sampled together, each group with its own column of times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.records.columns.raw import RawColumn
+from fibrefit.records.columns.roles import Heading, is_time
+from fibrefit.records.grammar.numbers import CODE
+from fibrefit.records.grammar.words import counts_rows, score
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Columns sampled together.
+
+    Parameters
+    ----------
+    time : int or None
+        Position of the column that holds the times; None where they are to be counted.
+    members : tuple of int
+        Positions of the columns of measured values.
+    beside : tuple of int
+        Further columns of times, and columns that number the rows.
+    rows : int
+        Samples in the group.
+    """
+
+    time: int | None
+    members: tuple[int, ...]
+    beside: tuple[int, ...]
+    rows: int
+
+
+def groups_of(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int | None) -> list[Group]:
+    """Groups of columns.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        All columns of numbers.
+    headings : sequence of Heading
+        Their headings.
+    time : int or None
+        Column the user named as the time.
+
+    Returns
+    -------
+    list of Group
+        In the order of the file. One group unless several columns of times, or rates by column, say otherwise.
+    """
+    if any(column.rate is not None for column in columns):
+        return _by_rate(columns)
+    possible = [i for i, h in enumerate(headings) if i == time or is_time(h)]
+    forward = [i for i in possible if i == time or _runs_forward(columns[i].numbers.values)]
+    times = forward or [i for i in possible if score(headings[i].name, "time") > 0]
+    counters = [i for i, h in enumerate(headings) if i not in times and counts_rows(h.name)]
+    spans: list[tuple[list[int], list[int]]] = [([], [])]
+    for i in range(len(columns)):
+        here_times, here_members = spans[-1]
+        if i in times and here_times and here_members:
+            spans.append(([i], []))
+        elif i in times:
+            here_times.append(i)
+        elif i not in counters:
+            here_members.append(i)
+    if len(spans) > 1 and not spans[-1][1]:  # a column of times at the end belongs to those before it
+        last = spans.pop()
+        spans[-1][0].extend(last[0])
+    several = len(spans) > 1
+    groups = []
+    for number, (here_times, here_members) in enumerate(spans):
+        chosen = _best_time(here_times, columns, headings, time)
+        beside = [i for i in here_times if i != chosen] + (counters if number == 0 else [])
+        rows = _rows_used(columns[chosen]) if several and chosen is not None else _length(columns)
+        groups.append(Group(chosen, tuple(here_members), tuple(beside), rows))
+    return groups
+
+
+def _by_rate(columns: Sequence[RawColumn]) -> list[Group]:
+    members: dict[tuple[float | None, float, int], list[int]] = {}
+    for i, column in enumerate(columns):
+        members.setdefault((column.rate, column.start, column.numbers.values.size), []).append(i)
+    return [Group(None, tuple(found), (), key[2]) for key, found in members.items()]
+
+
+def _length(columns: Sequence[RawColumn]) -> int:
+    return max((column.numbers.values.size for column in columns), default=0)
+
+
+def _runs_forward(values: np.ndarray) -> bool:
+    """Whether a column grows as times do; a pause or a delay that is only measured in seconds does not."""
+    present = values[np.isfinite(values)]
+    steps = np.diff(present)
+    return steps.size > 0 and bool(np.mean(steps >= 0) > 0.5 and (steps > 0).any())
+
+
+def _best_time(
+    times: Sequence[int], columns: Sequence[RawColumn], headings: Sequence[Heading], named: int | None
+) -> int | None:
+    """Of several columns of times the one the user named, or one with a unit, or a clock."""
+    if named in times:
+        return named
+    return max(times, key=lambda i: (headings[i].kind is not None) + (not columns[i].clock), default=None)
+
+
+def _rows_used(column: RawColumn) -> int:
+    filled = np.flatnonzero(column.numbers.reasons != CODE["empty"])
+    return int(filled[-1]) + 1 if filled.size else 0

@@ -1,0 +1,199 @@
+"""MATLAB files: version 5 through SciPy, version 7.3 through HDF5."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core import units
+from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.grammar.facts import Facts, find_facts
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.words import score, tokens
+
+#: Fields of a structure that tell what an array beside them is.
+_NAMES = (
+    "colheaders",
+    "columnnames",
+    "columns",
+    "names",
+    "channelnames",
+    "labels",
+    "variablenames",
+    "signals",
+    "headers",
+)
+_UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
+
+
+def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
+    """Columns of a MATLAB file.
+
+    Vectors of equal length are columns, named by their variable (``force_N``) or by a field of their structure; the
+    columns of a matrix are named by a list of names beside it. Units come from a suffix of the name, or from a field
+    ``unit`` or ``units`` beside the array. A scalar ``fs`` in Hz or ``dt`` in s tells the rate.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    where : str
+        Its name for messages.
+    wanted : collection of str
+        Headings the user named; the columns of a matrix without names can be named ``"data(:,2)"``.
+
+    Returns
+    -------
+    Raw
+        Columns of the length most vectors have.
+
+    Raises
+    ------
+    DataError
+        If the file is damaged, or holds no two vectors of one length.
+    """
+    try:
+        tree = _load(path)
+    except Exception as error:  # the libraries raise whatever a damaged file provokes
+        text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
+        raise DataError(
+            where, f"the MATLAB file is damaged ({text})", "a file MATLAB can load", "Save it again."
+        ) from None
+    found = list(_columns(tree, ""))
+    sizes = [column.numbers.values.size for column in found]
+    long = [size for size in sizes if size >= 3]
+    if not long:
+        raise DataError(where, "no vectors of numbers", "a vector for each channel", "Save the channels as vectors.")
+    timed = [c.numbers.values.size for c in found if score(c.name, "time") > 0 and c.numbers.values.size >= 3]
+    named = [c.numbers.values.size for c in found if c.header in wanted]
+    size = (named or timed or [max(sorted(set(long)), key=long.count)])[0]
+    columns = [column for column in found if column.numbers.values.size == size]
+    aside = [column.header for column in found if column.numbers.values.size not in (1, size)]
+    notes = [f"Vectors of another length are left out: {', '.join(aside[:6])}."] if aside else []
+    return Raw(columns, _facts(tree), np.arange(1, size + 1), layout={"format": "MATLAB", "rows": size}, notes=notes)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    with path.open("rb") as file:
+        head = file.read(1024)
+    if b"\x89HDF\r\n\x1a\n" in head:
+        import h5py  # only for version 7.3
+
+        with h5py.File(path, "r", locking=False) as file:
+            return _of_group(file, file)
+    import scipy.io  # a quarter of a second: only for version 5
+
+    loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
+    return {name: _of_scipy(value) for name, value in loaded.items() if not name.startswith("__")}
+
+
+def _of_scipy(value: Any) -> Any:
+    """Structures as dicts, lists of texts as lists, numbers as arrays."""
+    if hasattr(value, "_fieldnames"):
+        return {name: _of_scipy(getattr(value, name)) for name in value._fieldnames}
+    if isinstance(value, str):
+        return value
+    array = np.asarray(value)
+    if array.dtype.kind in "US":
+        return [str(text).strip() for text in np.atleast_1d(array)]
+    if array.dtype == object:
+        items = [_of_scipy(item) for item in np.atleast_1d(array).ravel()]
+        if all(isinstance(item, dict) for item in items) and items:
+            return {f"{i + 1}": item for i, item in enumerate(items)}
+        return items
+    return array if array.dtype.kind in "biuf" else None
+
+
+def _of_group(group: Any, file: Any) -> dict[str, Any]:
+    return {name: _of_hdf5(item, file) for name, item in group.items() if not name.startswith("#")}
+
+
+def _of_hdf5(item: Any, file: Any) -> Any:
+    """The same for HDF5, where texts are arrays of codes, and lists are arrays of references."""
+    if hasattr(item, "items"):
+        return _of_group(item, file)
+    kind = (
+        item.attrs.get("MATLAB_class", b"").decode() if isinstance(item.attrs.get("MATLAB_class", b""), bytes) else ""
+    )
+    if item.attrs.get("MATLAB_empty", 0):
+        return None
+    array = item[()]
+    if kind == "char":
+        return "".join(map(chr, np.asarray(array).ravel(order="F")))
+    if np.asarray(array).dtype == object:
+        return [_of_hdf5(file[reference], file) for reference in np.asarray(array).ravel(order="F")]
+    array = np.asarray(array)
+    # MATLAB stores columns first: a matrix comes out transposed.
+    return np.squeeze(array.T) if array.dtype.kind in "biuf" else None
+
+
+def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
+    """Vectors below a node, with names and units from their neighbours."""
+    by_key = {key.casefold().replace("_", ""): value for key, value in tree.items()}
+    names = next((by_key[key] for key in _NAMES if isinstance(by_key.get(key), list)), None)
+    given = next((by_key[key] for key in _UNITS if key in by_key), None)
+    for key, value in tree.items():
+        header = f"{prefix}{key}"
+        if isinstance(value, dict):
+            yield from _columns(value, f"{header}.")
+        elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
+            unit = given if isinstance(given, str) else _unit_of(given, key)
+            yield _column(_told_name(by_key, prefix, header), unit, value)
+        elif isinstance(value, np.ndarray) and value.ndim == 2:
+            yield from _matrix(header, value, names, given)
+
+
+def _told_name(by_key: Mapping[str, Any], prefix: str, header: str) -> str:
+    """Name of a vector: that of its structure where the vector is only called `data` or `values`."""
+    last = header.rpartition(".")[2].casefold()
+    if last in ("data", "values", "value", "y") and prefix:
+        name = next(
+            (by_key[key] for key in ("name", "label", "title", "signalname") if isinstance(by_key.get(key), str)), ""
+        )
+        return name or prefix.rstrip(".")
+    return header
+
+
+def _unit_of(given: Any, key: str) -> str | None:
+    if isinstance(given, dict):
+        unit = given.get(key)
+        return unit if isinstance(unit, str) else None
+    return None
+
+
+def _matrix(header: str, value: np.ndarray, names: list[Any] | None, given: Any) -> Iterator[RawColumn]:
+    """Columns of a matrix; one that is wider than long is lying on its side."""
+    table = value if value.shape[0] >= value.shape[1] else value.T
+    count = table.shape[1]
+    titles = (
+        [str(n) for n in names] if names and len(names) == count else [f"{header}(:,{i + 1})" for i in range(count)]
+    )
+    unit = list(given) if isinstance(given, list) and len(given) == count else [None] * count
+    for i in range(count):
+        yield _column(titles[i], unit[i] if isinstance(unit[i], str) else None, table[:, i])
+
+
+def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:
+    name, found = split_heading(header.rpartition(".")[2] if "." in header else header)
+    if found is None and units.expression(name.rpartition("_")[2] or "?") is not None and "_" in name:
+        name, _, found = name.rpartition("_")
+    return binary_column(header, name, unit or found, values)
+
+
+def _facts(tree: Mapping[str, Any]) -> Facts:
+    """Rate from a scalar `fs` or `dt`, in SI as MATLAB users keep them."""
+    lines = [f"{key} = {float(value)}" for key, value in _scalars(tree) if tokens(key)[-1:] != ["samples"]]
+    hints = [f"{line} Hz" for line in lines] + [f"{line} s" for line in lines]
+    return find_facts(hints)
+
+
+def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _scalars(value)
+        elif isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "iuf":
+            yield key, value

@@ -1,0 +1,107 @@
+"""TDMS files of LabVIEW and DIAdem, through npTDMS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.files.extras import require
+from fibrefit.records.grammar.facts import Facts
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.words import score
+
+_UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit", "unit", "Einheit")
+
+
+def read_tdms(path: Path, where: str) -> Raw:
+    """Columns of a TDMS file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    where : str
+        Its name for messages.
+
+    Returns
+    -------
+    Raw
+        All channels of numbers; those without a channel of times carry the rate of their waveform.
+
+    Raises
+    ------
+    DataError
+        If npTDMS is not installed, or the file is damaged.
+    """
+    nptdms = require("nptdms", "tdms", where, "a TDMS file")
+    try:
+        with nptdms.TdmsFile.open(path) as file:
+            columns = [_column(channel) for group in file.groups() for channel in group.channels()]
+    except Exception as error:  # the library raises whatever a damaged file provokes
+        text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
+        raise DataError(where, f"the TDMS file is damaged ({text})", "a complete file", "Export it again.") from None
+    return channels_to_raw([column for column in columns if column is not None], "TDMS", where)
+
+
+def _column(channel: Any) -> RawColumn | None:
+    values = np.asarray(channel[:])
+    properties: Mapping[str, Any] = channel.properties
+    unit = next((str(properties[key]) for key in _UNIT_PROPERTIES if properties.get(key)), None)
+    name, found = split_heading(channel.name)
+    if values.dtype.kind == "M":
+        values = (values - values[0]) / np.timedelta64(1, "ns") * 1e-9
+        unit, name = "s", name or "time"
+    if values.dtype.kind not in "iuf" or values.size < 3:
+        return None
+    step = properties.get("wf_increment")
+    rate = float(f"{1 / float(step):.12g}") if step and float(step) > 0 else None
+    start = float(properties.get("wf_start_offset") or 0.0)
+    return binary_column(channel.name, name, unit or found, values, rate=rate, start=start)
+
+
+def channels_to_raw(columns: list[RawColumn], kind: str, where: str) -> Raw:
+    """Columns of a file whose channels may differ in length and rate.
+
+    Parameters
+    ----------
+    columns : list of RawColumn
+        All channels of numbers.
+    kind : str
+        Name of the format.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    Raw
+        The channels; with a channel of times, those as long as it is.
+
+    Raises
+    ------
+    DataError
+        If there is no channel of numbers.
+    """
+    if not columns:
+        raise DataError(where, "no channel of numbers", "a channel for each measured quantity", "")
+    notes: list[str] = []
+    times = [column for column in columns if score(column.name, "time") > 0]
+    if times and not all(column.rate for column in columns if column not in times):
+        size = times[0].numbers.values.size
+        aside = [column.header for column in columns if column.numbers.values.size != size]
+        columns = [_without_rate(column) for column in columns if column.numbers.values.size == size]
+        notes += [f"Channels of another length are left out: {', '.join(aside[:6])}."] if aside else []
+    elif any(column.rate for column in columns):
+        aside = [column.header for column in columns if not column.rate]
+        columns = [column for column in columns if column.rate and column not in times]
+        notes += [f"Channels without a rate are left out: {', '.join(aside[:6])}."] if aside else []
+    size = max(column.numbers.values.size for column in columns)
+    return Raw(columns, Facts(), np.arange(1, size + 1), layout={"format": kind, "rows": size}, notes=notes)
+
+
+def _without_rate(column: RawColumn) -> RawColumn:
+    return RawColumn(column.header, column.name, column.unit, column.numbers, resolution=column.resolution)

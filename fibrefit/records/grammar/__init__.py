@@ -1,0 +1,1 @@
+"""How text of any logger is built: rows, headings, cells, digits."""

@@ -1,0 +1,190 @@
+"""Characters lost or doubled inside a number, found from how the rest of its column is written and runs.
+
+A digit that turned into another digit cannot be seen by anybody. A digit that is missing or there twice can, where the
+column always has the same number of decimals, or where one more or one fewer character puts a lone outlier back among
+its neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from fibrefit.records.grammar.neighbours import neighbourhood
+from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
+from fibrefit.records.grammar.tokens import NUMBER
+
+#: Share of a column that must be written alike before a number written otherwise counts as damaged.
+_ALIKE = 0.8
+
+#: Fewest numbers that show how a column is written.
+_FEWEST = 5
+
+#: A whole number this many times larger than every decimal of its column has lost its decimal mark.
+_LOST_MARK = 10.0
+
+#: A lone sample this many times further from its neighbours than they scatter is an outlier.
+_FAR = 8.0
+
+#: ... and one that lies this close once a character is put back is explained by it.
+_NEAR = 3.0
+
+
+def odd_numbers(numbers: Numbers) -> np.ndarray:
+    """Samples whose digits do not look complete.
+
+    Parameters
+    ----------
+    numbers : Numbers
+        A column.
+
+    Returns
+    -------
+    (n,) bool array
+        True where the number cannot be relied on.
+    """
+    return oddly_written(numbers) | _mark_lost(numbers) | _outliers_explained(numbers)
+
+
+def cut_short(numbers: Numbers) -> bool:
+    """Whether the last number of a column may end too early, the file having no end of line after it.
+
+    Parameters
+    ----------
+    numbers : Numbers
+        The last column of a table.
+
+    Returns
+    -------
+    bool
+        False where it has as many decimals as any number of the column.
+    """
+    shapes = numbers.shapes
+    return bool(shapes[-1] >= 0 and shapes[-1] < shapes.max())
+
+
+def oddly_written(numbers: Numbers) -> np.ndarray:
+    """Numbers with other decimals than all the rest, where the column does not simply drop its last zeros.
+
+    Parameters
+    ----------
+    numbers : Numbers
+        A column.
+
+    Returns
+    -------
+    (n,) bool array
+        True where a digit is missing or there twice.
+    """
+    shapes = numbers.shapes
+    present = shapes >= 0
+    bare_zero = (numbers.values == 0) & (shapes == 0)
+    candidates = present & ~bare_zero
+    odd = np.zeros(shapes.size, bool)
+    if candidates.sum() < _FEWEST or np.ptp(shapes[candidates]) == 0:
+        return odd
+    # Numbers of one decade are compared with each other: some instruments, and all programs that print significant
+    # digits, spend fewer decimals on larger numbers.
+    sizes = np.abs(np.where(candidates & (numbers.values != 0), numbers.values, 1.0))
+    decades = np.floor(np.log10(sizes))
+    groups = [candidates & (decades == decade) for decade in np.unique(decades[candidates])]
+    groups = [group for group in groups if group.sum() >= _FEWEST]
+    if len({_usual(shapes[group]) for group in groups}) <= 1:
+        return _odd_among(numbers, candidates)
+    for group in groups:
+        odd |= _odd_among(numbers, group)
+    return odd
+
+
+def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
+    """Numbers with other decimals than nearly all of some rows, if zeros at the end are printed there."""
+    shapes = numbers.shapes
+    usual = _usual(shapes[rows])
+    odd = rows & (shapes != usual)
+    if not odd.any() or odd.sum() > (1 - _ALIKE) * rows.sum():
+        return np.zeros(shapes.size, bool)
+    # A held weight repeats one number: only different ones tell how often a last digit is zero.
+    distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
+    complete = _keeps_zeros(numbers, rows) or _too_few_to_be_round(short, distinct)
+    return odd if complete else np.zeros(shapes.size, bool)
+
+
+def _usual(shapes: np.ndarray) -> int:
+    values, counts = np.unique(shapes, return_counts=True)
+    return int(values[np.argmax(counts)])
+
+
+def _mark_lost(numbers: Numbers) -> np.ndarray:
+    """Whole numbers far beyond all others in a column of decimals."""
+    shapes, sizes = numbers.shapes, np.abs(numbers.values)
+    present = shapes >= 0
+    marked = present & (shapes % EMPTY_WHOLE > 0)
+    if marked.sum() < _ALIKE * present.sum() or not marked.any():
+        return np.zeros(shapes.size, bool)
+    return present & ~marked & (sizes > _LOST_MARK * sizes[marked].max())
+
+
+def _keeps_zeros(numbers: Numbers, rows: np.ndarray) -> bool:
+    """Whether decimals that are zero are printed: else a short number is a round one."""
+    texts = [numbers.texts[i] for i in np.flatnonzero(rows).tolist()]
+    mantissas = [re.split("[eEdD]", text)[0] for text in texts]
+    return any(numbers.mark in text and text.endswith("0") for text in mantissas)
+
+
+def _too_few_to_be_round(odd: int, n: int) -> bool:
+    """Whether fewer numbers are short than dropped zeros leave short: one in ten, or more where steps are coarse."""
+    return odd < 0.1 * n - 3 * math.sqrt(0.09 * n)
+
+
+def _outliers_explained(numbers: Numbers) -> np.ndarray:
+    """Lone outliers that a lost character put back, or a doubled one taken out, would put among their neighbours."""
+    values = numbers.values
+    found = np.zeros(values.size, bool)
+    good = np.flatnonzero(np.isfinite(values))
+    if good.size < 6:
+        return found
+    run = values[good]
+    middle, spread = neighbourhood(run)
+    floor = max(1.4826 * float(np.median(np.abs(run - middle))), numbers.resolution)
+    scatter = np.maximum(spread, floor)
+    for k in np.flatnonzero(np.abs(run - middle) > _FAR * scatter):
+        limit = _NEAR * scatter[k]
+        text = numbers.texts[good[k]]
+        found[good[k]] = any(abs(value - middle[k]) <= limit for value in _one_character_away(text, numbers.mark))
+    return found
+
+
+def _one_character_away(text: str, mark: str) -> list[float]:
+    """Numbers a text was before it lost a character, or before one was written twice."""
+    texts = {text[:i] + text[i + 1 :] for i in range(1, len(text)) if text[i] == text[i - 1]}
+    texts |= {text[:i] + char + text[i:] for i in range(len(text) + 1) for char in f"0123456789-{mark}"}
+    return [float(re.sub("[dD]", "e", t.replace(mark, "."))) for t in texts if NUMBER[mark].fullmatch(t)]
+
+
+def masked_with(numbers: Numbers, where: np.ndarray, reason: str) -> Numbers:
+    """Numbers with some samples masked for a reason; a sample keeps the first reason it was given.
+
+    Parameters
+    ----------
+    numbers : Numbers
+        A column.
+    where : (n,) bool array
+        Samples to mask.
+    reason : str
+        One of `REASONS`.
+
+    Returns
+    -------
+    Numbers
+        A copy.
+    """
+    fresh = where & (numbers.reasons == 0)
+    return Numbers(
+        np.where(where, np.nan, numbers.values),
+        np.where(fresh, np.uint8(CODE[reason]), numbers.reasons),
+        np.where(where, -1, numbers.shapes),
+        numbers.texts,
+        numbers.mark,
+    )

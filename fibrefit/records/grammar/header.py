@@ -1,0 +1,249 @@
+"""Names and units above a table, in a header block of any length."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from fibrefit.core import units
+from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
+from fibrefit.records.grammar.headings import known_unit, split_heading
+from fibrefit.records.grammar.rows import REMARK
+from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.words import is_remark, kinds_named
+
+#: First cell of a line that names what the line holds.
+_NAME_LABELS = {
+    "name",
+    "names",
+    "channel name",
+    "channel",
+    "signal",
+    "kanal",
+    "kanalname",
+    "nazev",
+    "název",
+    "label",
+    "title",
+}
+_UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "y_unit_label", "dimension"}
+
+#: Lines above a table that are looked at.
+_DEEPEST = 400
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """Headings of the columns.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Heading of each column, as in the file.
+    units : tuple of (str or None)
+        Unit of each column from a line of its own; None where that line says nothing.
+    line, unit_line : int or None
+        Lines they stand in, counted from 1.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    line: int | None
+    unit_line: int | None
+
+
+def find_header(
+    above: Sequence[str], dialect: Dialect, empty: Sequence[bool], wanted: Collection[str]
+) -> Header | None:
+    """Header of a table.
+
+    Parameters
+    ----------
+    above : sequence of str
+        Lines above the table.
+    dialect : Dialect
+        Of the table.
+    empty : sequence of bool
+        For each column, whether it holds nothing at all.
+    wanted : collection of str
+        Headings the user named.
+
+    Returns
+    -------
+    Header or None
+        None where no line above the table can be its header.
+    """
+    start = max(0, len(above) - _DEEPEST)
+    rows = {}
+    for i in range(start, len(above)):
+        cells = header_cells(above[i], dialect, empty)
+        if cells is not None:
+            rows[i] = cells
+    unit_rows = {i for i, cells in rows.items() if is_unit_row(cells)}
+    ranked = sorted((_points(cells, wanted), i) for i, cells in rows.items() if i not in unit_rows)
+    best, line = ranked[-1] if ranked else (0.0, 0)
+    listed = _listed(above, dialect.width, empty)
+    if listed is not None and _points(_joined(listed), wanted) > best:
+        return listed
+    if best > 0:
+        unit_line = min(unit_rows, key=lambda i: (abs(i - line), -i), default=None)
+        return _header(rows, line, unit_line)
+    if unit_rows:
+        return _header(rows, max(unit_rows), max(unit_rows))
+    return None
+
+
+def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Header:
+    names = tuple(rows[line])
+    given: list[str | None] = [None] * len(names)
+    if unit_line is not None:
+        given = [_bare(cell) or None for cell in rows[unit_line]]
+        given = [None if unit is not None and unit.casefold() in _UNIT_LABELS else unit for unit in given]
+    return Header(names, tuple(given), line + 1, None if unit_line is None else unit_line + 1)
+
+
+def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str] | None:
+    """Cells of a header line, one a column; None where they are not as many as the columns.
+
+    Parameters
+    ----------
+    line : str
+        A line above the table.
+    dialect : Dialect
+        Of the table.
+    empty : sequence of bool
+        For each column, whether it holds nothing at all.
+
+    Returns
+    -------
+    list of str or None
+        Cells without quotes and blanks.
+    """
+    remark = REMARK.match(line)
+    text = line[remark.end() :] if remark else line
+    if dialect.width == 1:
+        return [text.strip(f' "{dialect.delimiter}')]
+    # A header may separate its cells otherwise than the table, but then it does so throughout.
+    own = dialect.delimiter
+    others = [d for d in NAMES if d != own] if own == WHITESPACE or own not in text else []
+    for separator in (own, *others):
+        for cells in _ways_to_split(text, separator):
+            fitted = _fitted([cell.strip().strip('"').strip() for cell in cells], dialect.width, empty)
+            if fitted is not None and (separator == own or all(fitted)):
+                return fitted
+    return None
+
+
+def _ways_to_split(text: str, separator: str) -> list[list[str]]:
+    if separator != WHITESPACE:
+        cells = Dialect(separator, ".").split(text)
+        return [] if cells is None else [cells]
+    if any(sign in text for sign in ";|") or re.search(r",(?! )", text):
+        return []
+    wide = re.split(r"\s{2,}|\t", text.strip())
+    # "Time [s] Force [N]": a unit belongs to the word before it.
+    joined = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", text)
+    return [
+        cells
+        for cells in (wide, text.split(), joined)
+        if not any(cell[:1] in "[(" for cell in cells) or is_unit_row(cells)
+    ]
+
+
+def _fitted(cells: list[str], width: int, empty: Sequence[bool]) -> list[str] | None:
+    """Cells brought to the width of the table where that can be done in one way only."""
+    if len(cells) == width + 1 and cells[0].casefold().rstrip(":") in _NAME_LABELS | _UNIT_LABELS:
+        return cells[1:]
+    if len(cells) > width and not any(cells[width:]):
+        return cells[:width]
+    if len(cells) == width + 1 and is_remark(cells[-1]):
+        return cells[:width]
+    # Data rows end with a delimiter and the header does not: the last column is empty. A column of remarks is
+    # empty too, and then a heading is missing in between.
+    if len(cells) == width - 1 and width > 1 and empty[-1] and not is_remark(cells[-1]):
+        return [*cells, ""]
+    return cells if len(cells) == width else None
+
+
+def is_unit_row(cells: Sequence[str]) -> bool:
+    """Whether a line holds units and nothing else.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        Its cells.
+
+    Returns
+    -------
+    bool
+        True where nearly all cells that hold anything are units and one at least is more than a dash.
+    """
+    filled = [_bare(cell) for cell in cells if cell]
+    if filled and filled[0].casefold() in _UNIT_LABELS:
+        filled = filled[1:]
+    known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
+    physical = [cell for cell in known if units.expression(cell) != "1"]
+    return len(physical) > 0 and len(known) >= max(2 / 3 * len(filled), min(2, len(cells)))
+
+
+def _bare(cell: str) -> str:
+    cell = cell.strip()
+    return cell[1:-1].strip() if len(cell) > 2 and cell[0] + cell[-1] in ("[]", "()", "<>", "{}") else cell
+
+
+def _points(cells: Sequence[str], wanted: Collection[str]) -> float:
+    """How much a line looks like the names of columns."""
+    points = 0.0
+    for cell in cells:
+        name, unit = split_heading(cell)
+        if not cell:
+            continue
+        if cell in wanted or name in wanted:
+            points += 10
+        if (
+            re.search(r"=|:\s*[\d+-]|^\W*$", cell)
+            or kind_of_cell(cell, ".") != "text"
+            or kind_of_cell(cell, ",") != "text"
+        ):
+            points -= 3
+        elif unit is not None and known_unit(name, unit) is not None:
+            points += 3
+        else:
+            points += 2 if kinds_named(name) else 0.5
+    filled = [cell for cell in cells if cell]
+    points -= 1.0 * (len(filled) - len(set(filled)))
+    return points if len(filled) > len(cells) / 2 or len(cells) <= 2 else points - 3
+
+
+_LISTED = re.compile(
+    r"\W*(?:channel|kanal|kan[aá]l|column|spalte|sloupec|signal|ch|col|sp)?\W*(\d{1,3})\s*[:;,.\t=)|-]\s*(\S.*)",
+    re.IGNORECASE,
+)
+
+
+def _listed(above: Sequence[str], width: int, empty: Sequence[bool]) -> Header | None:
+    """Header that lists the columns line by line: ``1; Force; N``."""
+    wanted = width - 1 if width > 1 and empty[-1] else width
+    for start in range(len(above) - wanted, -1, -1):
+        matches = [_LISTED.fullmatch(line.strip()) for line in above[start : start + wanted]]
+        if any(match is None for match in matches):
+            continue
+        numbers = [int(match.group(1)) for match in matches if match]
+        if numbers == list(range(numbers[0], numbers[0] + wanted)) and numbers[0] in (0, 1):
+            texts = [_name_then_unit(match.group(2)) for match in matches if match]
+            pad = [("", None)] * (width - wanted)
+            names, given = zip(*(texts + pad), strict=True)
+            return Header(tuple(names), tuple(given), start + 1, None)
+    return None
+
+
+def _joined(header: Header) -> list[str]:
+    return [f"{name} [{unit}]" if unit else name for name, unit in zip(header.names, header.units, strict=True)]
+
+
+def _name_then_unit(text: str) -> tuple[str, str | None]:
+    parts = [part.strip().strip('"') for part in re.split(r"[;\t|]|,\s", text) if part.strip()]
+    if len(parts) > 1 and units.expression(_bare(parts[1])) is not None:
+        return parts[0], _bare(parts[1])
+    return parts[0], None

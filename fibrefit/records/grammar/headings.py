@@ -1,0 +1,102 @@
+"""One heading of a column: its name and its unit, however the two are put together."""
+
+from __future__ import annotations
+
+import re
+
+from fibrefit.core import units
+from fibrefit.records.grammar.words import kinds_named
+
+_BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
+
+#: Units some loggers print in capitals; read only where the name says the same kind of quantity.
+_CAPITALS = {"S": "s", "MS": "ms", "US": "us", "M": "m", "MM": "mm", "CM": "cm", "UM": "um", "DEG": "deg"}
+
+
+def split_heading(text: str) -> tuple[str, str | None]:
+    """Name and unit of a heading.
+
+    ``time [s]``, ``F (N)``, ``F/N``, ``Kraft / N``, ``F in kN``, ``Force, N``, ``Force_N``, ``Weg mm``. A unit without
+    a sign that sets it off is taken for one only where the name agrees with it.
+
+    Parameters
+    ----------
+    text : str
+        Heading as in the file.
+
+    Returns
+    -------
+    tuple of str and (str or None)
+        Name without the unit; unit as written, known or not, or None where there is none.
+    """
+    text = " ".join(text.replace("\xa0", " ").strip().strip('"').split())
+    if units.expression(text) is not None:
+        return text, None
+    for find in (_bracketed, _after_sign, _last_word):
+        found = find(text)
+        if found is not None:
+            return found
+    return text, None
+
+
+def known_unit(name: str, unit: str) -> str | None:
+    """Unit in a known spelling, or None.
+
+    Parameters
+    ----------
+    name : str
+        Name of the column; it decides whether ``S`` means seconds.
+    unit : str
+        As written.
+
+    Returns
+    -------
+    str or None
+        A spelling `fibrefit.core.units` knows.
+    """
+    if "acc" in name.casefold() and unit == "g":
+        return None  # a multiple of gravity, not a gram
+    if units.expression(unit) is not None:
+        return unit
+    small = _CAPITALS.get(unit)
+    return small if small is not None and units.kind_of(small) in kinds_named(name) else None
+
+
+def _bracketed(text: str) -> tuple[str, str | None] | None:
+    """Unit in brackets; square ones hold a unit even when it is not known, unless they hold a number."""
+    for bracket in _BRACKETS:
+        for match in reversed(list(bracket.finditer(text))):
+            content = match.group(1).strip()
+            name = " ".join((text[: match.start()] + " " + text[match.end() :]).split()).strip(" ,;:/_-") or content
+            known = known_unit(name, content) if content and content != "1" else None
+            square = bracket is _BRACKETS[0] and content and not content[0].isdigit()
+            if known is not None or square:
+                return name, known or content
+    return None
+
+
+def _after_sign(text: str) -> tuple[str, str | None] | None:
+    """Unit after a slash, a comma, a colon or the word `in`."""
+    last = text.rpartition(" ")[2]
+    whole = "/" in last and last != text and units.expression(last) is not None  # "speed m/s"
+    for match in re.finditer(r"\s*[/,:;|]\s*|\s+in\s+", text[: -len(last)] if whole else text):
+        name, unit = text[: match.start()], text[match.end() :].strip("() ")
+        unit = re.sub(r"\s+\([^()]*\)?$", "", unit)  # "F in N (filtered)"
+        if name and unit and not re.search(r"[=\d]$", name):
+            known = known_unit(name, unit)
+            if known is not None and not re.fullmatch(r"[\d.,\s-]+", unit):
+                return name, known
+    return None
+
+
+def _last_word(text: str) -> tuple[str, str | None] | None:
+    """Unit as the last word, where the words before it stand for the same kind of quantity."""
+    match = re.fullmatch(r"(.*[^\W\d_]\S*)[\s_]+([^\s_]+)", text)
+    if match is None:
+        return None
+    name, unit = match.groups()
+    short = len(name) == 1 and len(unit) == 1 and (name, unit) not in {("t", "s"), ("F", "N")}
+    known = None if short or "=" in name else known_unit(name, unit)
+    if known is None or units.kind_of(known) not in kinds_named(name):
+        return None
+    return name, known

@@ -1,0 +1,1 @@
+"""The samplers: ensembles of walkers, their checkpoints, NUTS."""

@@ -1,0 +1,105 @@
+"""How well a model foretells what it has not seen: leave-one-block-out by smoothed importance sampling.
+
+Neighbouring samples share their noise, so single samples left out would be foretold by their neighbours. What is left
+out is a block of time of one record, all channels together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.posterior.log_posterior import LogPosterior, residuals_at
+from fibrefit.sampling.posterior import Posterior
+
+BLOCK_SECONDS = 0.05
+UNSURE = 0.7
+"""Pareto's k above which a block's importance weights cannot be relied on."""
+
+
+@dataclass(frozen=True)
+class Foresight:
+    """Expected log density of blocks left out.
+
+    Parameters
+    ----------
+    blocks : (n_block,)
+        Expected log density of each block, SI units.
+    pareto_k : (n_block,)
+        Reliability of each: good below 0.7.
+    effective_parameters : float
+    """
+
+    blocks: np.ndarray
+    pareto_k: np.ndarray
+    effective_parameters: float
+
+    @property
+    def total(self) -> float:
+        """Sum over all blocks."""
+        return float(self.blocks.sum())
+
+    @property
+    def error(self) -> float:
+        """Standard error of the sum."""
+        return float(np.sqrt(len(self.blocks) * self.blocks.var(ddof=1)))
+
+    @property
+    def unsure(self) -> int:
+        """Blocks whose figure cannot be relied on."""
+        return int(np.sum(self.pareto_k > UNSURE))
+
+
+def foresight(posterior: Posterior, count: int = 400, seed: int = 0) -> Foresight:
+    """Leave-one-block-out figure of a posterior.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    count : int
+        Number of draws.
+    seed : int
+
+    Source
+    ------
+    Vehtari, Gelman and Gabry, Statistics and Computing 27 (2017).
+    """
+    from arviz_stats.base import array_stats
+
+    points = jnp.asarray(posterior.thinned(count, seed))
+    density = posterior.density
+    blocks, n_block = block_index(density)
+    each = np.asarray(_blockwise(density, points, jnp.asarray(blocks), n_block))
+    each = each[:, np.isin(np.arange(n_block - 1), blocks).nonzero()[0]]
+    log, k, effective = array_stats.loo(each.T, chain_axis=None, draw_axis=-1)
+    return Foresight(np.asarray(log), np.asarray(k), float(np.sum(effective)))
+
+
+def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:
+    """Block ``(n_record, n_time)`` each sample belongs to, and the number of blocks; the last takes what is masked."""
+    data = density.problem.observations
+    times = np.asarray(data.experiment.times)
+    valid = np.any([np.asarray(w) > 0.0 for w in data.weight.values()], axis=0)
+    number = ((times - times[:, :1]) / BLOCK_SECONDS).astype(int)
+    largest = int(number.max()) + 1
+    index = number + largest * np.arange(len(times))[:, None]
+    return np.where(valid, index, largest * len(times)), largest * len(times) + 1
+
+
+@eqx.filter_jit
+def _blockwise(density: LogPosterior, points: jax.Array, blocks: jax.Array, n_block: int) -> jax.Array:
+    problem, likelihood = density.problem, density.likelihood
+
+    def one(point: jax.Array) -> jax.Array:
+        free, noise = density.split(point)
+        each = likelihood.pointwise(residuals_at(problem, problem.layout.values(free)), noise)
+        valid = jnp.stack([problem.observations.weight[c] for c in likelihood.channels], axis=1) > 0.0
+        # The constants belong to the samples in equal parts: only their sum is ever compared.
+        each = jnp.where(valid, each + likelihood.constant(noise) / jnp.sum(likelihood.counts), 0.0)
+        return jnp.zeros(n_block).at[blocks].add(each.sum(axis=1))
+
+    return jax.lax.map(one, points)

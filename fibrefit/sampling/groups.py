@@ -1,0 +1,117 @@
+"""A posterior as named arrays, in the groups in which ArviZ looks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.sampling.posterior import Posterior
+from fibrefit.sampling.predict import LEVELS, Bands
+
+MOST_DRAWS = 2000
+"""Draws kept of each ensemble."""
+MOST_REPLICATES = 20
+"""New measurements kept of each record; the bands are made from all."""
+GRID = ("record", "sample")
+
+
+class Entry(NamedTuple):
+    """An array with its dimensions, SI unit and one sentence about it."""
+
+    values: np.ndarray
+    dims: tuple[str, ...] = ()
+    unit: str = "-"
+    doc: str = ""
+
+
+Group = dict[str, Entry]
+
+
+def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int = 0) -> dict[str, Group]:
+    """Draws, their densities, prior, data, predictions and conditions, each in the group ArviZ has for it.
+
+    A chain is an ensemble; the walkers of a step are neighbouring draws. Values that each record has of its own get a
+    dimension ``record``.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    bands : mapping of channel to Bands
+        From `fibrefit.sampling.predict.predict`.
+    seed : int
+        Of the draws from the prior.
+    """
+    chosen = _chosen(*posterior.course.kept_log_density.shape[1:])
+    draws = posterior.draws[:, chosen]
+    density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, chosen]
+    data, layout = posterior.density.problem.observations, posterior.density.problem.layout
+    records = {"record": Entry(np.array(layout.records, dtype=object), ("record",))}
+    shared = {**records, "time": Entry(np.asarray(data.experiment.times), GRID, "s", "Time of each sample.")}
+    stats = {"lp": Entry(density, ("chain", "draw"), doc="Log posterior density in the sampler's coordinates.")}
+    stats["acceptance_rate"] = Entry(posterior.course.acceptance, ("chain", "walker"), doc="Share of moves accepted.")
+    return {
+        "posterior": {**records, **_named(posterior, draws)},
+        "sample_stats": stats,
+        "prior": {**records, **_named(posterior, _prior_draws(posterior, seed)[None])},
+        "observed_data": {**shared, **_observed(posterior, data)},
+        "posterior_predictive": {**shared, **_foretold(posterior, bands)},
+        "constant_data": {**records, **_conditions(posterior, data)},
+    }
+
+
+def _chosen(steps: int, walkers: int) -> np.ndarray:
+    """Places of the draws that are kept: every walker of every so many steps."""
+    every = -(-steps * walkers // MOST_DRAWS)
+    return np.arange(steps * walkers).reshape(steps, walkers)[::every].ravel()
+
+
+def _named(posterior: Posterior, draws: np.ndarray) -> Group:
+    """Draws ``(n_chain, n_draw, n)`` by name, those of single records side by side."""
+    layout, names, units = posterior.density.problem.layout, posterior.target.names, posterior.target.units
+    entries: Group = {}
+    for slot in layout.slots:
+        own = [i for i, (other, record) in enumerate(layout.entries) if other is slot and record is not None]
+        if len(own) == len(layout.records):
+            entries[slot.name] = Entry(draws[..., own], ("chain", "draw", "record"), slot.unit)
+    for i, name in enumerate(names):
+        if name.split("[")[0] not in entries:
+            entries[name] = Entry(draws[..., i], ("chain", "draw"), units[i])
+    return entries
+
+
+def _prior_draws(posterior: Posterior, seed: int) -> np.ndarray:
+    random = np.random.default_rng(seed)
+    return np.stack([prior.quantile(random.random(MOST_DRAWS)) for prior in posterior.target.priors], axis=1)
+
+
+def _observed(posterior: Posterior, data: Observations) -> Group:
+    found = {}
+    for channel, unit in posterior.channel_units.items():
+        counted = np.asarray(data.weight[channel]) > 0.0
+        measured = np.where(counted, np.asarray(data.measured[channel]), np.nan)
+        found[channel] = Entry(measured, GRID, unit, "Measured; NaN where masked or beyond the record.")
+    return found
+
+
+def _foretold(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
+    found: Group = {"quantile": Entry(np.array(LEVELS), ("quantile",))}
+    for channel, band in bands.items():
+        unit = posterior.channel_units[channel]
+        found[channel] = Entry(
+            band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *GRID), unit, "New measurements."
+        )
+        found[f"{channel}_model"] = Entry(band.model, ("quantile", *GRID), unit, "Quantiles of the model's readings.")
+        found[f"{channel}_measured"] = Entry(band.measured, ("quantile", *GRID), unit, "Quantiles of new measurements.")
+    return found
+
+
+def _conditions(posterior: Posterior, data: Observations) -> Group:
+    conditions = posterior.density.problem.model.rig.conditions
+    return {
+        c.name: Entry(np.asarray(data.experiment.conditions[c.name]), ("record",), c.unit, c.doc)
+        for c in conditions
+        if c.name in data.experiment.conditions
+    }

@@ -1,0 +1,1 @@
+"""Where the posterior is highest, and how wide it is there."""

@@ -1,0 +1,134 @@
+"""Several modes: each is sampled on its own and weighed; they are never averaged over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fibrefit.sampling.approximation import Approximation
+from fibrefit.sampling.chains.ensembles import Course, Progress, run
+from fibrefit.sampling.evidence import Evidence, bridge
+from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.target import Target
+
+NEGLIGIBLE = 1e-4
+"""Weight, by Laplace's method, below which a mode is named but not sampled."""
+SAME = 3.0
+"""Distance in standard deviations below which two climbs ended in one mode."""
+LOOK_STEPS, LOOK_ESS = 300, 100.0
+"""Budget of a mode that is only weighed; one that proves the heaviest is sampled like any other."""
+MOVED = 0.05
+"""Share of the draws that lie nearer to another mode, above which an ensemble counts as having left its own."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode of a posterior.
+
+    Parameters
+    ----------
+    approximation : Approximation
+    weight : float
+        Share of the posterior's mass; 0 to 1.
+    course : Course or None
+        None where the mode was too light to be sampled.
+    evidence : Evidence
+        By bridge sampling, or by Laplace's method with an infinite error where it was not sampled.
+    left : bool
+        Whether its ensembles wandered off to another mode, whose draws then stand for both.
+    """
+
+    approximation: Approximation
+    weight: float
+    course: Course | None
+    evidence: Evidence
+    left: bool = False
+
+
+def distinct(found: Sequence[Approximation]) -> list[Approximation]:
+    """Modes without repetition, the heaviest (by Laplace's method) first."""
+    kept: list[Approximation] = []
+    for mode in sorted(found, key=lambda mode: -mode.log_evidence):
+        if all(min(m.distance(mode.centre), mode.distance(m.centre)) > SAME for m in kept):
+            kept.append(mode)
+    return kept
+
+
+def sample_modes(
+    target: Target,
+    approximations: Sequence[Approximation],
+    settings: Settings,
+    checkpoint_file: Path | None = None,
+    resume: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> list[Mode]:
+    """Sample every mode of some weight with ensembles of its own.
+
+    Parameters
+    ----------
+    target : Target
+    approximations : sequence of Approximation
+        The heaviest first.
+    settings : Settings
+    checkpoint_file : pathlib.Path or None
+        Of the first mode; the others' have a number added to the name.
+    resume : bool
+    progress : callable, optional
+
+    Returns
+    -------
+    list of Mode
+        The heaviest first; weights add up to one.
+    """
+    top = approximations[0].log_evidence
+    files = [
+        file if not n or file is None else _numbered(file, n + 1)
+        for n, file in enumerate([checkpoint_file] * len(approximations))
+    ]
+    look = replace(settings, max_steps=min(settings.max_steps, LOOK_STEPS), ess=min(settings.ess, LOOK_ESS))
+
+    def sampled(number: int, budget: Settings, go_on: bool) -> Mode:
+        approximation = approximations[number]
+        course = run(target, approximation, budget, files[number], go_on, progress)
+        return Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed))
+
+    modes = [sampled(0, settings, resume)]
+    for number, approximation in enumerate(approximations[1:], 1):
+        if approximation.log_evidence - top < np.log(NEGLIGIBLE):
+            modes.append(Mode(approximation, 0.0, None, Evidence(approximation.log_evidence, np.inf)))
+        else:
+            modes.append(sampled(number, look, resume))
+    heaviest = int(np.argmax([mode.evidence.log_value if mode.course else -np.inf for mode in modes]))
+    if heaviest:
+        modes[heaviest] = sampled(heaviest, settings, True)
+    return _weighed(_settled(modes))
+
+
+def _numbered(file: Path, number: int) -> Path:
+    return file.with_name(f"{file.stem}-{number}{file.suffix}")
+
+
+def _settled(modes: list[Mode]) -> list[Mode]:
+    """Mark the modes whose ensembles did not stay: the heavier of two that mix has the draws of both."""
+    settled: list[Mode] = []
+    for mode in sorted(modes, key=lambda mode: -mode.evidence.log_value):
+        others = [other for other in settled if not other.left]
+        settled.append(replace(mode, left=mode.course is not None and _wandered(mode, others)))
+    return settled
+
+
+def _wandered(mode: Mode, heavier: list[Mode]) -> bool:
+    assert mode.course is not None
+    points = mode.course.kept.reshape(-1, mode.course.points.shape[-1])
+    own = mode.approximation.distance(points)
+    return any(np.mean(other.approximation.distance(points) < own) > MOVED for other in heavier)
+
+
+def _weighed(modes: list[Mode]) -> list[Mode]:
+    logs = np.array([-np.inf if mode.left else mode.evidence.log_value for mode in modes])
+    weights = np.exp(logs - logs.max())
+    weights /= weights.sum()
+    return [replace(mode, weight=float(weight)) for mode, weight in zip(modes, weights, strict=True)]

@@ -1,0 +1,229 @@
+"""A posterior: draws, what they say of each parameter, and what they were put to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.problem.estimate.hausman import Parting
+from fibrefit.problem.noise.choose import NoiseModel
+from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.problem.posterior.prior import Prior
+from fibrefit.sampling.chains.ensembles import Course
+from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.mode.modes import Mode
+from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.target import Target
+
+INTERVAL_KIND = "equal_tailed"
+GAINED = 0.8
+"""Error of the whitened estimate over that of the plain one, below which it is told."""
+
+
+@dataclass(frozen=True)
+class Marginal:
+    """The posterior of one value; SI units.
+
+    Parameters
+    ----------
+    name, unit : str
+    mean, sd, median : float
+    interval : tuple of float
+        Equal-tailed.
+    r_hat, ess_bulk, ess_tail : float
+    prior : Prior or None
+    prior_share : float
+        How much of the prior's width is left, 0 to 1: one where the data taught nothing; NaN without a proper prior.
+    """
+
+    name: str
+    unit: str
+    mean: float
+    sd: float
+    median: float
+    interval: tuple[float, float]
+    r_hat: float
+    ess_bulk: float
+    ess_tail: float
+    prior: Prior | None
+    prior_share: float
+
+
+def widened(course: Course, widening: np.ndarray) -> np.ndarray:
+    """Points after the warm-up, ``(n_ensemble, n_draw, n)``, moved by what the noise of measured inputs accounts for.
+
+    Parameters
+    ----------
+    course : Course
+    widening : (n_free, n_free)
+        Covariance of these moves in free coordinates; nil without measured inputs.
+    """
+    kept = course.kept
+    points = kept.reshape(len(kept), -1, kept.shape[-1]).copy()
+    if widening.any():
+        values, vectors = np.linalg.eigh(widening)
+        drawn = np.random.default_rng(len(widening)).standard_normal((*points.shape[:2], len(widening)))
+        points[..., : len(widening)] += drawn @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    return points
+
+
+def marginals(
+    target: Target, course: Course, probability: float, widening: np.ndarray | None = None
+) -> dict[str, Marginal]:
+    """Marginals of all values, by name.
+
+    Parameters
+    ----------
+    target : Target
+    course : Course
+    probability : float
+        Of the intervals.
+    widening : (n_free, n_free), optional
+        See `widened`.
+    """
+    points = widened(course, np.zeros((0, 0)) if widening is None else widening)
+    draws = target.values(points.reshape(-1, target.size))
+    tail = 0.5 * (1.0 - probability)
+    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail], axis=0)
+    found = {}
+    for i, name in enumerate(target.names):
+        prior = target.priors[i] if target.priors else None
+        found[name] = Marginal(
+            name=name,
+            unit=target.units[i],
+            mean=float(draws[:, i].mean()),
+            sd=float(draws[:, i].std(ddof=1)),
+            median=float(median[i]),
+            interval=(float(low[i]), float(high[i])),
+            r_hat=float(course.mixing.r_hat[i]),
+            ess_bulk=float(course.mixing.ess_bulk[i]),
+            ess_tail=float(course.mixing.ess_tail[i]),
+            prior=prior,
+            prior_share=np.nan if prior is None else _share_left(prior, draws[:, i]),
+        )
+    return found
+
+
+def _share_left(prior: Prior, draws: np.ndarray) -> float:
+    """Spread of the draws on the scale on which the prior is even, over that of the prior."""
+    return float(min(np.sqrt(12.0) * np.std(prior.cdf(draws)), 1.0))
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """The joint posterior of a problem's free values and its noise.
+
+    Parameters
+    ----------
+    target : Target
+    density : LogPosterior
+    noise_model : NoiseModel
+    priors : tuple of str
+        The priors in words.
+    modes : tuple of Mode
+        The heaviest first: its draws are the posterior's. The others are reported with their weights.
+    marginals : dict of str to Marginal
+        Of the heaviest mode; noise included.
+    checks : tuple of Check
+    parting : Parting
+    start : (n_free,) in SI units
+        The fit it began with.
+    widening : (n_free, n_free)
+        Covariance in free coordinates that the noise of measured inputs adds to that of the ensembles' points.
+    settings : Settings
+    channel_units : mapping of channel to str
+    seconds : float
+    """
+
+    target: Target
+    density: LogPosterior
+    noise_model: NoiseModel
+    priors: tuple[str, ...]
+    modes: tuple[Mode, ...]
+    marginals: Mapping[str, Marginal]
+    checks: tuple[Check, ...]
+    parting: Parting
+    start: np.ndarray
+    widening: np.ndarray
+    settings: Settings
+    channel_units: Mapping[str, str]
+    seconds: float
+
+    @property
+    def course(self) -> Course:
+        """The draws' course."""
+        course = self.modes[0].course
+        assert course is not None
+        return course
+
+    @property
+    def points(self) -> np.ndarray:
+        """Draws in coordinates without limits, ``(n_ensemble, n_draw, n)``; the walkers of each step side by side."""
+        return widened(self.course, self.widening)
+
+    @property
+    def draws(self) -> np.ndarray:
+        """Draws in SI units, ``(n_ensemble, n_draw, n)``."""
+        points = self.points
+        return self.target.values(points.reshape(-1, self.target.size)).reshape(points.shape)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader should know besides the checks."""
+        return (*self._of_inputs(), *self._of_colour())
+
+    def _of_inputs(self) -> tuple[str, ...]:
+        if not self.widening.any():
+            return ()
+        points = self.course.kept.reshape(-1, self.target.size)[:, : len(self.widening)]
+        ratio = np.sqrt(1.0 + np.diag(self.widening) / points.var(axis=0))
+        worst = int(np.argmax(ratio))
+        return (
+            "The noise of the measured inputs widens the posterior: "
+            f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
+        )
+
+    def _of_colour(self) -> tuple[str, ...]:
+        """Where weighing the samples by the colour of the noise makes much of a difference to plain least squares."""
+        shared = [i for i, (_, record) in enumerate(self.density.problem.layout.entries) if record is None]
+        gains = [(float(self.parting.efficiency[i]), self.target.names[i]) for i in shared]
+        gains = sorted(gain for gain in gains if 0.0 < gain[0] < GAINED)
+        if not gains:
+            return ()
+        said = ", ".join(f"{name} {share:.2f}" for share, name in gains)
+        return (
+            "Weighing the samples by the colour of the noise leaves less error than plain least squares does on the "
+            f"same records, by these factors: {said}.",
+        )
+
+    @property
+    def log_evidence(self) -> Evidence | None:
+        """Logarithm of the marginal likelihood, all modes together; None where a prior is not proper."""
+        if not all(prior.proper for prior in self.target.priors):
+            return None
+        found = [mode for mode in self.modes if mode.course is not None and not mode.left]
+        logs = np.array([mode.evidence.log_value for mode in found])
+        weights = np.array([mode.weight for mode in found])
+        total = float(logs.max() + np.log(np.sum(np.exp(logs - logs.max()))))
+        return Evidence(total, float(np.sqrt(np.sum((weights * [mode.evidence.error for mode in found]) ** 2))))
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return status(self.checks)
+
+    def thinned(self, count: int, seed: int = 0) -> np.ndarray:
+        """Points ``(count, n)`` of the ensembles, for what is compared with these records and their inputs as read."""
+        points = self.course.kept.reshape(-1, self.target.size)
+        return points[np.random.default_rng(seed).choice(len(points), count, replace=len(points) < count)]
+
+
+def status(checks: tuple[Check, ...]) -> str:
+    """``failed`` where a fatal check did, ``suspect`` where any did, else ``ok``."""
+    failed = [check for check in checks if not check.passed]
+    if any(check.fatal for check in failed):
+        return "failed"
+    return "suspect" if failed else "ok"

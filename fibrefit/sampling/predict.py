@@ -1,0 +1,102 @@
+"""What the posterior foretells of the records: bands of the model and of new measurements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.noise.likelihood import Likelihood, unit_of
+from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.sampling.posterior import Posterior
+
+LEVELS = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Quantiles of one channel at `LEVELS`, in SI units.
+
+    Parameters
+    ----------
+    model : (3, n_record, n_time)
+        Of the model's readings: what the parameters leave open.
+    measured : (3, n_record, n_time)
+        Of new measurements: the noise added.
+    replicates : (n_draw, n_record, n_time)
+        New measurements, one for each draw.
+    covered : float
+        Share of the measured samples inside the outer band of `measured`; about 0.9 if all is well.
+    """
+
+    model: np.ndarray
+    measured: np.ndarray
+    replicates: np.ndarray
+    covered: float
+
+
+def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, Bands]:
+    """Bands of every channel.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    count : int
+        Number of draws they are made from.
+    seed : int
+
+    Returns
+    -------
+    dict of channel to Bands
+    """
+    density, random = posterior.density, np.random.default_rng(seed)
+    points = posterior.thinned(count, seed)
+    readings = {c: np.asarray(r) for c, r in _readings(density, jnp.asarray(points)).items()}
+    channels, data = density.problem.model.rig.channels, density.problem.observations
+    unit = unit_of(data, channels)
+    size = density.problem.layout.size
+    n_time = readings[channels[0]].shape[-1]
+    noise = np.stack([draw_noise(density.likelihood, n_time, point[size:], random) for point in points])
+    found = {}
+    for i, channel in enumerate(channels):
+        replicates = readings[channel] + noise[:, :, i] * unit[:, i, None]
+        bands = np.quantile(replicates, LEVELS, axis=0)
+        counted = np.asarray(data.weight[channel]) > 0.0
+        value = np.asarray(data.measured[channel])
+        inside = (value >= bands[0]) & (value <= bands[2])
+        model = np.quantile(readings[channel], LEVELS, axis=0)
+        found[channel] = Bands(model, bands, replicates, float(np.mean(inside[counted])))
+    return found
+
+
+def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Noise ``(n_record, n_channel, n_time)`` in units of the residuals, of the colour a likelihood assumes.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    n_time : int
+    noise : (n_noise,)
+        Noise coordinates.
+    random : numpy.random.Generator
+    """
+    lags = likelihood.whitening.autocovariance(n_time)
+    # A circle of twice the length, of which one half is used, has the covariance of the line.
+    circle = np.concatenate([lags, lags[..., -1:], lags[..., :0:-1]], axis=-1)
+    power = np.maximum(np.fft.rfft(circle, axis=-1).real, 0.0)
+    white = random.standard_normal((*lags.shape[:2], 2 * n_time))
+    drawn = np.fft.irfft(np.sqrt(power) * np.fft.rfft(white, axis=-1), 2 * n_time, axis=-1)[..., :n_time]
+    level = np.asarray(likelihood.levels(jnp.asarray(noise)))[:, None]
+    if likelihood.heavy:
+        freedom = float(np.exp(noise[-1]))
+        level = level * np.sqrt(freedom / max(freedom - 2.0, 1e-3))
+    return drawn * level
+
+
+@eqx.filter_jit
+def _readings(density: LogPosterior, points: jax.Array) -> dict[str, jax.Array]:
+    layout = density.problem.layout
+    return jax.lax.map(lambda point: density.problem.readings(layout.values(density.split(point)[0])), points)

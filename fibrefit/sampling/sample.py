@@ -1,0 +1,241 @@
+"""From a task and a fit to a posterior."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.estimate.gls import level_of
+from fibrefit.problem.estimate.hausman import Parting, parting, parting_check
+from fibrefit.problem.inputs.errors_in_variables import Waves, input_errors
+from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
+from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
+from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
+from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
+from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem.task import Task
+from fibrefit.sampling import checks as judge
+from fibrefit.sampling.chains.ensembles import Progress
+from fibrefit.sampling.mode.inputs import Settled, cleaned, settled
+from fibrefit.sampling.mode.mode import climb
+from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
+from fibrefit.sampling.posterior import Posterior, marginals
+from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.target import Target, target_of
+
+if TYPE_CHECKING:
+    from fibrefit.study.parameters import PriorSetting
+
+
+def sample_posterior(
+    task: Task,
+    start: np.ndarray,
+    *,
+    waves: Waves | None = None,
+    stated: Mapping[str, PriorSetting | Prior] | None = None,
+    basins: Sequence[np.ndarray] = (),
+    noise: str = "auto",
+    heavy: bool = False,
+    settings: Settings | None = None,
+    checkpoint_file: Path | None = None,
+    resume: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Posterior:
+    """The joint posterior of all free values and of the noise.
+
+    Parameters
+    ----------
+    task : Task
+    start : (n_free,) in SI units
+        The best fit by plain least squares.
+    waves : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs that suit it.
+    stated : mapping of name to prior
+        Priors of the study; the others get defaults, which the result lists.
+    basins : sequence of (n_free,) in SI units
+        Other minima of the multi-start: modes are looked for from each.
+    noise : {"auto", "white", "autoregressive", "coloured"}
+        Colour of the noise; ``"auto"`` lets the residuals of the start choose.
+    heavy : bool
+        Student's t for single samples instead of a normal law.
+    settings : Settings
+    checkpoint_file : pathlib.Path or None
+        Holds the chains while they grow.
+    resume : bool
+        Go on from that file, where there is one; the result is the same to the last bit.
+    progress : callable, optional
+
+    Returns
+    -------
+    Posterior
+
+    Raises
+    ------
+    StudyError
+        If a prior contradicts the limits of its parameter, or neither data nor priors limit some direction.
+    UsageError
+        If the checkpoint belongs to another run, or the settings cannot work.
+    """
+    began, settings = time.perf_counter(), settings or Settings()
+    start = np.asarray(start, dtype=float)
+    ready = _prepare(task, start, waves or None, stated or {}, noise, heavy, settings)
+    every = ready.priors.each + noise_priors(ready.model.likelihood)
+    found = [climb(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
+    modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
+    return _concluded(task, start, ready, modes, settings, began)
+
+
+class _Ready(NamedTuple):
+    """All that is known before the first draw.
+
+    Parameters
+    ----------
+    linear : Linearised
+        At the plain estimate, the errors of inputs taken off.
+    model : NoiseModel
+    priors : Priors
+    density : LogPosterior
+    target : Target
+    values : (n_free,) in SI units
+        Where the walkers begin.
+    widening : (n_free, n_free)
+        See `Posterior`.
+    parting : Parting
+    """
+
+    linear: Linearised
+    model: NoiseModel
+    priors: Priors
+    density: LogPosterior
+    target: Target
+    values: np.ndarray
+    widening: np.ndarray
+    parting: Parting
+
+
+def _prepare(
+    task: Task,
+    start: np.ndarray,
+    waves: Waves | None,
+    stated: Mapping[str, PriorSetting | Prior],
+    noise: str,
+    heavy: bool,
+    settings: Settings,
+) -> _Ready:
+    known, layout = input_errors(task), task.problem.layout
+    plain, found = cleaned(task, known, start, waves) if known else (task, {})
+    linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
+    model = noise_model_of(plain, linear, noise, heavy, bool(known))
+    whitening = model.likelihood.whitening
+    level = level_of(whitening, linear.residuals, _counts(task))
+    if known:
+        there = settled(task, known, start, found, whitening, level)
+    else:
+        still = np.zeros((layout.size, layout.size))
+        there = Settled(task, start, still, parting(layout, linear, whitening, level))
+    priors = priors_of(layout, task.problem.model, there.values, stated)
+    density = density_of(there.task.problem, priors, model.likelihood)
+    target = _target(task, priors, density, settings)
+    return _Ready(linear, model, priors, density, target, there.values, there.widening, there.parting)
+
+
+def _concluded(
+    task: Task, start: np.ndarray, ready: _Ready, modes: list[Mode], settings: Settings, began: float
+) -> Posterior:
+    target, course = ready.target, modes[0].course
+    assert course is not None  # the heaviest one is always sampled
+    summary = marginals(target, course, settings.interval, ready.widening)
+    loudness = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
+    checks = judge.assess(target, modes, summary, place(ready.density, ready.values), settings)
+    return Posterior(
+        target=target,
+        density=ready.density,
+        noise_model=ready.model,
+        priors=ready.priors.says() + _noise_priors_say(target, ready.priors),
+        modes=tuple(modes),
+        marginals=summary,
+        checks=(
+            *checks,
+            parting_check(target.names, ready.parting),
+            judge.loudness(task.problem.model.rig.channels, loudness),
+        ),
+        parting=ready.parting,
+        start=start,
+        widening=ready.widening,
+        settings=settings,
+        channel_units=task.units,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def noise_model_of(
+    task: Task, linear: Linearised, noise: str = "auto", heavy: bool = False, from_rests: bool = False
+) -> NoiseModel:
+    """Noise model of a task, given the residuals at its fit; levels the study states are not learnt.
+
+    Parameters
+    ----------
+    task : Task
+    linear : Linearised
+    noise : str
+    heavy : bool
+    from_rests : bool
+        Whether the residuals have lost what errors of the inputs imitate: their colour is then that of the rests.
+    """
+    channels = task.problem.model.rig.channels
+    known = tuple(channel in task.noise_given for channel in channels)
+    if from_rests and noise == "auto":
+        model = choose_noise_model(task.problem, linear, "coloured", known, heavy, task.noise)
+        return replace(model, says=model.says.replace("as asked for", "as in the parts at rest"))
+    measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
+    return choose_noise_model(task.problem, linear, noise, known, heavy, measured)
+
+
+def density_of(problem: Problem, priors: Priors, likelihood: Likelihood) -> LogPosterior:
+    """Log posterior density of a problem."""
+    return LogPosterior(problem, priors.density, Density.of(noise_priors(likelihood)), likelihood)
+
+
+def place(density: LogPosterior, values: np.ndarray) -> np.ndarray:
+    """Coordinates ``(n,)`` of free values in SI units, the noise being what it is assumed to be."""
+    noise = np.zeros(density.likelihood.size)
+    if density.likelihood.heavy:
+        noise[-1] = np.log(TAIL_START)
+    return np.concatenate([np.asarray(density.problem.layout.free(jnp.asarray(values))), noise])
+
+
+def _target(task: Task, priors: Priors, density: LogPosterior, settings: Settings) -> Target:
+    channels, likelihood = task.problem.model.rig.channels, density.likelihood
+    rms = unit_of(task.problem.observations, channels).mean(axis=0)
+    units = tuple(task.units[c] for c, known in zip(channels, likelihood.known, strict=True) if not known)
+    levels = np.array([level for level, known in zip(rms, likelihood.known, strict=True) if not known])
+    tail = ((1.0,), ("-",)) if likelihood.heavy else ((), ())
+    noise_units = np.concatenate([levels, tail[0]])
+    every = priors.each + noise_priors(likelihood)
+    batch = settings.batch_for(density.size)
+    return target_of(density, every, priors.units + units + tail[1], noise_units, batch)
+
+
+def _noise_priors_say(target: Target, priors: Priors) -> tuple[str, ...]:
+    rest = slice(len(priors.each), None)
+    named = zip(target.names[rest], target.units[rest], target.priors[rest], strict=True)
+    return tuple(f"{name}: {prior.says(unit)} (default)" for name, unit, prior in named)
+
+
+def _counts(task: Task) -> np.ndarray:
+    """Number of samples of each channel that count, ``(n_channel,)``; one where there are none."""
+    data = task.problem.observations
+    return np.array([max(np.count_nonzero(np.asarray(data.weight[c])), 1) for c in task.problem.model.rig.channels])
+
+
+@eqx.filter_jit
+def _linearised(problem: Problem, values: jax.Array) -> Linearised:
+    return problem.linearised(values)

@@ -1,0 +1,323 @@
+"""One pass of tangents along a motion that is known: through its steps, and through the arcs of steps with a switch."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.simulation.batching import parted
+from fibrefit.simulation.inputs import inputs_at, row
+from fibrefit.simulation.steps import System, explicit, plus
+from fibrefit.simulation.switched import ARCS, Arcs, Inputs, Solution, select, take, write
+from fibrefit.simulation.variation import Leaves, Piece, explicit_maps, stiff_maps
+
+PACK = 4
+"""Tangents are carried in multiples of this, which the processor does in one go."""
+
+
+MANY = 24
+"""Tangents from which maps of all steps, made once for all of them, pay."""
+
+
+class Told(NamedTuple):
+    """Tangents of what a motion comes from, ``(n_tangent, ...)`` each.
+
+    Parameters
+    ----------
+    laws : list, of those leaves of ``(system, inputs)`` that have any
+    start : list of (n_tangent,), of the leaves of the initial state
+    start_time : (n_tangent,)
+    """
+
+    laws: Leaves
+    start: Leaves
+    start_time: jax.Array
+
+
+class Carried(NamedTuple):
+    """Tangents of a motion.
+
+    Parameters
+    ----------
+    states : list of (n_tangent, n_time), of the leaves of the state
+    start, end : (n_tangent, ARCS)
+    state, reached : list of (n_tangent, ARCS)
+    """
+
+    states: Leaves
+    start: jax.Array
+    state: Leaves
+    end: jax.Array
+    reached: Leaves
+
+
+class _Pass(NamedTuple):
+    """What the loops carry: tangents `now`, at the point `step` of the grid, and in its arcs those of the instant.
+
+    `found` holds rows of all tangents, so that each is written in one go.
+    """
+
+    step: jax.Array
+    arc: jax.Array
+    now: Leaves
+    instant: jax.Array
+    settled: jax.Array
+    found: Carried
+
+
+def carry_tangents(
+    which: tuple[int, ...],
+    system: System,
+    inputs: Inputs,
+    times: jax.Array,
+    count: jax.Array,
+    solution: Solution,
+    told: Told,
+) -> Carried:
+    """Tangents of a motion from those of what it comes from.
+
+    Parameters
+    ----------
+    which : tuple of int
+        Leaves of ``(system, inputs)`` that have tangents.
+    system, inputs, times, count
+        As given to `solve`.
+    solution : Solution
+    told : Told
+
+    Returns
+    -------
+    Carried
+    """
+    number = told.start_time.shape[0]
+    told = jax.tree.map(_padded, told)
+    flow = _Flow(which, system, inputs, times, solution, told.laws)
+    arcs, last = solution.arcs, count.astype(jnp.int32) - 1
+    n_arcs = jnp.minimum(solution.n_arcs, ARCS)
+
+    def through_arc(now: _Pass) -> _Pass:
+        arc: Arcs = jax.tree.map(lambda rows: row(rows, now.arc), arcs)
+        after, end, moved = flow.through_arc(now.arc, arc, now.now, now.instant)
+        found = _noted(now, end, moved)
+        return now._replace(arc=now.arc + 1, now=after, instant=end, found=found)
+
+    def through_step(now: _Pass) -> _Pass:
+        after = flow.through_step(now.step, now.now)
+        same = functools.reduce(jnp.logical_and, [jnp.all(a == b) for a, b in zip(after, now.now, strict=True)])
+        return _at_point(now._replace(now=after, settled=same & (now.step >= solution.rest)))
+
+    def stretch(now: _Pass) -> _Pass:
+        inside = lambda p: (p.arc < n_arcs) & (row(arcs.step, p.arc) == p.step)  # noqa: E731
+        now = jax.lax.while_loop(inside, through_arc, now)
+        now = _at_point(now._replace(instant=jnp.zeros_like(now.instant)))
+        until = jnp.where(now.arc < n_arcs, row(arcs.step, now.arc), last)
+        return jax.lax.while_loop(lambda p: (p.step < until) & ~p.settled, through_step, now)
+
+    blank = _blank(times, told, number)
+    now = _Pass(arcs.step[0], jnp.int32(0), told.start, told.start_time, jnp.array(False), blank)
+    now = jax.lax.while_loop(lambda p: (p.step < last) & ~p.settled, stretch, now)
+    # At rest, and in the padding, nothing moves.
+    held = jnp.arange(times.shape[0])[:, None] > now.step
+    states = [jnp.where(held, d[:number], rows) for d, rows in zip(now.now, now.found.states, strict=True)]
+    return jax.tree.map(lambda rows: rows.T[:number], now.found._replace(states=states))
+
+
+def _padded(tangent: jax.Array) -> jax.Array:
+    short = -len(tangent) % PACK if len(tangent) > 1 else 0
+    return jnp.concatenate([tangent, jnp.zeros((short, *tangent.shape[1:]), tangent.dtype)]) if short else tangent
+
+
+def _blank(times: jax.Array, told: Told, number: int) -> Carried:
+    """Until it is let go, a motion has the tangents of its start."""
+    states = [jnp.broadcast_to(d[:number], (times.shape[0], number)) for d in told.start]
+    arcs = jnp.zeros((ARCS, told.start_time.size))
+    return Carried(states, arcs, [arcs for _ in states], arcs, [arcs for _ in states])
+
+
+def _noted(now: _Pass, end: jax.Array, moved: Leaves) -> Carried:
+    """What is found, with the row of the present arc."""
+    at, found = functools.partial(write, index=now.arc), now.found
+    return found._replace(
+        start=at(found.start, item=now.instant),
+        state=at(found.state, item=now.now),
+        end=at(found.end, item=end),
+        reached=at(found.reached, item=moved),
+    )
+
+
+def _at_point(now: _Pass) -> _Pass:
+    """The next point of the grid is reached."""
+    number = now.found.states[0].shape[1]
+    states = write(now.found.states, now.step + 1, [d[:number] for d in now.now])
+    return now._replace(step=now.step + 1, found=now.found._replace(states=states))
+
+
+class _Maps(NamedTuple):
+    """Linear maps of all pieces of a motion, its steps and then its arcs.
+
+    What the laws are told is made of units: a number of the system, which is the same throughout, or a coefficient of
+    an input, of which a piece knows that of its own step. The maps are those of units, however many the tangents.
+
+    Parameters
+    ----------
+    factor : list of lists of (n_piece,), for each state that of each state before
+    offset : list of (n_piece, n_unit), for each state that of each unit
+    same : list of (n_tangent,), the tangents of each number of the system
+    moving : list of (n_time - 1, n_tangent), those of each coefficient of the inputs
+    """
+
+    factor: list[Leaves]
+    offset: Leaves
+    same: Leaves
+    moving: Leaves
+
+    def through(self, piece: jax.Array, step: jax.Array, tangents: Leaves) -> Leaves:
+        """Tangents after a piece."""
+        told = [*self.same, *(row(rows, step) for rows in self.moving)]
+        moved = []
+        for factors, units in zip(self.factor, self.offset, strict=True):
+            parts = [row(factor, piece) * d for factor, d in zip(factors, tangents, strict=True)]
+            parts += [share * d for share, d in zip(row(units, piece), told, strict=True)]
+            moved.append(functools.reduce(jnp.add, parts))
+        return moved
+
+
+class _Flow:
+    """Linear maps of tangents along a motion.
+
+    Those of smooth steps are taken on the way. For many tangents, or a system that may be stiff, they are made for all
+    pieces beforehand, see `variation`.
+    """
+
+    def __init__(
+        self, which: tuple[int, ...], system: System, inputs: Inputs, times: jax.Array, solution: Solution, laws: Leaves
+    ) -> None:
+        self.times, self.solution, self.laws = times, solution, laws
+        self.told, self.whole = parted((system, inputs), which)
+        self.state = functools.partial(jax.tree.unflatten, jax.tree.structure(solution.states))
+        few = system.stiff() is None and laws[0].shape[0] < MANY if laws else True
+        self.maps = None if few else self._maps(which, system, inputs)
+
+    def through_step(self, step: jax.Array, tangents: Leaves) -> Leaves:
+        """Tangents ``(n_tangent,)`` after a step of the grid that holds no switch."""
+        state, mode = jax.tree.map(lambda rows: row(rows, step), (self.solution.states, self.solution.modes))
+        span = (step, row(self.times, step), row(self.times, step + 1))
+        return self._along(step, span, state, mode, tangents)
+
+    def through_arc(
+        self, number: jax.Array, arc: Arcs, tangents: Leaves, instant: jax.Array
+    ) -> tuple[Leaves, jax.Array, Leaves]:
+        """Tangents after an arc, of the instant of its end, and of the state before the switch."""
+        system, inputs = self.whole(self.told)
+        # An arc that starts later has less time: its start moves back along the motion.
+        rates = jax.tree.leaves(
+            system.derivative(arc.state, arc.mode, inputs_at(inputs, self.times, arc.step, arc.start))
+        )
+        tangents = [d - rate * instant for d, rate in zip(tangents, rates, strict=True)]
+        piece = self.times.shape[0] - 1 + number
+        tangents = self._along(piece, (arc.step, arc.start, arc.end), arc.state, arc.mode, tangents)
+
+        def end(leaves: Leaves, told: Leaves) -> tuple[Leaves, jax.Array, Leaves]:
+            system, inputs = self.whole(told)
+            return _arc_end(system, inputs, self.times, arc, self.state(leaves))
+
+        return self._pushed(end, jax.tree.leaves(arc.reached), tangents)
+
+    def _along(self, piece: jax.Array, span: tuple, state: Any, mode: Any, tangents: Leaves) -> Leaves:
+        if self.maps is not None:
+            return self.maps.through(piece, span[0], tangents)
+
+        def move(leaves: Leaves, told: Leaves) -> Leaves:
+            system, inputs = self.whole(told)
+            return jax.tree.leaves(explicit(system, self.state(leaves), mode, inputs, self.times, span))
+
+        return self._pushed(move, jax.tree.leaves(state), tangents)
+
+    def _pushed(self, function: Callable, leaves: Leaves, tangents: Leaves) -> Any:
+        def push(d_leaves: Leaves, d_told: Leaves) -> Any:
+            return jax.jvp(function, (leaves, self.told), (d_leaves, d_told))[1]
+
+        return jax.vmap(push)(tangents, self.laws)
+
+    def _maps(self, which: tuple[int, ...], system: System, inputs: Inputs) -> _Maps:
+        times, solution, arcs = self.times, self.solution, self.solution.arcs
+        n_steps = times.shape[0] - 1
+        first, last = (take(solution.states, slice(*ends)) for ends in ((None, -1), (1, None)))
+        modes = take(solution.modes, slice(None, -1))
+        steps = Piece(jnp.arange(n_steps, dtype=arcs.step.dtype), times[:-1], times[1:], first, last, modes)
+        of_arcs = Piece(arcs.step, arcs.start, arcs.end, arcs.state, arcs.reached, arcs.mode)
+        pieces = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), steps, of_arcs)
+        with_tangents = parted(jax.tree.map(_none, (system, inputs)), which)[1]
+        of_system = sum(i < len(jax.tree.leaves(system)) for i in which)
+        units, same, moving = _units(self.laws, of_system)
+
+        def maps(kind: Callable, d_told: Leaves) -> tuple[Leaves, Leaves]:
+            return kind(system, inputs, times, pieces, with_tangents(d_told))
+
+        def of(kind: Callable) -> Callable[[], Any]:
+            # The factors are the same for all units.
+            return lambda: jax.vmap(functools.partial(maps, kind), out_axes=(None, -1))(units)
+
+        is_stiff = system.stiff()
+        made = of(explicit_maps)() if is_stiff is None else jax.lax.cond(is_stiff, of(stiff_maps), of(explicit_maps))
+        factor, offset = made
+        return _Maps([list(rows) for rows in factor], offset, same, moving)
+
+
+def _units(laws: Leaves, of_system: int) -> tuple[Leaves, Leaves, Leaves]:
+    """Units of what laws are told, ``(n_unit, ...)`` for each leaf, and what the tangents have of each, see `_Maps`.
+
+    Parameters
+    ----------
+    laws : list of (n_tangent, ...)
+        Tangents of leaves of the system, then of the inputs.
+    of_system : int
+        Number of the former.
+    """
+    sizes = [int(np.prod(leaf.shape[1:])) if i < of_system else 1 for i, leaf in enumerate(laws)]
+    number, before, units = sum(sizes), 0, []
+    for i, (leaf, size) in enumerate(zip(laws, sizes, strict=True)):
+        own = jnp.eye(size) if i < of_system else jnp.ones((1, *leaf.shape[1:]))
+        blank = jnp.zeros((number, *leaf.shape[1:]))
+        units.append(blank.at[before : before + size].set(own.reshape(size, *leaf.shape[1:])))
+        before += size
+    same = [column for leaf in laws[:of_system] for column in leaf.reshape(leaf.shape[0], -1).T]
+    return units, same, [leaf.T for leaf in laws[of_system:]]
+
+
+def _none(leaf: Any) -> Any:
+    if jnp.issubdtype(jnp.result_type(leaf), jnp.floating):
+        return jnp.zeros_like(leaf)
+    return np.zeros(jnp.shape(leaf), jax.dtypes.float0)
+
+
+def _arc_end(
+    system: System, inputs: Inputs, times: jax.Array, arc: Arcs, state: Any
+) -> tuple[Leaves, jax.Array, Leaves]:
+    """State after an arc, the instant of its end, and the state before the switch, from the state that was found there.
+
+    An arc that the grid ends has a fixed end. One that a switch ends moves with the margin: the value of the
+    correction is nil, its derivative is that of the root.
+    """
+
+    def margin(state: Any, instant: jax.Array) -> jax.Array:
+        here = inputs_at(inputs, times, arc.step, instant)
+        return jnp.stack(jax.tree.leaves(system.margins(state, arc.mode, here)))[arc.ended_by]
+
+    here = inputs_at(inputs, times, arc.step, arc.end)
+    rate = jax.lax.stop_gradient(system.derivative(state, arc.mode, here))
+    value, slope = jax.jvp(margin, (state, arc.end), (rate, jnp.ones(())))
+    slope = jax.lax.stop_gradient(slope)
+    moves = (arc.ended_by >= 0) & (jnp.abs(slope) > 1e-12)
+    shift = jnp.where(moves, -(value - jax.lax.stop_gradient(value)) / jnp.where(moves, slope, 1.0), 0.0)
+    moved = plus(state, shift, rate)
+    switches, tree = jax.tree.flatten(arc.mode)
+    crossed = jax.tree.unflatten(tree, [arc.ended_by == i for i in range(len(switches))])
+    switched, _ = system.switch(moved, arc.mode, crossed, here)
+    after = select(arc.ended_by >= 0, switched, moved)
+    return jax.tree.leaves(after), arc.end + shift, jax.tree.leaves(moved)

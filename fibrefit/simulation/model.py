@@ -1,0 +1,251 @@
+"""A model: a rig, its tension law and the effects added to it; and what it says a record should read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.core.parameter import ByInverse, Parameter
+from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
+from fibrefit.rigs.rig import Rig, Values
+from fibrefit.simulation.batching import in_turn, parted, tangent_of, that_move, that_vary
+from fibrefit.simulation.inputs import Course, courses, inputs_at
+from fibrefit.simulation.jumps import Jumps, jumps_of
+from fibrefit.simulation.pieces import pieces_of
+from fibrefit.simulation.sensing import behind, chain_of
+from fibrefit.simulation.sensitivity import solve
+from fibrefit.simulation.switched import Solution
+
+
+class Experiment(NamedTuple):
+    """Conditions and clock of one record, as arrays.
+
+    Parameters
+    ----------
+    times : (n_time,) in s
+        Increasing; padded at the end if need be.
+    count : () int
+        Number of samples before the padding.
+    conditions : dict of () in SI units
+        The rig's `conditions`.
+    inputs : dict of Signals
+        The rig's `inputs`.
+    """
+
+    times: jax.Array
+    count: jax.Array  # type: ignore[assignment]
+    conditions: dict[str, jax.Array]
+    inputs: dict[str, Any]
+
+
+class Response(NamedTuple):
+    """What a model says of a record.
+
+    Parameters
+    ----------
+    channels : dict of (n_time,) in SI units
+        Readings.
+    solution : Solution
+        The motion behind them.
+    jumps : Jumps
+        Of the readings.
+    """
+
+    channels: dict[str, jax.Array]
+    solution: Solution
+    jumps: Jumps
+
+
+@dataclass(frozen=True)
+class Model:
+    """A rig with effects; hashable, holds no values.
+
+    Parameters
+    ----------
+    rig : Rig
+    effects : tuple of Effect classes
+    tension_law : {"clamped", "heaviside"}
+    """
+
+    rig: Rig
+    effects: tuple[type[Effect], ...] = ()
+    tension_law: str = "clamped"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The base model's parameters, then those of the effects under their dotted names."""
+        return self.rig.parameters + tuple(
+            dotted_parameter(effect, parameter) for effect in self.effects for parameter in effect.parameters
+        )
+
+    def laws(self, values: Values) -> tuple[Effect, ...]:
+        """The effects with their values."""
+        return tuple(
+            effect(**{parameter.name: values[f"{effect.name}.{parameter.name}"] for parameter in effect.parameters})
+            for effect in self.effects
+        )
+
+    def respond(self, values: Values, experiment: Experiment) -> Response:
+        """Simulate one record.
+
+        Parameters
+        ----------
+        values : dict of () in SI units
+            Each of `parameters` and of the rig's nuisances.
+        experiment : Experiment
+
+        Returns
+        -------
+        Response
+            Differentiable in forward mode. A batch of records under vmap is gone through one by one.
+        """
+        return _in_turn(self, values, experiment)
+
+    def answer(self, values: Values, experiment: Experiment) -> Response:
+        """As `respond`, for one record only, in a program that takes less time to make."""
+        response = self._respond(values, experiment)
+        if not any(effect.singular for effect in self.effects):
+            return response
+        return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
+
+    def stretched(
+        self, values: Values, experiment: Experiment, solution: Solution
+    ) -> tuple[tuple[jax.Array, jax.Array], ...]:
+        """Stretch [m] and its rate [m/s] ``(n_time,)`` of each fibre of a simulated record; none without one."""
+        if (fibres := self.rig.fibres) is None:
+            return ()
+        system, _ = self._system(values, self.laws(values), experiment)
+        here = _at_samples(courses(experiment.inputs, experiment.times), experiment.times)
+        return jax.vmap(partial(fibres, system))(solution.states, solution.modes, here)
+
+    def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
+        """The system that moves, and the conditions of its record."""
+        # A condition that no one knows is a value like any other, and is found.
+        conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
+        for law in laws_of(RigLaw, laws):
+            conditions = law.correct(conditions)
+        return self.rig.build(values, conditions, laws, self.tension_law), conditions
+
+    def _respond(self, values: Values, experiment: Experiment) -> Response:
+        laws = self.laws(values)
+        times, count = experiment.times, experiment.count
+        inputs = courses(experiment.inputs, times)
+        system, conditions = self._system(values, laws, experiment)
+        start = self.rig.start(system, values, conditions, inputs_at(inputs, times, jnp.int32(0), times[0]))
+        begin = times[0] if start.time is None else start.time
+        solution = solve(system, start.state, begin, start.mode, times, count, inputs)
+
+        def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
+            return self.rig.observe(system, state, mode, here)
+
+        channels = jax.vmap(observe)(solution.states, solution.modes, _at_samples(inputs, times))
+        jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
+        if chain := chain_of(laws):
+            lags, late_by, nil = chain
+            jumps = jumps._replace(instants=jumps.instants + late_by)
+            for role in (role for role in channels if role.startswith("force")):
+                motion = (system, times, count, inputs, solution)
+                channels[role] = _through_sensor(self, role, nil, channels[role], (motion, lags, late_by))
+        for sensor in laws_of(SensorLaw, laws):
+            channels = sensor.measure(channels, times)
+        if "position_zero" in values:
+            channels["position"] = channels["position"] + values["position_zero"]
+        return Response(channels, solution, jumps)
+
+
+def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
+    """Value and rate of each input at every sample."""
+    steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
+    return jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _in_turn(model: Model, values: Values, experiment: Experiment) -> Response:
+    """What belongs to one record stays in the fast memory of a processor while it is worked on."""
+    return in_turn(lambda given, _: (model.answer(*given), ()))((values, experiment), ())[0]
+
+
+@partial(_in_turn.defjvp, symbolic_zeros=True)
+def _in_turn_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Response, Response]:
+    which, leaves = that_move(tangents), jax.tree.leaves(tangents)
+    response, moved = in_turn(partial(_both, model, which))(primals, [leaves[i][None] for i in which])
+    return response, tangent_of(response, [d[0] for d in moved])
+
+
+def _both(model: Model, which: tuple[int, ...], given: tuple, tangents: list[jax.Array]) -> tuple[Response, list]:
+    some, with_ = parted(given, which)
+
+    def floats(some: list[jax.Array]) -> tuple[list[jax.Array], Response]:
+        response = model.answer(*with_(some))
+        return that_vary(response), response
+
+    def push(told: list[jax.Array]) -> tuple[Response, list]:
+        _, moved, response = jax.jvp(floats, (some,), (told,), has_aux=True)
+        return response, moved
+
+    return jax.vmap(push, out_axes=(None, 0))(tangents)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _with_slopes(model: Model, values: Values, experiment: Experiment, channels: dict[str, jax.Array]) -> Any:
+    """Channels as they are. Where a singular effect is at its null, their derivative is that of a small strength.
+
+    At the null such an effect is absent, down to the kind of the equations, and a derivative would say nothing of it.
+    """
+    return channels
+
+
+@_with_slopes.defjvp
+def _with_slopes_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Any, Any]:
+    values, experiment, channels = primals
+    d_values, _, d_channels = tangents
+    for law in (law for law in model.laws(values) if law.singular):
+        (declared,) = (parameter for parameter in law.parameters if parameter.name in law.strength)
+        name = f"{law.name}.{declared.name}"
+        if declared.reciprocal and not isinstance(values[name], ByInverse):
+            continue
+        size = law.singular / declared.typical if declared.reciprocal else law.singular * declared.typical
+
+        def slope(name: str = name, declared: Parameter = declared, size: float = size) -> Any:
+            strength = ByInverse(jnp.asarray(size)) if declared.reciprocal else jnp.asarray(declared.null + size)
+            there = model._respond({**values, name: strength}, experiment).channels
+            return jax.tree.map(lambda one, none: (one - none) / size, there, channels)
+
+        nothing = partial(jax.tree.map, jnp.zeros_like, channels)
+        slopes = jax.lax.cond(law.absent(), slope, nothing)
+        (along,) = jax.tree.leaves(d_values[name])
+        d_channels = jax.tree.map(lambda d, s, along=along: d + s * along, d_channels, slopes)
+    return channels, d_channels
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _through_sensor(model: Model, role: str, nil: jax.Array, plain: jax.Array, given: tuple) -> jax.Array:
+    """A channel behind the dynamics of its sensor; where those are `nil`, the `plain` one, to the last bit.
+
+    The derivative is that of the dynamics all the same.
+    """
+    return jax.lax.cond(nil, lambda: plain, lambda: _behind(model, role, given))
+
+
+@_through_sensor.defjvp
+def _through_sensor_jvp(model: Model, role: str, primals: tuple, tangents: tuple) -> tuple[jax.Array, jax.Array]:
+    moved = jax.jvp(partial(_behind, model, role), primals[2:], tangents[2:])[1]
+    return _through_sensor(model, role, *primals), moved
+
+
+def _behind(model: Model, role: str, given: tuple) -> jax.Array:
+    (system, times, *motion), lags, late_by = given
+
+    def felt(state: Any, mode: Any, here: Any) -> jax.Array:
+        return model.rig.observe(system, state, mode, here)[role]
+
+    return behind(pieces_of(felt, system, times, *motion), lags, late_by, times)
+
+
+def dotted_parameter(effect: type[Effect], parameter: Parameter) -> Parameter:
+    """Declaration of an effect's parameter under the name it bears in a model."""
+    return replace(parameter, name=f"{effect.name}.{parameter.name}")

@@ -1,0 +1,193 @@
+"""From what the sensors feel to what the logger writes: gauge dynamics and delay, then gains and offsets.
+
+A force gauge and its amplifier are linear: a sum of first-order lags, complex ones for a gauge that rings. Each lag is
+solved exactly on every piece of the force, which is a cubic there; nothing is lost at a snap inside a step.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.effects.law import Effect, SensorLaw
+from fibrefit.simulation.pieces import Cubic, Pieces
+from fibrefit.simulation.switched import take
+
+SERIES_TERMS = 16
+"""Terms of the series for slow lags: the next one is below 1e-16 of the sum."""
+
+
+Parallel = tuple[tuple[jax.Array, jax.Array], ...]
+
+
+class Lags(NamedTuple):
+    """Reading = direct · force + Re Σ weight · (force behind a first-order lag).
+
+    Parameters
+    ----------
+    direct : () a pure number
+    weights : tuple of () complex
+    constants : tuple of () complex, in s
+    """
+
+    direct: jax.Array
+    weights: tuple[jax.Array, ...]
+    constants: tuple[jax.Array, ...]
+
+
+def in_series(first: Lags, second: Parallel) -> Lags:
+    """One after the other, by partial fractions.
+
+    Two lags of no time constant at all are a case of their own: to first order they simply add.
+    """
+    own = list(zip(first.weights, first.constants, strict=True))
+    if own:
+        second = _both_of_each_pair(second)
+    direct, kept, added = first.direct * 0.0, [0.0 * w for w, _ in own], [first.direct * w for w, _ in second]
+    for i, (w, a) in enumerate(own):
+        for j, (v, b) in enumerate(second):
+            both_nil = (a == 0.0) & (b == 0.0)
+            apart = jnp.where(both_nil, 1.0, a - b)
+            # b/(a - b) rather than a/(a - b): exactly nothing, and exactly one, where the second lag is nil.
+            share = jnp.where(both_nil, 0.0, b / apart)
+            kept[i] += w * v * (1.0 + share)
+            added[j] += w * v * jnp.where(both_nil, 1.0, -share)
+            direct += jnp.where(both_nil, -jnp.real(w * v), 0.0)
+    return Lags(direct, (*kept, *added), (*first.constants, *(b for _, b in second)))
+
+
+def _both_of_each_pair(lags: Parallel) -> Parallel:
+    whole: list[tuple[jax.Array, jax.Array]] = []
+    for weight, constant in lags:
+        if jnp.iscomplexobj(constant):
+            whole += [(0.5 * weight, constant), (0.5 * jnp.conj(weight), jnp.conj(constant))]
+        else:
+            whole.append((weight, constant))
+    return tuple(whole)
+
+
+def _slow(w: jax.Array) -> list[jax.Array]:
+    """Moments ``∫ exp(-w (1 - x)) x^k dx`` over 0 to 1, k = 0 to 3; the series for the last gives all others."""
+    moment = jnp.zeros_like(w)
+    for n in reversed(range(SERIES_TERMS)):
+        moment = 6.0 / math.factorial(n + 4) - w * moment
+    moments = [moment]
+    for k in (3, 2, 1):
+        moments.insert(0, (1.0 - w * moments[0]) / k)
+    return moments
+
+
+def _weights(ratio: jax.Array, s: jax.Array) -> tuple[jax.Array, list[jax.Array]]:
+    """What is left of the reading at 0, and what each of the four terms of the cubic adds."""
+    nil = ratio == 0.0
+    left = jnp.where(nil, 0.0, jnp.exp(-s / jnp.where(nil, 1.0, ratio)))
+    # Slow against the piece: the convolution itself; the particular solution would be a difference of large terms.
+    slow = jnp.abs(ratio) > 1.0
+    w = s / jnp.where(slow, ratio, 1.0)
+    # Else the particular solution, which ends by itself for a cubic.
+    r = jnp.where(slow, 1.0, ratio)
+    at_0, at_s, power, weights = jnp.ones_like(r), jnp.ones_like(r), jnp.ones_like(r), []
+    for k, moment in enumerate(_slow(w)):
+        if k:
+            power = power * s
+            at_0, at_s = -k * r * at_0, power - k * r * at_s
+        weights.append(jnp.where(slow, w * power * moment, at_s - left * at_0))
+    return left, weights
+
+
+@jax.custom_jvp
+def lag(cubic: Cubic, ratio: jax.Array, s: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """A first-order lag over the part 0 to s of a piece: ``reading = factor · (reading at 0) + offset``.
+
+    Parameters
+    ----------
+    cubic : four of (...)
+        The force on the piece.
+    ratio : (...)
+        Time constant over the length of the piece.
+    s : (...)
+
+    Returns
+    -------
+    factor, offset : (...)
+    """
+    factor, weights = _weights(ratio, s)
+    return factor, _dot(weights, cubic)
+
+
+@lag.defjvp
+def _lag_jvp(primals: tuple, tangents: tuple) -> tuple[tuple, tuple]:
+    # The derivatives are taken once, whatever the number of tangents, and contracted before the tangents meet them.
+    cubic, ratio, s = primals
+    d_cubic, d_ratio, d_s = tangents
+    factor, weights = _weights(ratio, s)
+    by_ratio = jax.jvp(lambda r: _weights(r, s), (ratio,), (jnp.ones_like(ratio),))[1]
+    by_s = jax.jvp(lambda x: _weights(ratio, x), (s,), (jnp.ones_like(s),))[1]
+    d_factor = by_ratio[0] * d_ratio + by_s[0] * d_s
+    d_offset = _dot(weights, d_cubic) + _dot(by_ratio[1], cubic) * d_ratio + _dot(by_s[1], cubic) * d_s
+    return (factor, _dot(weights, cubic)), (d_factor, d_offset)
+
+
+def _dot(weights: Iterable[jax.Array], terms: Iterable[jax.Array]) -> jax.Array:
+    return functools.reduce(operator.add, map(operator.mul, weights, terms))
+
+
+def behind(pieces: Pieces, lags: Lags, late_by: jax.Array, times: jax.Array) -> jax.Array:
+    """Force behind a chain of lags and a delay, at the points of the grid.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    lags : Lags
+    late_by : () in s
+    times : (n_time,) in s
+
+    Returns
+    -------
+    (n_time,) in N
+    """
+    length = pieces.end - pieces.start
+    per_length = 1.0 / jnp.where(length > 0.0, length, 1.0)
+    instants = jnp.clip(times - late_by, times[0], times[-1])
+    row = jnp.clip(jnp.searchsorted(pieces.start, instants, side="right") - 1, 0, length.size - 1)
+    s = jnp.where(length[row] > 0.0, (instants - pieces.start[row]) * per_length[row], 0.0)
+    here = take(pieces.cubic, row)
+    reading = lags.direct * _dot((jnp.ones_like(s), s, s * s, s * s * s), here)
+    whole = jnp.where(length > 0.0, 1.0, 0.0)
+    maps = [lag(pieces.cubic, constant * per_length, whole) for constant in lags.constants]
+    starts = _recur(maps, pieces.cubic[0][0])
+    for weight, constant, start in zip(lags.weights, lags.constants, starts, strict=True):
+        factor, offset = lag(here, constant * per_length[row], s)
+        reading += jnp.real(weight * (factor * start[row] + offset))
+    return reading
+
+
+def _recur(maps: list[tuple[jax.Array, jax.Array]], first: jax.Array) -> list[jax.Array]:
+    """Readings behind each lag at the start of each piece; at rest before the first."""
+
+    def forward(values: list[jax.Array], piece: list[tuple[jax.Array, jax.Array]]) -> Any:
+        return [factor * value + offset for value, (factor, offset) in zip(values, piece, strict=True)], values
+
+    at_rest = [jnp.asarray(first, factor.dtype) for factor, _ in maps]
+    return jax.lax.scan(forward, at_rest, maps)[1] if maps else []
+
+
+def chain_of(laws: tuple[Effect, ...]) -> tuple[Lags, jax.Array, jax.Array] | None:
+    """Lags, delay, and whether both are nil, of the sensors that need the force between the samples."""
+    dynamic = [law for law in laws if isinstance(law, SensorLaw) and law.dynamic]
+    if not dynamic:
+        return None
+    lags, late_by, nil = Lags(jnp.ones(()), (), ()), jnp.zeros(()), jnp.array(True)
+    # Linear and time-invariant, so any order will do; complex lags first are fewer in all.
+    for law in sorted(dynamic, key=lambda law: not any(jnp.iscomplexobj(constant) for _, constant in law.lags())):
+        if parallel := law.lags():
+            lags = in_series(lags, parallel)
+        late_by = late_by + law.late_by()
+        nil &= law.absent()
+    return lags, late_by, nil

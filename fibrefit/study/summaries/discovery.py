@@ -1,0 +1,156 @@
+"""``summary.json`` of a discovery."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary, Part, Status
+
+Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
+
+
+class Place(Part):
+    """A stretch of a record in which the model and the measurement part."""
+
+    record: str
+    channel: str
+    from_s: float
+    to_s: float
+    phase: str
+    share: float = Field(description="Share of the gap that lies here, 0 to 1.")
+
+
+class Candidate(Part):
+    """An effect that was tried."""
+
+    effect: str = Field(description='Its name; several, joined by " + ", where they were tried together.')
+    gap_after: float
+    evidence: float = Field(
+        description="Gain in twice the log likelihood, for noise of the colour found, less what chance gives to as "
+        "many candidates and parameters."
+    )
+    gap_foreseen: float | None = Field(
+        default=None, description="Gap of all records, each foreseen from the others; null where it was not asked."
+    )
+    parameters: dict[str, ParameterSummary]
+
+
+class Round(Part):
+    """One effect added, or found not to be needed."""
+
+    added: str | None
+    gap_before: float
+    gap_after: float
+    where: tuple[Place, ...] = ()
+    ranking: tuple[Candidate, ...] = ()
+    sentence: str
+
+
+class FreeCurve(Part):
+    """What is missing, as an unknown curve of one state of the rig on the model that is kept."""
+
+    variable: str = Field(description="What it depends on.")
+    unit: str = Field(description="SI unit of the variable.")
+    says: str = Field(description="What it is, in words.")
+    knots: tuple[float, ...] = Field(description="Values of the variable, in `unit`; the curve is straight between.")
+    heights: tuple[float, ...] = Field(description="At the knots, in `height_unit`, without their median.")
+    height_unit: str = Field(default="N", description="SI unit of the heights.")
+    std_errors: tuple[float | None, ...] = Field(
+        description="Of the heights, in `height_unit`, but for the level of the whole curve; null where not determined."
+    )
+    seconds: tuple[float, ...] = Field(default=(), description="Time the motion spends nearest to each knot, in s.")
+    acts: Interval | None = Field(
+        default=None, description="From where to where it acts, in `unit`, where that is one end of its range."
+    )
+    gap_after: float = Field(description="With the curve in the model.")
+
+
+class Unexplained(Part):
+    """What is left that no effect accounts for."""
+
+    gap: float
+    where: tuple[Place, ...] = ()
+    looks_like: str | None = None
+    curves: tuple[FreeCurve, ...] = Field(default=(), description="What it looks like, best first.")
+
+
+class Before(Part):
+    """The fit of the model the search began with."""
+
+    status: Status
+    effects: tuple[str, ...] = ()
+    parameters: dict[str, ParameterSummary]
+    gap: Gap
+    records: dict[str, Gap]
+
+
+class HeldOut(Part):
+    """How one record is predicted from the others, with only its own zero and start left to it."""
+
+    record: str
+    gap_before: float = Field(description="Of the model the search began with.")
+    gap_after: float = Field(description="Of the final model.")
+
+
+class Weight(Part):
+    """How much an added effect matters."""
+
+    effect: str
+    share_of_signal: float = Field(description="What it explains over what was measured, both rms.")
+    signal: str = Field(description="What was measured: `force` where a force drives the rig, else `readings`.")
+    share_of_gap: float = Field(description="Of the squared gap beyond noise, 0 to 1.")
+    standard_errors: float = Field(description="By which its strength differs from nothing.")
+    says: str
+
+
+class Separation(Part):
+    """The further record that best tells two effects apart."""
+
+    pair: tuple[str, str]
+    record: str = Field(description="One of the study that it is like.")
+    conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
+    pace: float = Field(description="Factor on how fast its input runs.")
+    size: float = Field(description="Factor on how far its input runs.")
+    cosine_before: float | None = Field(
+        default=None, description="Likeness of two effects of unknown size without it; 1 is inseparable."
+    )
+    cosine_after: float | None = Field(default=None, description="The same with it.")
+    apart_before: float | None = Field(
+        default=None,
+        description="Rms difference of what the two foretell with the values found, in units of the noise, in the "
+        "record at hand where it is largest.",
+    )
+    apart_after: float | None = Field(default=None, description="The same in the further record.")
+    says: str
+
+
+class Detectable(Part):
+    """The smallest strength of an effect that records would show."""
+
+    effect: str
+    parameter: str
+    unit: str
+    smallest_detectable: float | None = Field(description="None where they would show none.")
+    unique: float = Field(description="Share of its change that base parameters cannot imitate, 0 to 1.")
+
+
+class DiscoverySummary(FitResultSummary):
+    """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
+
+    schema_name: Literal["fibrefit/discovery/1"] = Field(default="fibrefit/discovery/1", alias="schema")
+    verdict: Verdict
+    reason: str = Field(default="", description="Why the verdict is what it is, in words.")
+    added: tuple[str, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    cannot_tell_apart: tuple[tuple[str, ...], ...] = ()
+    separated_by: tuple[Separation, ...] = Field(default=(), description="What would tell those apart.")
+    detectable: tuple[Detectable, ...] = Field(default=(), description="What would have been found had it been there.")
+    unexplained: Unexplained | None = None
+    before: Before | None = None
+    held_out: tuple[HeldOut, ...] = ()
+    weights: tuple[Weight, ...] = Field(default=(), description="Of the effects that were added.")
+    ranking: tuple[Candidate, ...] = Field(
+        default=(), description="Of the last look for more, whether or not anything was added."
+    )

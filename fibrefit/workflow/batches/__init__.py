@@ -1,0 +1,1 @@
+"""One identification a record or a study, many of them."""

@@ -1,0 +1,224 @@
+"""``batch``: one identification a record or a study, over hundreds or thousands."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fibrefit.core.errors import FibrefitError
+from fibrefit.report.batch import batch_report
+from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
+from fibrefit.store import ResultDirectory, write_whole
+from fibrefit.store.summary import NAME, provenance, write_summary
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
+from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
+from fibrefit.workflow.batches.item import Job, Outcome, identified
+from fibrefit.workflow.batches.jobs import Conditions, conditions_of
+from fibrefit.workflow.sampling.progress import spoken
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
+Progress = Callable[[str, float | None], None]
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Where the work is done.
+
+    Parameters
+    ----------
+    processes : int
+        On this machine; one means in this process.
+    scheduler : str or None
+        Address of a Dask cluster instead.
+    """
+
+    processes: int = 1
+    scheduler: str | None = None
+
+    def run(self, jobs: Sequence[Job]) -> Iterator[Done]:
+        """Carry out every job, in the order in which they end."""
+        if self.scheduler is not None:
+            return on_cluster(identified, jobs, self.scheduler)
+        if self.processes > 1 and len(jobs) > 1:
+            return in_processes(identified, jobs, min(self.processes, len(jobs)))
+        return in_this_process(identified, jobs)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Identifications side by side.
+
+    Parameters
+    ----------
+    name : str
+    jobs : tuple of Job
+    items : mapping of str to BatchItem
+        In the order of the jobs.
+    conditions : mapping of str to Conditions
+        Of the records, where each was identified alone.
+    seconds : float
+        Of this run; what an earlier one had done is not counted.
+    taken_up : int
+        Items an earlier run had done.
+    """
+
+    name: str
+    jobs: tuple[Job, ...]
+    items: Mapping[str, BatchItem]
+    conditions: Mapping[str, Conditions] = field(default_factory=dict)
+    seconds: float = 0.0
+    taken_up: int = 0
+
+    @property
+    def status(self) -> str:
+        """``ok`` where every item is, ``failed`` where none can be used, else ``suspect``."""
+        return batch_status(self.items)
+
+    def summary(self) -> BatchSummary:
+        """Content of ``summary.json``."""
+        files = list(dict.fromkeys(Path(file) for job in self.jobs for file in job.origin.files))
+        first = self.jobs[0]
+        settings = {"starts": str(first.starts), "robust": str(first.robust)}
+        studies = "\n".join(dict.fromkeys(file.as_posix() for file in files))
+        origin = provenance(
+            studies, [f for f in files if f.is_file()], seed=first.seed, seconds=self.seconds, settings=settings
+        )
+        return BatchSummary(
+            status=batch_status(self.items),
+            name=self.name,
+            items=dict(self.items),
+            checks=batch_checks(self.items),
+            provenance=origin,
+        )
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return batch_report(self.summary())
+
+    def table(self) -> list[list[str]]:
+        """Head and one row an item: conditions, status, gap, values and errors, in SI units."""
+        return batch_table(self.items, self.conditions)
+
+    def plot(self) -> Figures:
+        """``parameters``: every value of every item with its error."""
+        from fibrefit.plots import batch_figures
+
+        return batch_figures(self.items)
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write all but the items, which are there already, into a folder that is being made."""
+        from fibrefit.plots import save_figures
+
+        write_summary(directory.path, self.summary())
+        lines = [",".join(_cell(cell) for cell in row) for row in self.table()]
+        write_whole(directory.path / TABLE, "\n".join(lines) + "\n")
+        save_figures(self.plot(), directory.path / "figures")
+
+
+def _cell(text: str) -> str:
+    if not set(text) & set(',"\n\r'):
+        return text
+    doubled = text.replace('"', '""')
+    return f'"{doubled}"'
+
+
+def batch_studies(
+    name: str, jobs: Sequence[Job], folder: Path, engine: Engine | None = None, progress: Progress | None = None
+) -> Batch:
+    """Carry out every job that `folder` does not hold the outcome of.
+
+    Parameters
+    ----------
+    name : str
+        Of the batch.
+    jobs : sequence of Job
+    folder : pathlib.Path
+        Each item is written below it as soon as it is done; what is there and depends on nothing that has changed
+        since is taken up.
+    engine : Engine, optional
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Batch
+
+    Raises
+    ------
+    UsageError
+        If a scheduler does not answer.
+    """
+    from fibrefit.plots import file_names
+
+    began, follow = time.perf_counter(), progress or _unheard
+    places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
+    items: dict[str, BatchItem] = {}
+    todo: list[Job] = []
+    for job in jobs:
+        known = _known(folder / ITEMS / places[job], job)
+        if known is None:
+            todo.append(job)
+        else:
+            items[job.name] = known
+    taken_up = len(items)
+    for done in (engine or Engine()).run(todo):
+        job = todo[done.number]
+        items[job.name] = _kept(folder / ITEMS / places[job], job, done)
+        follow(*_told(len(items), len(jobs), items, (len(items) - taken_up), time.perf_counter() - began))
+    ordered = {job.name: items[job.name] for job in jobs}
+    return Batch(name, tuple(jobs), ordered, conditions_of(jobs), time.perf_counter() - began, taken_up)
+
+
+def _known(place: Path, job: Job) -> BatchItem | None:
+    """What an earlier run found, if it was the same job; what failed is tried again."""
+    try:
+        told = json.loads((place / ITEM).read_text(encoding="utf-8"))
+        same = told["digest"] == job.digest() and (place / NAME).exists()
+        return BatchItem.model_validate(told["item"], strict=False) if same else None
+    except (OSError, ValueError, KeyError, TypeError, FibrefitError):
+        return None
+
+
+def _kept(place: Path, job: Job, done: Done) -> BatchItem:
+    """The item of a job that has ended, on disk where it ended well."""
+    if done.error is not None:
+        return BatchItem(error=_said(done.error))
+    outcome: Outcome = done.outcome
+    summary = FitSummary.model_validate_json(outcome.summary)
+    item = BatchItem(
+        status=summary.status,
+        parameters=summary.parameters,
+        gap=summary.gap.total,
+        result=f"{ITEMS}/{place.name}",
+    )
+    place.mkdir(parents=True, exist_ok=True)
+    write_whole(place / NAME, outcome.summary)
+    content = {"digest": job.digest(), "item": item.model_dump(mode="json")}
+    write_whole(place / ITEM, json.dumps(content, indent=1) + "\n")
+    return item
+
+
+def _said(error: Exception) -> str:
+    """An error in one line: a user's mistake as it is, a fault of the program by its kind."""
+    if isinstance(error, FibrefitError):
+        return str(error)
+    first = str(error).strip().partition("\n")[0] or "no message"
+    return f"fault in the program: {type(error).__name__}: {first}"
+
+
+def _told(done: int, total: int, items: Mapping[str, BatchItem], here: int, seconds: float) -> tuple[str, float | None]:
+    failed = sum(item.status is None for item in items.values())
+    left = seconds / max(here, 1) * (total - done)
+    also = f", {failed} not possible" if failed else ""
+    return f"{done} of {total} identified{also}, about {spoken(left)} left", done / total
+
+
+def _unheard(doing: str, share: float | None) -> None:
+    """Nobody listens."""

@@ -1,0 +1,76 @@
+"""A batch as the files of a result: its table, its checks, its status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal
+
+from fibrefit.study.summaries.summaries import BatchItem, CheckSummary
+
+if TYPE_CHECKING:
+    from fibrefit.workflow.batches.jobs import Conditions
+
+MOST_NAMED = 5
+"""Items named in a sentence; the others are counted."""
+
+
+def batch_status(items: Mapping[str, BatchItem]) -> Literal["ok", "suspect", "failed"]:
+    """``ok`` where every item is, ``failed`` where none can be used, else ``suspect``."""
+    found = {item.status for item in items.values()}
+    if found == {"ok"}:
+        return "ok"
+    return "failed" if found <= {"failed", None} else "suspect"
+
+
+def batch_checks(items: Mapping[str, BatchItem]) -> tuple[CheckSummary, ...]:
+    """Whether every identification was possible, and whether each can be trusted."""
+    stopped = [name for name, item in items.items() if item.status is None]
+    failed = [name for name, item in items.items() if item.status == "failed"]
+    doubted = [name for name, item in items.items() if item.status == "suspect"]
+    total = len(items)
+    return (
+        _check("every identification was possible", stopped, total, "could not be carried out"),
+        _check("every fit held", failed, total, "cannot be relied on"),
+        _check("every fit explains its records", doubted, total, "must be read with care"),
+    )
+
+
+def _check(name: str, wrong: list[str], total: int, what: str) -> CheckSummary:
+    named = ", ".join(wrong[:MOST_NAMED]) + (f" and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else "")
+    says = f"{len(wrong)} of {total} {what}: {named}." if wrong else f"All {total}: yes."
+    return CheckSummary(name=name, passed=not wrong, says=says, statistic=float(len(wrong)), threshold=0.0)
+
+
+def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, Conditions]) -> list[list[str]]:
+    """Head and one row an item, for a spreadsheet; numbers in SI units, empty where there is none.
+
+    Parameters
+    ----------
+    items : mapping of str to BatchItem
+    conditions : mapping of str to Conditions
+        Of the items that are one record.
+    """
+    known = {name: one.units[name] for one in conditions.values() for name in one.values}
+    values = {name: found.unit for item in items.values() for name, found in item.parameters.items()}
+    head = ["item", *(_headed(n, u) for n, u in known.items()), "status", "gap"]
+    for name, unit in values.items():
+        head += [_headed(name, unit), _headed(f"{name} std_error", unit), f"{name} at_bound"]
+    rows = [[*head, "result", "error"]]
+    for name, item in items.items():
+        own = conditions[name].values if name in conditions else {}
+        row = [name, *(_number(own.get(key)) for key in known), item.status or "not possible", _number(item.gap)]
+        for key in values:
+            found = item.parameters.get(key)
+            row += ["", "", ""] if found is None else [
+                _number(found.value), _number(found.std_error), str(found.at_bound).lower()
+            ]  # fmt: skip
+        rows.append([*row, item.result or "", item.error or ""])
+    return rows
+
+
+def _headed(name: str, unit: str) -> str:
+    return name if unit == "-" else f"{name} [{unit}]"
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.9g}"

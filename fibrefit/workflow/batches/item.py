@@ -1,0 +1,149 @@
+"""One identification of a batch: what is sent to a worker, and what comes back."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+from fibrefit.core.environment import versions
+from fibrefit.store import sha256_of
+from fibrefit.study import Study, load_study, study_from_files
+from fibrefit.study.summaries.summaries import FitSummary
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a study comes from, as the command line said it.
+
+    Parameters
+    ----------
+    files : tuple of str
+        One study, or bare records.
+    rig : str or None
+        Kind of the rig of bare records.
+    overrides : tuple of str
+    """
+
+    files: tuple[str, ...]
+    rig: str | None
+    overrides: tuple[str, ...]
+
+    def load(self) -> Study:
+        """The study."""
+        if self.rig is None:
+            return load_study(self.files[0], self.overrides)
+        return study_from_files(self.files, self.rig, self.overrides)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One identification.
+
+    Parameters
+    ----------
+    name : str
+        In the results.
+    origin : Origin
+    record : int or None
+        Place of the record in its study; None for the whole study.
+    starts : int
+    seed : int
+    robust : bool
+    """
+
+    name: str
+    origin: Origin
+    record: int | None
+    starts: int
+    seed: int
+    robust: bool = False
+
+    @property
+    def study(self) -> Study:
+        """What is identified."""
+        study = _loaded(self.origin)
+        if self.record is None:
+            return study
+        record = study.records[self.record]
+        return study.model_copy(update={"name": f"{study.name}, {record.label}", "records": (record,)})
+
+    def digest(self) -> str:
+        """Of all the result depends on: study, files, settings, versions.
+
+        Raises
+        ------
+        OSError
+            If a file cannot be read.
+        """
+        study = self.study
+        parts = [study.resolved_toml(), repr((self.starts, self.seed, self.robust)), _versions()]
+        # The study's own file may hold a thousand other records: what of it counts is in the resolved study.
+        parts += [sha256_of(study.path_of(record.file)) for record in study.records if record.file]
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _versions() -> str:
+    """All packages a result depends on; they do not change while a process runs."""
+    return repr(sorted(versions().items()))
+
+
+@lru_cache(maxsize=8)
+def _loaded(origin: Origin) -> Study:
+    """A series of a thousand records is read once a process."""
+    return origin.load()
+
+
+class Outcome(NamedTuple):
+    """What a worker sends back.
+
+    Parameters
+    ----------
+    summary : str
+        Content of ``summary.json`` of the fit.
+    seconds : float
+    """
+
+    summary: str
+    seconds: float
+
+
+def identified(job: Job) -> Outcome:
+    """Carry out one identification.
+
+    Parameters
+    ----------
+    job : Job
+
+    Raises
+    ------
+    FibrefitError
+        If its study or its records are not understood.
+    """
+    from fibrefit.workflow.fit import Fit, fit_study
+
+    study = job.study
+    labels = [record.label for record in study.records]
+    # Names are part of a compiled program: with the same ones, one program serves all.
+    plain = tuple(record.model_copy(update={"name": f"record {n}"}) for n, record in enumerate(study.records, 1))
+    fit = fit_study(study.model_copy(update={"records": plain}), starts=job.starts, seed=job.seed, robust=job.robust)
+    summary = _named(Fit(study, fit.records, fit.identification, job.seed).summary(), labels)
+    return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", fit.identification.seconds)
+
+
+def _named(summary: FitSummary, labels: Sequence[str]) -> FitSummary:
+    """The summary with the records' own names back in their places."""
+    names = {f"record {n}": label for n, label in enumerate(labels, 1)}
+    records = {names[name]: record for name, record in summary.records.items()}
+    checks = tuple(check.model_copy(update={"says": _said(check.says, names)}) for check in summary.checks)
+    advice = tuple(_said(text, names) for text in summary.advice)
+    return summary.model_copy(update={"records": records, "checks": checks, "advice": advice})
+
+
+def _said(text: str, names: dict[str, str]) -> str:
+    for plain in sorted(names, key=len, reverse=True):
+        text = text.replace(plain, names[plain])
+    return text

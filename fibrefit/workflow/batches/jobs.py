@@ -1,0 +1,132 @@
+"""From the words of a command line to the identifications of a batch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from fibrefit.core.errors import FibrefitError, UsageError
+from fibrefit.workflow.batches.item import Job, Origin
+
+Each = Literal["record", "study"]
+
+
+class Conditions(NamedTuple):
+    """Conditions of one record, in SI units.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+    units : mapping of str to str
+    """
+
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+
+
+def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) -> list[Origin]:
+    """Studies that the words of a command line name.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Study files, folders with one, folders of such folders; or bare records of one rig.
+    rig : str or None
+        Kind of the rig of bare records.
+    overrides : sequence of str
+
+    Raises
+    ------
+    UsageError
+        If a folder holds no study, or studies and records are mixed.
+    """
+    if rig is not None:
+        return [Origin(tuple(words), rig, tuple(overrides))]
+    return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
+
+
+def _studies(word: str) -> list[str]:
+    path = Path(word)
+    if path.suffix.lower() == ".toml" or (path / "study.toml").is_file():
+        return [word]
+    if not path.is_dir():
+        raise UsageError(word, "a record, and no --rig", "studies, or records and their rig", "Add --rig fibre_mass.")
+    found = sorted(file.parent.as_posix() for file in path.glob("*/study.toml"))
+    if not found:
+        raise UsageError(word, "a folder without studies", "a study.toml in it, or in the folders in it", "")
+    return found
+
+
+def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int, robust: bool = False) -> list[Job]:
+    """One job a record or a study.
+
+    Parameters
+    ----------
+    origins : sequence of Origin
+    each : {"record", "study"} or None
+        What is identified alone; None: the records of a single study, or else each study.
+    starts, seed, robust
+        As for a fit.
+
+    Returns
+    -------
+    list of Job
+        With names of which no two are alike. A study that cannot be read is one job, which will say why.
+
+    Raises
+    ------
+    FibrefitError
+        If the only study there is cannot be read.
+    """
+    each = each or ("record" if len(origins) == 1 else "study")
+    named: list[tuple[str, Origin, int | None]] = []
+    for origin in origins:
+        named += _named(origin, each, len(origins) > 1)
+    taken: dict[str, int] = {}
+    jobs = []
+    for name, origin, record in named:
+        taken[name] = taken.get(name, 0) + 1
+        unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
+        jobs.append(Job(unique, origin, record, starts, seed, robust))
+    return jobs
+
+
+def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin, int | None]]:
+    where = Path(origin.files[0])
+    name = where.name if where.is_dir() else where.parent.name if where.name == "study.toml" else where.stem
+    if each == "study" and origin.rig is None:
+        return [(name, origin, None)]
+    try:
+        study = origin.load()
+    except FibrefitError:
+        if not several:
+            raise
+        return [(name, origin, None)]
+    if each == "study":
+        return [(study.name, origin, None)]
+    return [
+        (f"{name}/{record.label}" if several else record.label, origin, number)
+        for number, record in enumerate(study.records)
+    ]
+
+
+def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
+    """What is known of the records that were identified alone; nothing of those that cannot be read."""
+    from fibrefit.problem.formulate.formulate import stated_of
+    from fibrefit.rigs.catalogue import RIGS
+
+    found = {}
+    for job in jobs:
+        if job.record is None:
+            continue
+        try:
+            study = job.study
+        except FibrefitError:
+            continue
+        stated = stated_of(study.records[0])
+        units = {condition.name: condition.unit for condition in RIGS[study.kind].conditions}
+        values = {name: stated[name] for name in units if math.isfinite(stated.get(name, math.nan))}
+        found[job.name] = Conditions(values, units)
+    return found

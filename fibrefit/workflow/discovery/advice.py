@@ -1,0 +1,63 @@
+"""What to do after a discovery."""
+
+from __future__ import annotations
+
+from fibrefit.discovery.model.finding import Finding
+
+FORESEEN = 1.15
+"""Gap up to which a record counts as foreseen by a model fitted to the others."""
+TRY_AGAIN = "fibrefit discover"
+
+
+def next_steps(finding: Finding, narrowed: bool) -> tuple[str, ...]:
+    """Sentences, the most useful first.
+
+    Parameters
+    ----------
+    finding : Finding
+    narrowed : bool
+        Whether effects of the catalogue were left out of the search.
+    """
+    # What the fit itself advises stays, but for the search that has just been made.
+    rest = tuple(text for text in finding.after.advice if TRY_AGAIN not in text)
+    if finding.verdict == "named":
+        return (*_named(finding), *rest)
+    if finding.verdict == "unexplained":
+        return (*_unexplained(narrowed), *rest)
+    return rest
+
+
+def _named(finding: Finding) -> tuple[str, ...]:
+    said = []
+    for names in finding.cannot_tell_apart:
+        either = " or ".join(names)
+        said.append(
+            f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
+            "these do not separate them."
+        )
+    said += [parting.says for parting in finding.partings]
+    missed = [held.record for held in finding.held_out if not held.gap_after <= FORESEEN]
+    if missed:
+        said.append(
+            f"{', '.join(missed)}: the other records do not foresee {'it' if len(missed) == 1 else 'them'} down to the "
+            "noise. See whether anything was different there before building on the new model."
+        )
+    said.append(
+        "study.toml beside this result holds the new model with the values found: fibrefit fit, sample and simulate "
+        "take it as it is."
+    )
+    return tuple(said)
+
+
+def _unexplained(narrowed: bool) -> tuple[str, ...]:
+    said = [
+        "Look at the figures of places, states and spectrum: they show where the model goes wrong and on what that "
+        "depends."
+    ]
+    if narrowed:
+        said.insert(0, "Let the whole catalogue be tried: effects were left out of this search by --only or --exclude.")
+    said.append(
+        "If you can write down a law that would do it, put it in a Python file and try it beside the catalogue with "
+        "--also my_effects.py:MyEffect."
+    )
+    return tuple(said)

@@ -1,0 +1,125 @@
+"""Which effects a search may add: those of the catalogue that suit the rig, as far as the user wants them tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from importlib.metadata import entry_points
+
+from fibrefit.core.errors import StudyError, UsageError, did_you_mean
+from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect
+from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
+from fibrefit.effects.law import Effect
+from fibrefit.study import Study
+
+Candidates = dict[str, type[Effect]]
+
+POINTS = 5
+"""Points of a fibre whose mass is looked for, where the study does not say: fewer are no match for an even one."""
+
+
+def candidates_of(
+    study: Study, only: Sequence[str] = (), exclude: Sequence[str] = (), also: Sequence[str] = ()
+) -> Candidates:
+    """Effects that may be missing from the model of a study.
+
+    Parameters
+    ----------
+    study : Study
+    only : sequence of str
+        Nothing but these: names of the catalogue, patterns such as ``guide.*``, or ``my_effects.py:MyEffect``.
+    exclude : sequence of str
+        Names or patterns to leave out.
+    also : sequence of str
+        Effects of the user's own, tried beside those of the catalogue.
+
+    Returns
+    -------
+    dict of str to Effect class
+        By the name a study gives them.
+
+    Raises
+    ------
+    UsageError
+        If a name is not known, makes no sense on the rig, is in the model already or stands without another; if nothing
+        is left to try.
+    StudyError
+        If a file with effects is not understood.
+    """
+    present = {_found(name, study, "study").name for name in study.model.effects}
+    offered = _offered(study, present)
+    for name in also:
+        offered[name] = _tried(name, study, present, "also")
+    chosen = _chosen(only, study, present, offered) if only else dict(offered)
+    for pattern in exclude:
+        for name in _matching(pattern, {**offered, **chosen}, "exclude"):
+            chosen.pop(name, None)
+    kept = _standing(chosen, present)
+    lost = [name for name in only if name in chosen and name not in kept]
+    if lost:
+        needed = ", ".join(f'"{other}"' for other in chosen[lost[0]].needs)
+        raise UsageError(f'only "{lost[0]}"', f"stands without {needed}", "both", f"Add {needed} to the list.")
+    if not kept:
+        raise UsageError("only and exclude", "no effect is left to try", "one at least", "Exclude fewer.")
+    return kept
+
+
+def _offered(study: Study, present: Iterable[str]) -> Candidates:
+    """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
+    installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
+    known = {**CATALOGUE, **installed}
+    fitting = {name: effect for name, effect in known.items() if study.kind in effect.rigs & effect.sought}
+    return {name: _pointed(effect, study) for name, effect in fitting.items() if effect.name not in present}
+
+
+def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: Candidates) -> Candidates:
+    chosen: Candidates = {}
+    for name in only:
+        if "*" in name:
+            chosen |= {match: offered[match] for match in _matching(name, offered, "only")}
+        else:
+            chosen[name] = offered.get(name) or _tried(name, study, present, "only")
+    return chosen
+
+
+def _matching(pattern: str, offered: Mapping[str, type[Effect]], option: str) -> list[str]:
+    """Names that a name or a pattern stands for."""
+    matches = [name for name in offered if fnmatchcase(name, pattern)]
+    if matches or (pattern in CATALOGUE and "*" not in pattern):
+        return matches
+    hint = did_you_mean(pattern, offered) or "`fibrefit effects` lists the catalogue."
+    raise UsageError(f'{option} "{pattern}"', "no such effect among the candidates", "a name or a pattern", hint)
+
+
+def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type[Effect]:
+    """An effect by the name it was asked for, if it can be added to the model."""
+    effect = _found(name, study, option)
+    where = f'{option} "{name}"'
+    if effect.name in present:
+        raise UsageError(where, "is in the model already", "an effect that may be missing", "Take it off the list.")
+    if study.kind not in effect.rigs:
+        fitting = ", ".join(sorted(effect.rigs))
+        raise UsageError(where, f"makes no sense on the rig {study.kind}", f"one of {fitting}", "Take it off the list.")
+    return _pointed(effect, study)
+
+
+def _pointed(effect: type[Effect], study: Study) -> type[Effect]:
+    """The same with as many points as the study's fibre has, where it is the fibre's mass."""
+    if effect is not PointMasses:
+        return effect
+    return point_masses(getattr(study.rig, "masses_per_fibre", None) or POINTS)
+
+
+def _found(name: str, study: Study, option: str) -> type[Effect]:
+    try:
+        return find_effect(name, study.source.parent)
+    except StudyError as error:
+        if option == "study" or ".py:" in name:
+            raise
+        raise UsageError(f'{option} "{name}"', error.got, error.expected, error.do) from None
+
+
+def _standing(chosen: Candidates, present: Iterable[str]) -> Candidates:
+    """Those whose needs are met by the model or by others that are tried."""
+    names = {*present, *(effect.name for effect in chosen.values())}
+    return {name: effect for name, effect in chosen.items() if set(effect.needs) <= names}

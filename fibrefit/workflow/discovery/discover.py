@@ -1,0 +1,231 @@
+"""``discover``: a study in, what its model lacks out, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fibrefit.core.environment import versions
+from fibrefit.core.errors import FibrefitError, UsageError
+from fibrefit.discovery.discover import discover
+from fibrefit.discovery.forward_selection import Limits
+from fibrefit.discovery.model.finding import Candidate, Finding
+from fibrefit.fitting.result import Estimate
+from fibrefit.records import Record
+from fibrefit.report.discovery import discovery_report
+from fibrefit.store import ResultDirectory, sha256_of
+from fibrefit.store.summary import provenance, read_summary
+from fibrefit.study import Study
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
+from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
+from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+Progress = Callable[[str, float | None], None]
+Choose = Callable[[Sequence[Candidate]], str | None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a search was asked to do, and a program must know to do it again.
+
+    Parameters
+    ----------
+    max_effects : int
+    only, exclude, also : tuple of str
+        As for `candidates_of`.
+    seed : int
+    """
+
+    max_effects: int = 3
+    only: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
+    seed: int = 0
+
+    def told(self) -> dict[str, str]:
+        """Settings as a summary keeps them; the seed has a place of its own there."""
+        lists = {name: ", ".join(sorted(getattr(self, name))) for name in ("only", "exclude", "also")}
+        return {"max_effects": str(self.max_effects), **{name: text for name, text in lists.items() if text}}
+
+
+@dataclass(frozen=True)
+class Discovery(Saved):
+    """What the model of a study lacks.
+
+    Parameters
+    ----------
+    study : Study
+        The one the search began with.
+    records : tuple of Record
+    finding : Finding
+    candidates : dict of str to Effect class
+        Those that were tried, by the name a study gives them.
+    options : Options
+    chosen : bool
+        Whether a person chose among the candidates.
+    """
+
+    study: Study
+    records: tuple[Record, ...]
+    finding: Finding
+    candidates: Candidates
+    options: Options
+    chosen: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """``nothing_missing``, ``named``, ``unexplained`` or ``not_trusted``."""
+        return self.finding.verdict
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Effects of the final model that the study does not have, by their names in a study."""
+        names = {effect: name for name, effect in self.candidates.items()}
+        return tuple(names[effect] for effect in self.finding.added)
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Parameters of the final model that all records share, by name, in SI units."""
+        return self.finding.after.parameters
+
+    @cached_property
+    def final(self) -> Study:
+        """Study of the final model: with what was added, starting at the values that were found."""
+        return final_study(self.study, self.finding, self.added)
+
+    def summary(self) -> DiscoverySummary:
+        """Content of ``summary.json``."""
+        settings = self.options.told() | ({"interactive": "yes"} if self.chosen else {})
+        origin = provenance(
+            self.study.resolved_toml(),
+            inputs_of(self.study, self.options),
+            seed=self.options.seed,
+            seconds=self.finding.seconds,
+            settings=settings,
+        )
+        return discovery_summary(self.study, self.records, self.finding, origin)
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return discovery_report(self.summary())
+
+    def plot(self) -> Figures:
+        """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""
+        from fibrefit.plots import discovery_figures
+
+        return discovery_figures(self.finding)
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""
+        write_parts(directory, self.summary(), discovery_groups(self.finding), self.final)
+        write_figures(directory, self.plot)
+
+
+def discover_study(
+    study: Study,
+    *,
+    max_effects: int = 3,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    also: Sequence[str] = (),
+    seed: int = 0,
+    choose: Choose | None = None,
+    progress: Progress | None = None,
+) -> Discovery:
+    """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
+
+    Parameters
+    ----------
+    study : Study
+    max_effects : int
+        Most effects that are added.
+    only, exclude, also : sequence of str
+        Try nothing but these, leave these out, try these too: names of the catalogue, patterns such as ``guide.*``, or
+        effects of your own, ``my_effects.py:MyEffect``.
+    seed : int
+        Of the scatter of starts; the same seed gives the same result.
+    choose : callable, optional
+        Given the candidates of a round, best first, names the effect to add, or None to add no more.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Discovery
+        With ``verdict``, ``added``, ``parameters``, ``final`` (study of the final model), ``finding``, ``report()``,
+        ``summary()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If the study and the model do not fit together.
+    UsageError
+        If the effects to try are not known, or none is left.
+
+    Examples
+    --------
+    >>> found = fibrefit.discover(fibrefit.load_study("configs/drop_series"))
+    >>> found.verdict
+    'nothing_missing'
+    """
+    options = Options(max_effects, tuple(only), tuple(exclude), tuple(also), seed)
+    if max_effects < 1:
+        raise UsageError("max_effects", str(max_effects), "1 or more")
+    candidates = candidates_of(study, options.only, options.exclude, options.also)
+    if progress:
+        progress("reading records", None)
+    records = read_records(study)
+    task = task_of(study, records)
+    limits = Limits(max_effects, seed, choose)
+    finding = discover(task, tuple(candidates.values()), limits, progress)
+    return Discovery(study, records, finding, candidates, options, choose is not None)
+
+
+def inputs_of(study: Study, options: Options) -> list[Path]:
+    """Every file a search rests on: those of the study, and those with effects of the user's own."""
+    files = [name.rpartition(":")[0] for name in (*options.only, *options.also) if ".py:" in name]
+    return list(dict.fromkeys([*study.input_files(), *map(study.path_of, files)]))
+
+
+def finished(folder: Path, study: Study, options: Options) -> DiscoverySummary | None:
+    """Result of the same search in a folder: the same study, files, settings, seed and versions.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where it may be.
+    study : Study
+    options : Options
+
+    Returns
+    -------
+    DiscoverySummary or None
+        None where there is none, or that of another search.
+    """
+    try:
+        summary = read_summary(folder)
+    except FibrefitError:
+        return None
+    if not isinstance(summary, DiscoverySummary) or summary.provenance is None:
+        return None
+    origin = summary.provenance
+    digests = [sha256_of(path) for path in inputs_of(study, options) if path.is_file()]
+    now: Mapping[str, object] = {
+        "resolved_study": study.resolved_toml(),
+        "inputs": sorted(digests),
+        "settings": options.told(),
+        "seed": options.seed,
+        "versions": versions(),
+    }
+    then = {name: getattr(origin, name) for name in now} | {"inputs": sorted(origin.inputs.values())}
+    return summary if then == now else None

@@ -1,0 +1,264 @@
+"""A discovery as the files of a result: the summary, the groups of ``result.h5``, and the study of the final model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+
+from fibrefit.discovery.model.finding import Candidate, Direction, Finding, FreeCurve, Parting, Place, Split
+from fibrefit.effects.fibre.point_masses import PointMasses
+from fibrefit.records import Record
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study import Study
+from fibrefit.study.parameters import ParameterSetting, ParameterTable
+from fibrefit.study.summaries import discovery as d
+from fibrefit.study.summaries import summaries as s
+from fibrefit.workflow.discovery.advice import next_steps
+from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_summary, parameter_summary
+
+
+def discovery_summary(
+    study: Study, records: Sequence[Record], finding: Finding, origin: s.Provenance
+) -> d.DiscoverySummary:
+    """Content of ``summary.json`` of a discovery."""
+    final = fit_summary(study, records, finding.after, origin)
+    narrowed = bool({"only", "exclude"} & set(origin.settings))
+    shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {
+        "advice": next_steps(finding, narrowed)
+    }
+    return d.DiscoverySummary(
+        **shared,
+        verdict=finding.verdict,
+        reason=finding.reason,
+        added=tuple(effect.name for effect in finding.added),
+        rounds=tuple(
+            d.Round(
+                added=found.added,
+                gap_before=found.gap_before,
+                gap_after=found.gap_after,
+                where=_places(found.where),
+                ranking=tuple(map(_candidate, found.ranking)),
+                sentence=found.sentence,
+            )
+            for found in finding.rounds
+        ),
+        cannot_tell_apart=finding.cannot_tell_apart,
+        separated_by=tuple(map(separation_summary, finding.partings)),
+        detectable=tuple(map(detectable_summary, finding.detectable)),
+        unexplained=_unexplained(finding),
+        before=_before(finding),
+        held_out=tuple(
+            d.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
+            for held in finding.held_out
+        ),
+        weights=tuple(d.Weight(**asdict(found), says=found.says) for found in finding.weights),
+        ranking=tuple(map(_candidate, finding.ranking)),
+    )
+
+
+def separation_summary(further: Split | Parting) -> d.Separation:
+    """The further record that tells a pair apart."""
+    measure = "cosine" if isinstance(further, Split) else "apart"
+    return d.Separation(
+        pair=further.pair,
+        record=further.record,
+        conditions=dict(further.choice.conditions),
+        pace=further.choice.pace,
+        size=further.choice.size,
+        **{f"{measure}_before": further.before, f"{measure}_after": further.after},
+        says=further.says,
+    )
+
+
+def detectable_summary(direction: Direction) -> d.Detectable:
+    """The smallest strength that would be found."""
+    return d.Detectable(
+        effect=direction.effect,
+        parameter=direction.parameter,
+        unit=direction.unit,
+        smallest_detectable=finite(direction.detectable),
+        unique=direction.unique,
+    )
+
+
+def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
+    """Study of the final model: with what was added, starting at the values that were found.
+
+    Parameters
+    ----------
+    study : Study
+        The one the search began with.
+    finding : Finding
+    added : sequence of str
+        Effects that were added, by the names a study gives them.
+
+    Returns
+    -------
+    Study
+        The same where the fits could not be trusted: their values are no place to start from.
+    """
+    if finding.verdict == "not_trusted":
+        return study
+    found: dict[str, list[float]] = {}
+    for estimate in finding.after.estimates:
+        if estimate.free and np.isfinite(estimate.value):
+            found.setdefault(estimate.name, []).append(estimate.value)
+    declared = {parameter.name: parameter for parameter in finding.after.problem.model.parameters}
+    parameters = dict(study.parameters)
+    for name, setting in study.settings(declared).items():
+        if name in found:
+            # A value at a bound may lie a rounding error beyond it, where no start is allowed.
+            lower, upper = (default if limit is None else limit for limit, default in _limits(setting))
+            value = float(np.clip(np.mean(found[name]), lower, upper))
+            table = parameters.get(name, ParameterTable())
+            parameters[name] = table.model_copy(update={"initial": _written(value, setting.unit)})
+    model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
+    rig = study.rig.model_copy(update=_points(finding))
+    return study.model_copy(update={"model": model, "rig": rig, "parameters": parameters})
+
+
+def _points(finding: Finding) -> dict[str, int]:
+    """Setting of the rig that says how many points a fibre has whose mass was found."""
+    found = [effect.points for effect in finding.added if issubclass(effect, PointMasses)]
+    return {"masses_per_fibre": found[0]} if found else {}
+
+
+def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: those of the final fit, the readings before, every candidate, and what is left."""
+    readings = fit_groups(finding.before)["predictions"]
+    return {
+        **fit_groups(finding.after),
+        "predictions_before": readings,
+        "discovery": _trials(finding),
+        "curves": _curves(finding.curves),
+        "held_out": {
+            "record": Variable(_text(held.record for held in finding.held_out), ("record",)),
+            "gap_before": Variable(np.array([held.gap_before for held in finding.held_out]), ("record",)),
+            "gap_after": Variable(np.array([held.gap_after for held in finding.held_out]), ("record",)),
+        },
+    }
+
+
+def _trials(finding: Finding) -> dict[str, Variable]:
+    looks = [found.ranking for found in finding.rounds] or [finding.ranking]
+    trials = [(number, candidate) for number, look in enumerate(looks, 1) for candidate in look]
+    values = [(i, name, *numbers) for i, (_, c) in enumerate(trials) for name, numbers in c.parameters.items()]
+    return {
+        "round": Variable(np.array([number for number, _ in trials], dtype=int), ("trial",), doc="Counted from 1."),
+        "effect": Variable(_text(candidate.effect for _, candidate in trials), ("trial",)),
+        "gap_after": Variable(np.array([c.gap_after for _, c in trials], dtype=float), ("trial",)),
+        "evidence": Variable(
+            np.array([c.evidence for _, c in trials], dtype=float),
+            ("trial",),
+            doc="Gain in twice the log likelihood, less what chance gives.",
+        ),
+        "gap_foreseen": Variable(
+            np.array([c.gap_foreseen for _, c in trials], dtype=float),
+            ("trial",),
+            doc="Gap of all records, each foreseen from the others.",
+        ),
+        "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
+        "parameter": Variable(_text(v[1] for v in values), ("value",)),
+        "estimate": Variable(np.array([v[2] for v in values], dtype=float), ("value",), doc="In `unit`."),
+        "std_error": Variable(np.array([v[3] for v in values], dtype=float), ("value",), doc="In `unit`."),
+        "unit": Variable(_text(v[4] for v in values), ("value",)),
+    }
+
+
+def _curves(curves: Sequence[FreeCurve]) -> dict[str, Variable]:
+    """Every knot of every curve, best curve first."""
+    sizes = [len(curve.knots) for curve in curves]
+
+    def knots(name: str, unit_of: str, doc: str) -> Variable:
+        values = np.concatenate([np.zeros(0), *(getattr(curve, name) for curve in curves)])
+        return Variable(values, ("value",), doc=f"{doc}, in {unit_of}.")
+
+    return {
+        "variable": Variable(_text(curve.variable for curve in curves), ("curve",), doc="What it depends on."),
+        "says": Variable(_text(curve.says for curve in curves), ("curve",)),
+        "unit": Variable(_text(curve.unit for curve in curves), ("curve",), doc="Of the knots."),
+        "height_unit": Variable(_text(curve.height_unit for curve in curves), ("curve",), doc="Of the heights."),
+        "gap_after": Variable(np.array([curve.gap_after for curve in curves], dtype=float), ("curve",)),
+        "cost": Variable(
+            np.array([curve.cost for curve in curves], dtype=float),
+            ("curve",),
+            doc="Sum of squared residuals over the noise, and what chance gives to so many knots.",
+        ),
+        "curve_of": Variable(np.repeat(np.arange(len(curves)), sizes), ("value",), doc="Curve it belongs to."),
+        "knot": knots("knots", "`unit`", "Value of the variable"),
+        "height": knots("heights", "`height_unit`", "Height of the curve without its median"),
+        "std_error": knots("errors", "`height_unit`", "Of the height, but for the level of the whole curve"),
+        "seconds": knots("seconds", "s", "Time the motion spends nearest to the knot"),
+    }
+
+
+def _text(words: object) -> np.ndarray:
+    return np.array(list(words), dtype=object)  # type: ignore[call-overload]
+
+
+def _limits(setting: ParameterSetting) -> tuple[tuple[float | None, float], ...]:
+    return (setting.lower, -np.inf), (setting.upper, np.inf)
+
+
+def _written(value: float, unit: str) -> str | float:
+    return value if unit == "-" else f"{value!r} {unit}"
+
+
+def _before(finding: Finding) -> d.Before:
+    before = finding.before
+    return d.Before(
+        status=before.status,
+        effects=tuple(effect.name for effect in before.problem.model.effects),
+        parameters={name: parameter_summary(estimate) for name, estimate in before.parameters.items()},
+        gap=gap_summary(before.gap),
+        records={name: gap_summary(gap) for name, gap in before.record_gaps.items()},
+    )
+
+
+def _candidate(candidate: Candidate) -> d.Candidate:
+    return d.Candidate(
+        effect=candidate.effect,
+        gap_after=candidate.gap_after,
+        evidence=candidate.evidence,
+        gap_foreseen=finite(candidate.gap_foreseen),
+        parameters={
+            name: s.ParameterSummary(value=value, std_error=finite(error), unit=unit)
+            for name, (value, error, unit) in candidate.parameters.items()
+        },
+    )
+
+
+def _places(places: Sequence[Place]) -> tuple[d.Place, ...]:
+    return tuple(
+        d.Place(
+            record=place.record,
+            channel=place.channel,
+            from_s=place.from_s,
+            to_s=place.to_s,
+            phase=place.phase,
+            share=place.share,
+        )
+        for place in places
+    )
+
+
+def _unexplained(finding: Finding) -> d.Unexplained:
+    left, curves = finding.unexplained, tuple(map(_curve, finding.curves))
+    return d.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None, curves=curves)
+
+
+def _curve(curve: FreeCurve) -> d.FreeCurve:
+    return d.FreeCurve(
+        variable=curve.variable,
+        unit=curve.unit,
+        says=curve.says,
+        knots=tuple(curve.knots.tolist()),
+        heights=tuple(curve.heights.tolist()),
+        height_unit=curve.height_unit,
+        std_errors=tuple(map(finite, curve.errors.tolist())),
+        seconds=tuple(curve.seconds.tolist()),
+        acts=curve.acts,
+        gap_after=curve.gap_after,
+    )

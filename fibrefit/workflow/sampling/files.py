@@ -1,0 +1,148 @@
+"""A posterior as the files of a result: the summary and the groups of ``result.h5``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.report.posterior import advice
+from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.groups import posterior_groups
+from fibrefit.sampling.mode.modes import Mode
+from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.summaries import (
+    CheckSummary,
+    ForesightSummary,
+    Measure,
+    ModeSummary,
+    PosteriorParameter,
+    PosteriorSummary,
+    Provenance,
+    SecondOpinionSummary,
+)
+from fibrefit.workflow.fit_files import finite
+from fibrefit.workflow.sampling.found import Findings
+
+
+def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
+    """Content of ``summary.json`` of a posterior."""
+    posterior, course = found.posterior, found.posterior.course
+    records = posterior.density.problem.layout.records
+    evidence = posterior.log_evidence
+    checks = tuple(
+        CheckSummary(
+            name=check.name,
+            passed=check.passed,
+            says=check.says,
+            statistic=finite(check.statistic),
+            threshold=finite(check.threshold),
+            unit=check.unit,
+            fatal=check.fatal,
+        )
+        for check in found.checks
+    )
+    return PosteriorSummary(
+        status=found.status,
+        study=found.study.name,
+        rig=found.study.kind,
+        effects=tuple(effect.name for effect in posterior.density.problem.model.effects),
+        parameters={name: _parameter(found, marginal) for name, marginal in found.parameters.items()},
+        records={record: _of_record(found, record) for record in records},
+        interval_kind=INTERVAL_KIND,
+        interval_probability=posterior.settings.interval,
+        likelihood=posterior.noise_model.kind + (", Student's t" if found.options.heavy else ""),
+        likelihood_says=posterior.noise_model.says,
+        ensembles=course.points.shape[0],
+        walkers=course.points.shape[2],
+        draws=int(np.prod(course.kept.shape[:3])),
+        steps=course.points.shape[1],
+        warm_up=course.warm_up,
+        ended="converged" if course.converged else "budget",
+        acceptance=float(course.acceptance.mean()),
+        modes=tuple(_mode(posterior, mode) for mode in posterior.modes),
+        covered={channel: band.covered for channel, band in found.bands.items()},
+        log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
+        foresight=_foresight(found.foresight),
+        compared=found.compared,
+        second_opinion=None if found.opinion is None else _opinion(posterior, found.opinion),
+        fit_status=found.start.status,
+        remarks=posterior.remarks,
+        checks=checks,
+        advice=advice(checks, course.converged, found.opinion is not None),
+        provenance=origin,
+    )
+
+
+def _parameter(found: Findings, marginal: Marginal) -> PosteriorParameter:
+    fitted = dict(zip(found.start.names, found.start.values.tolist(), strict=True))
+    return PosteriorParameter(
+        mean=marginal.mean,
+        sd=marginal.sd,
+        median=marginal.median,
+        interval=marginal.interval,
+        unit=marginal.unit,
+        r_hat=finite(marginal.r_hat),
+        ess_bulk=finite(marginal.ess_bulk),
+        ess_tail=finite(marginal.ess_tail),
+        prior="" if marginal.prior is None else _said(marginal),
+        prior_share=finite(marginal.prior_share),
+        fitted=fitted.get(marginal.name),
+    )
+
+
+def _said(marginal: Marginal) -> str:
+    prior = marginal.prior
+    assert prior is not None
+    return prior.says(marginal.unit) + (" (default)" if prior.source == "default" else "")
+
+
+def _of_record(found: Findings, record: str) -> dict[str, PosteriorParameter]:
+    end = f"[{record}]"
+    return {
+        name.removesuffix(end): _parameter(found, marginal)
+        for name, marginal in found.posterior.marginals.items()
+        if name.endswith(end)
+    }
+
+
+def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
+    centre = posterior.target.values(mode.approximation.centre[None])[0].tolist()
+    values = dict(zip(posterior.target.names, centre, strict=True))
+    return ModeSummary(weight=mode.weight, sampled=mode.course is not None, parameters=values)
+
+
+def _foresight(found: Foresight) -> ForesightSummary | None:
+    if not (len(found.blocks) and np.isfinite(found.total)):
+        return None
+    return ForesightSummary(
+        total=Measure(value=found.total, error=found.error),
+        blocks=len(found.blocks),
+        unsure=found.unsure,
+        effective_parameters=found.effective_parameters,
+    )
+
+
+def _opinion(posterior: Posterior, found: SecondOpinion) -> SecondOpinionSummary:
+    names = posterior.target.names
+    return SecondOpinionSummary(
+        agrees=found.agrees,
+        draws=int(np.prod(found.points.shape[:2])),
+        divergent=found.divergent,
+        scores=dict(zip(names, found.scores.tolist(), strict=True)),
+        spread=dict(zip(names, found.spread.tolist(), strict=True)),
+    )
+
+
+def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: those ArviZ knows, and the blocks two models are compared by."""
+    groups = {
+        name: {key: Variable(*entry) for key, entry in group.items()}
+        for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
+    }
+    ahead = found.foresight
+    groups["foresight"] = {
+        "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
+        "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),
+    }
+    return groups

@@ -1,0 +1,99 @@
+"""A posterior with what was asked of it: what its summary, its files and its reader take from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.posterior import Marginal, Posterior, status
+from fibrefit.sampling.predict import Bands
+from fibrefit.study import Study
+from fibrefit.study.summaries.summaries import ComparedModel, Status
+from fibrefit.workflow.compare import Rival, compared
+from fibrefit.workflow.sampling.start import Start
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a run was asked for beside the settings of the sampler.
+
+    Parameters
+    ----------
+    noise : str
+        ``auto``, ``white``, ``autoregressive`` or ``coloured``.
+    heavy : bool
+        Student's t instead of a normal law for single samples.
+    nuts : bool
+        Ask NUTS for a second opinion.
+    compare : tuple of str
+        Folders of other posteriors of the same data.
+    """
+
+    noise: str = "auto"
+    heavy: bool = False
+    nuts: bool = False
+    compare: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The posterior of a study, and all that was asked of it.
+
+    Parameters
+    ----------
+    study : Study
+    start : Start
+        What the walkers began around.
+    posterior : Posterior
+    bands : mapping of channel to Bands
+        What it foretells of the records.
+    foresight : Foresight
+        How well it foretells what was left out.
+    opinion : SecondOpinion or None
+    rivals : tuple of Rival
+    options : Options
+    """
+
+    study: Study
+    start: Start
+    posterior: Posterior
+    bands: Mapping[str, Bands]
+    foresight: Foresight
+    opinion: SecondOpinion | None
+    rivals: tuple[Rival, ...]
+    options: Options
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """What the result was put to: the posterior's checks, the fit before it, and the second opinion."""
+        more = (self.start.check(), *((self.opinion.check(self.posterior.target.names),) if self.opinion else ()))
+        return (*self.posterior.checks, *more)
+
+    @property
+    def status(self) -> Status:
+        """``ok``, ``suspect`` or ``failed``."""
+        return status(self.checks)  # type: ignore[return-value]
+
+    @property
+    def parameters(self) -> dict[str, Marginal]:
+        """Marginals of what all records share, noise included, by name; SI units."""
+        names = self.posterior.density.problem.layout.records
+        alone = tuple(f"[{name}]" for name in names)
+        return {name: found for name, found in self.posterior.marginals.items() if not name.endswith(alone)}
+
+    @cached_property
+    def draws(self) -> dict[str, np.ndarray]:
+        """Draws ``(n_ensemble, n_draw)`` of every value by name, in SI units."""
+        drawn = self.posterior.draws
+        return {name: drawn[..., i] for i, name in enumerate(self.posterior.target.names)}
+
+    @cached_property
+    def compared(self) -> tuple[ComparedModel, ...]:
+        """The model against its rivals."""
+        return tuple(compared(self.foresight, self.posterior.log_evidence, rival) for rival in self.rivals)

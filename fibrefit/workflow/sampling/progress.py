@@ -1,0 +1,56 @@
+"""What a person is told while the walkers walk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from fibrefit.sampling.chains.ensembles import Progress
+from fibrefit.sampling.settings import Settings
+
+Follow = Callable[[str, float | None], None]
+
+
+def followed(follow: Follow, settings: Settings) -> Callable[[Progress], None]:
+    """A listener of the sampler that tells its progress in words.
+
+    Parameters
+    ----------
+    follow : callable
+        Told what is being done and the share that is finished.
+    settings : Settings
+    """
+
+    def told(progress: Progress) -> None:
+        follow(line_of(progress, settings), share_of(progress, settings))
+
+    return told
+
+
+def share_of(progress: Progress, settings: Settings) -> float | None:
+    """Share of the run that is finished, as far as it can be foreseen."""
+    if math.isnan(progress.seconds_left):
+        return None
+    left = progress.seconds_left
+    if settings.max_seconds is not None:
+        left = min(left, max(settings.max_seconds - progress.seconds, 0.0))
+    return progress.seconds / max(progress.seconds + left, 1e-9)
+
+
+def line_of(progress: Progress, settings: Settings) -> str:
+    """``step 75, 20 s left, accepted 45 %, R-hat 1.013, ESS 311/400``: short enough for a terminal with a bar."""
+    said = [f"step {progress.steps}"]
+    if not math.isnan(progress.seconds_left):
+        said.append(f"{spoken(progress.seconds_left)} left")
+    if not math.isnan(progress.acceptance):
+        said.append(f"accepted {100 * progress.acceptance:.0f} %")
+    if not math.isnan(progress.r_hat):
+        said += [f"R-hat {progress.r_hat:.3f}", f"ESS {progress.ess:.0f}/{settings.ess:g}"]
+    return ", ".join(said)
+
+
+def spoken(seconds: float) -> str:
+    """A time as one says it: ``12 s``, ``3 min``, ``1.5 h``."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,0 +1,252 @@
+"""``sample``: a study in, the joint posterior of its parameters out, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.problem.posterior.prior import priors_of
+from fibrefit.problem.task import Task
+from fibrefit.report.posterior import posterior_report
+from fibrefit.sampling.compare import Foresight, foresight
+from fibrefit.sampling.nuts import require_nuts, second_opinion
+from fibrefit.sampling.predict import predict
+from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.settings import Settings
+from fibrefit.store import ResultDirectory
+from fibrefit.store.summary import provenance
+from fibrefit.study import PriorSetting, Study
+from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.workflow.compare import rival_of
+from fibrefit.workflow.fit import Fit
+from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.sampling.files import groups_of, posterior_summary
+from fibrefit.workflow.sampling.found import Findings, Options
+from fibrefit.workflow.sampling.progress import Follow, followed
+from fibrefit.workflow.sampling.start import CHAINS, begin
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+Progress = Callable[[str, float | None], None]
+BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
+"""Settings that say when a run ends and what is told of it: a run may go on with others."""
+
+
+def identity(options: Options, settings: Settings) -> str:
+    """All that makes a run what it is, and that must stay the same when it goes on."""
+    fixed = {field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in BUDGET}
+    return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
+
+
+class Sampled(Findings, Saved):
+    """The posterior of a study, to be read, drawn and saved."""
+
+    def summary(self) -> PosteriorSummary:
+        """Content of ``summary.json``."""
+        told = {name: str(value) for name, value in {**asdict(self.options), **asdict(self.posterior.settings)}.items()}
+        del told["seed"]
+        origin = provenance(
+            self.study.resolved_toml(),
+            self.study.input_files(),
+            seed=self.posterior.settings.seed,
+            seconds=self.posterior.seconds,
+            settings=told,
+        )
+        return posterior_summary(self, origin)
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return posterior_report(self.summary())
+
+    def plot(self) -> Figures:
+        """Figures by name: corner, traces, ranks, prior, and each record with its bands."""
+        from fibrefit.plots import posterior_figures
+
+        return posterior_figures(self.posterior, self.bands)
+
+    def plot_corner(self, *names: str) -> Figures:
+        """Joint distribution of every two of some values: all that records share, unless named."""
+        from fibrefit.plots import corner_figures
+
+        return corner_figures(self.posterior, names)
+
+    def plot_traces(self, *names: str) -> Figures:
+        """The way of each ensemble and its ranks: of all that records share, unless named."""
+        from fibrefit.plots import trace_figures
+
+        return trace_figures(self.posterior, names)
+
+    def plot_bands(self, *records: str) -> Figures:
+        """What the posterior foretells against what was measured, for all records unless named."""
+        from fibrefit.plots import band_figures
+
+        return band_figures(self.posterior, self.bands, records)
+
+    def plot_prior(self, *names: str) -> Figures:
+        """What was believed before against what the data say, for all that records share unless named."""
+        from fibrefit.plots import prior_figures
+
+        return prior_figures(self.posterior, names)
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
+        write_parts(directory, self.summary(), groups_of(self), self.study)
+        write_figures(directory, self.plot)
+
+
+def settings_of(asked: Mapping[str, Any]) -> Settings:
+    """Settings of the sampler by name.
+
+    Raises
+    ------
+    UsageError
+        If one is not known, or cannot work.
+    """
+    known = [field.name for field in fields(Settings)]
+    for name in asked:
+        if name not in known:
+            raise UsageError(f'setting "{name}"', "not known", f"one of {', '.join(known)}", did_you_mean(name, known))
+    return Settings(**asked)
+
+
+def sample(
+    study: Study,
+    *,
+    start: Fit | None = None,
+    seed: int = 0,
+    noise: str = "auto",
+    heavy: bool = False,
+    nuts: bool = False,
+    compare: Sequence[str | Path] = (),
+    checkpoint: str | Path | None = None,
+    progress: Follow | None = None,
+    **settings: Any,
+) -> Sampled:
+    """Sample the joint posterior of a study's parameters until independent ensembles of walkers agree.
+
+    Parameters
+    ----------
+    study : Study
+    start : Fit, optional
+        Fit of the same study, around which the walkers begin; made where there is none.
+    seed : int
+        Of all random numbers; the same seed gives the same draws.
+    noise : {"auto", "white", "autoregressive", "coloured"}
+        Colour of the noise; ``"auto"`` lets the residuals of the fit choose.
+    heavy : bool
+        Student's t instead of a normal law, for records in which single samples stray.
+    nuts : bool
+        Ask the No-U-Turn sampler for a second opinion; needs the extra ``nuts``.
+    compare : sequence of str or pathlib.Path
+        Folders of other posteriors of the same records.
+    checkpoint : str or pathlib.Path, optional
+        Folder in which the chains are kept while they grow; a run that finds its own there goes on with them.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+    **settings
+        ``ess``, ``r_hat``, ``max_steps``, ``max_seconds``, ``ensembles``, ``walkers``, ``interval``, as on the
+        command line; see `fibrefit.sampling.settings.Settings`.
+
+    Returns
+    -------
+    Sampled
+        With ``parameters``, ``draws``, ``status``, ``report()``, ``summary()``, ``plot()``, ``plot_corner()``,
+        ``plot_traces()``, ``plot_bands()``, ``plot_prior()`` and ``save(folder)``.
+
+    Examples
+    --------
+    >>> posterior = fibrefit.sample(study, start=fibrefit.fit(study))
+    >>> posterior.parameters["stiffness"].interval, posterior.draws["stiffness"].mean()
+    """
+    options = Options(noise, heavy, nuts, tuple(map(str, compare)))
+    asked = settings_of({"seed": seed, **settings})
+    return sample_study(study, start=start, settings=asked, options=options, folder=checkpoint, progress=progress)
+
+
+def sample_study(
+    study: Study,
+    *,
+    start: Fit | None = None,
+    settings: Settings | None = None,
+    options: Options | None = None,
+    folder: str | Path | None = None,
+    progress: Follow | None = None,
+) -> Sampled:
+    """The joint posterior of a study's parameters.
+
+    Parameters
+    ----------
+    study : Study
+    start : Fit, optional
+        Fit of the same study; made where there is none.
+    settings : Settings, optional
+        Of the sampler.
+    options : Options, optional
+    folder : str or pathlib.Path, optional
+        Folder in which the chains are kept while they grow; those that are there already go on.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If study, model and priors do not fit together.
+    UsageError
+        If the chains of the folder belong to another run, settings cannot work, or a package is missing.
+    """
+    settings, options, follow = settings or Settings(), options or Options(), progress or _unheard
+    if options.nuts:
+        require_nuts()
+    follow("reading records", None)
+    task = task_of(study, start.records if start is not None else read_records(study))
+    rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
+    stated = _stated(study, task)
+    kept = None if folder is None else Path(folder)
+    begun = begin(study, task, start, settings.seed, kept, follow)
+    posterior = sample_posterior(
+        task,
+        begun.plain,
+        waves=begun.waves,
+        stated=stated,
+        basins=begun.basins,
+        noise=options.noise,
+        heavy=options.heavy,
+        settings=settings,
+        checkpoint_file=None if kept is None else kept / CHAINS,
+        resume=True,
+        progress=followed(follow, settings),
+    )
+    return _looked_into(Sampled(study, begun, posterior, {}, _NOTHING, None, rivals, options), follow)
+
+
+def _stated(study: Study, task: Task) -> dict[str, PriorSetting]:
+    """Priors of the study, seen to be possible before any long work."""
+    settings = study.settings({parameter.name: parameter for parameter in task.problem.model.parameters})
+    stated = {name: setting.prior for name, setting in settings.items() if setting.prior is not None}
+    priors_of(task.problem.layout, task.problem.model, task.start, stated)
+    return stated
+
+
+def _looked_into(found: Sampled, follow: Follow) -> Sampled:
+    """The posterior with what it foretells, and what NUTS says of it."""
+    posterior, seed = found.posterior, found.posterior.settings.seed
+    follow("foretelling the records", None)
+    bands, ahead = predict(posterior, seed=seed), foresight(posterior, seed=seed)
+    opinion = second_opinion(posterior, seed=seed, progress=follow) if found.options.nuts else None
+    return replace(found, bands=bands, foresight=ahead, opinion=opinion)
+
+
+def _unheard(doing: str, share: float | None) -> None:
+    """Nobody listens."""
+
+
+_NOTHING = Foresight(np.zeros(0), np.zeros(0), 0.0)

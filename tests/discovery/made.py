@@ -1,0 +1,180 @@
+"""Findings made by hand from measured records: what a search would have ended with, without any search."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.discovery.engine.supermodel import frame_of
+from fibrefit.discovery.model.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.law import Effect
+from fibrefit.fitting.result import ChannelGap, Estimate, Identification, PlainEstimate, Starts
+from fibrefit.problem.diagnose.phases import HELD, LOADING, SLACK, UNLOADING, Motion
+from fibrefit.problem.task import Task
+
+RELEASE = 0.12
+BASE = {"stiffness": 2.2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1.5e-4, "release": RELEASE}
+VISCOUS = CATALOGUE["guide.viscous_friction"]
+GAP = "the gap is noise"
+WHERE = (
+    Place("drop_20mm_45deg.csv", "position", "slack", 0.19, 0.62, 0.31),
+    Place("drop_10mm_90deg.csv", "force", "taut, loading", 0.35, 0.41, 0.22),
+)
+
+
+def identified(
+    task: Task, effects: tuple[type[Effect], ...] = (), wrong: float = 0.0, fatal: bool = False
+) -> Identification:
+    """What a fit that is `wrong` times the noise beside the records would have ended with."""
+    problem = frame_of(task, effects).problem
+    layout, data = problem.layout, problem.observations
+    channels = problem.model.rig.channels
+    typical = {p.name: p.typical for p in problem.model.parameters}
+    estimates = tuple(
+        _estimate(slot.name, slot.unit, None if r is None else layout.records[r], (typical | BASE)[slot.name])
+        for slot, r in layout.entries
+    )
+    count, times = np.asarray(data.experiment.count), np.asarray(data.experiment.times)
+    inside = np.arange(times.shape[1]) < count[:, None]
+    rng = np.random.default_rng(5)
+    noise = {c: 1.0 / float(np.asarray(data.weight[c]).max()) for c in channels}
+    wave = np.sin(40.0 * times)
+    residuals = np.stack([inside * (rng.standard_normal(times.shape) + wrong * wave) for _ in channels], axis=1)
+    measured = {c: np.asarray(data.measured[c]) for c in channels}
+    readings = {c: measured[c] + noise[c] * residuals[:, i] for i, c in enumerate(channels)}
+    speed = np.gradient(measured["position"], axis=1) / 5e-4
+    phase = np.where(measured["force"] > 5.0, np.where(speed > 0.0, LOADING, UNLOADING), SLACK)
+    motion = Motion(
+        np.where(times < RELEASE, HELD, phase),
+        {"position": measured["position"], "speed": speed, "tension": measured["force"]},
+        np.zeros(len(count), dtype=bool),
+        readings,
+    )
+    ratio = float(np.hypot(1.0, wrong / np.sqrt(2.0)))
+    gap = {c: ChannelGap(ratio * noise[c], noise[c], task.units[c]) for c in channels}
+    values = np.array([estimate.value for estimate in estimates])
+    names = tuple(slot.name for slot, r in layout.entries if r is None)
+    ends = np.tile(values[: len(names)], (4, 1))
+    passed = ratio < 1.1 and not fatal
+    says = "The best simulation is not finite." if fatal else "The model lacks something."
+    return Identification(
+        problem=problem,
+        values=values,
+        covariance=np.diag((0.01 * values) ** 2),
+        method="newey_west",
+        inflation=2.0,
+        estimates=estimates,
+        gap=gap,
+        expected_gap=1.0,
+        record_gaps=dict.fromkeys(layout.records, gap),
+        noise=task.noise,
+        readings=readings,
+        residuals=residuals,
+        motion=motion,
+        starts=Starts(names, ends, ends, np.tile(values, (4, 1)), np.ones(4), np.ones(4, int), np.zeros(4, int)),
+        checks=(Check(GAP, passed, says if not passed else "Nothing to explain.", ratio, 1.1, fatal=fatal),),
+        advice=()
+        if passed
+        else ('Run "fibrefit discover" on this study: it names what the model lacks.', "Measure longer."),
+        seconds=1.0,
+        estimator="plain least squares",
+        estimator_says="Plain least squares: nobody asked for another.",
+        plain=PlainEstimate(values, 0.01 * values),
+    )
+
+
+def _estimate(name: str, unit: str, record: str | None, value: float) -> Estimate:
+    error = 0.01 * abs(value)
+    return Estimate(name, unit, record, value, error, (value - 2 * error, value + 2 * error))
+
+
+def candidate(effect: str, gap: float, error: float = 0.1) -> Candidate:
+    """One that was tried; infinite errors where the records see nothing."""
+    values = {
+        f"{name}.{p.name}": (p.typical, error, p.unit)
+        for name in effect.split(" + ")
+        for p in CATALOGUE[name].parameters
+    }
+    return Candidate(effect, gap, 1000.0 * (4.0 - gap), values)
+
+
+def curve(says: str, gap: float, unit: str = "m", acts: bool = False) -> FreeCurve:
+    """A detent, or a stop, that was found without a name."""
+    knots = np.linspace(-0.02, 0.01, 40)
+    heights = 2e3 * np.maximum(knots - 5e-3, 0.0) if acts else np.sin(900.0 * knots)
+    seconds = np.where(knots > -0.015, 0.2, 0.0)
+    errors = np.where(seconds > 0.0, 0.1, np.inf)
+    end = (float(knots[32]), float(knots[-1])) if acts else None
+    return FreeCurve("position", says, unit, "N", knots, heights, errors, seconds, end, gap, 3e3 * gap**2)
+
+
+CURVES = (
+    curve("a friction in the guide that depends on the position of the weight", 1.01, acts=True),
+    curve("a force on the weight that depends on its position", 1.31),
+    replace(curve("an error of the displacement gauge that depends on the position", 2.2), height_unit="m"),
+    curve("a friction in the guide that depends on the speed of the weight", 3.2, "m/s"),
+)
+
+
+def named(task: Task) -> Finding:
+    """One effect was missing, and another could stand in for it."""
+    ranking = (
+        candidate(VISCOUS.name, 1.0),
+        candidate("guide.quadratic_drag", 1.3),
+        *(
+            candidate(name, 3.4, np.inf)
+            for name in ("fibre.hysteresis", "sensor.force_delay", "guide.stribeck_friction")
+        ),
+        *(candidate(f"fibre.hardening + {name}", 3.5) for name in ("guide.asymmetric_friction", "sensor.force_gain")),
+    )
+    sentence = "31 % of the gap lies in the position while slack. The gap falls from 3.6 to 1.0 times the noise."
+    return Finding(
+        verdict="named",
+        reason="What is left is noise.",
+        added=(VISCOUS,),
+        rounds=(Round(VISCOUS.name, 3.6, 1.0, WHERE, ranking, sentence),),
+        cannot_tell_apart=((VISCOUS.name, "guide.quadratic_drag"),),
+        unexplained=Unexplained(1.0),
+        before=identified(task, wrong=5.0),
+        after=identified(task, (VISCOUS,)),
+        held_out=(HeldOut("drop_10mm_90deg.csv", 6.8, 1.02), HeldOut("drop_20mm_45deg.csv", 7.0, 1.31)),
+        ranking=ranking,
+        seconds=130.0,
+    )
+
+
+def unexplained(task: Task) -> Finding:
+    """Nothing in the catalogue helped."""
+    before = identified(task, wrong=5.0)
+    looks = "a friction in the guide that depends on the position of the weight, between -0.5 and 2.4 N"
+    return replace(
+        named(task), verdict="unexplained", reason="A gap is left.", added=(), rounds=(), cannot_tell_apart=(),
+        unexplained=Unexplained(3.6, WHERE, looks), before=before, after=before, held_out=(), curves=CURVES,
+    )  # fmt: skip
+
+
+def nothing_missing(task: Task) -> Finding:
+    """The first model was right."""
+    before = identified(task)
+    reason = "The model explains the records down to their noise."
+    left = Unexplained(1.0)
+    return replace(
+        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before,
+        curves=(),
+    )  # fmt: skip
+
+
+def not_trusted(task: Task) -> Finding:
+    """The first fit failed, so that nothing was searched for."""
+    before = identified(task, wrong=5.0, fatal=True)
+    reason = "The best simulation is not finite."
+    found = replace(
+        unexplained(task), verdict="not_trusted", reason=reason, unexplained=Unexplained(3.6), ranking=(), curves=()
+    )
+    return replace(found, before=before, after=before)
+
+
+FINDINGS = {"named": named, "unexplained": unexplained, "nothing_missing": nothing_missing, "not_trusted": not_trusted}

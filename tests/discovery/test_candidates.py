@@ -1,0 +1,152 @@
+"""Which effects are tried, and what is said of those that cannot be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import FibrefitError, StudyError, UsageError
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.fibre.point_masses import point_masses
+from fibrefit.study import Study, load_study
+from fibrefit.workflow.discovery.candidates import candidates_of
+from tests.discovery.conftest import DATA
+
+OWN = '''
+from typing import ClassVar
+
+from fibrefit.effects.law import GuideLaw, quantity
+
+
+class Rub(GuideLaw):
+    """A law of one's own."""
+
+    name: ClassVar[str] = "guide.rub"
+    rub: float = quantity("N", "how much", 1.0)
+
+
+class Elsewhere(Rub):
+    """A law for another rig."""
+
+    name: ClassVar[str] = "guide.elsewhere"
+    rigs: ClassVar[frozenset[str]] = frozenset({"guided_mass"})
+    more: float = quantity("N", "how much more", 1.0)
+'''
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Study:
+    """A study with a file of effects beside it."""
+    (tmp_path / "mine.py").write_text(OWN)
+    for path in (DATA / "viscous").glob("*.csv"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "study.toml").write_bytes((DATA / "viscous" / "study.toml").read_bytes())
+    return load_study(tmp_path)
+
+
+def test_the_whole_catalogue_as_far_as_it_suits_the_rig(study: Study) -> None:
+    tried = candidates_of(study)
+    assert set(tried) == {name for name, effect in CATALOGUE.items() if study.kind in effect.rigs & effect.sought}
+    assert all(tried[name] is CATALOGUE[name] for name in tried if name != "fibre.mass")
+
+
+@pytest.mark.parametrize(("overrides", "points"), [((), 5), (("rig.masses_per_fibre=3",), 3)])
+def test_a_fibre_has_as_many_points_as_the_study_says(overrides: tuple[str, ...], points: int) -> None:
+    tried = candidates_of(load_study(DATA / "viscous", overrides), only=("fibre.mass",))
+    assert tried == {"fibre.mass": point_masses(points)}
+
+
+def test_what_the_model_has_already_is_not_tried() -> None:
+    study = load_study(DATA / "viscous", ['model.effects=["guide.viscous_friction"]'])
+    tried = candidates_of(study)
+    assert "guide.viscous_friction" not in tried
+    assert "guide.asymmetric_viscous_friction" in tried
+
+
+def test_only_these_in_their_order(study: Study) -> None:
+    names = ("sensor.force_lag", "guide.viscous_friction")
+    assert tuple(candidates_of(study, only=names)) == names
+
+
+def test_patterns(study: Study) -> None:
+    tried = candidates_of(study, only=("sensor.force_*", "fibre.hardening"), exclude=("*_drift",))
+    assert {name.partition(".")[0] for name in tried} == {"sensor", "fibre"}
+    assert "sensor.force_delay" in tried
+    assert "sensor.force_drift" not in tried
+
+
+def test_an_effect_of_ones_own_alone_or_beside_the_catalogue(own: Study) -> None:
+    assert list(candidates_of(own, only=("mine.py:Rub",))) == ["mine.py:Rub"]
+    beside = candidates_of(own, also=("mine.py:Rub",))
+    assert beside["mine.py:Rub"].name == "guide.rub"
+    assert len(beside) == len(candidates_of(own)) + 1
+    assert list(candidates_of(own, only=("mine.py:*",), also=("mine.py:Rub",))) == ["mine.py:Rub"]
+
+
+def test_what_needs_another_is_not_tried_without_it(study: Study) -> None:
+    tried = candidates_of(study, exclude=("guide.viscous_friction",))
+    assert "guide.asymmetric_viscous_friction" not in tried
+
+
+def test_leaving_out_what_does_not_suit_the_rig_does_no_harm(study: Study) -> None:
+    elsewhere = {name for name, effect in CATALOGUE.items() if study.kind not in effect.rigs}
+    assert candidates_of(study, exclude=tuple(elsewhere)) == candidates_of(study)
+
+
+@pytest.mark.parametrize(
+    ("asked", "kind", "says"),
+    [
+        (
+            {"only": ("guide.viscos_friction",)},
+            UsageError,
+            'only "guide.viscos_friction": not in the catalogue; expected a name from it, or "my_effects.py:MyEffect". '
+            'Did you mean "guide.viscous_friction"?',
+        ),
+        (
+            {"exclude": ("guide.viscos_friction",)},
+            UsageError,
+            'exclude "guide.viscos_friction": no such effect among the candidates; expected a name or a pattern. '
+            'Did you mean "guide.viscous_friction"?',
+        ),
+        (
+            {"only": ("gide*",)},
+            UsageError,
+            'only "gide*": no such effect among the candidates; expected a name or a pattern. '
+            "`fibrefit effects` lists the catalogue.",
+        ),
+        (
+            {"only": ("guide.asymmetric_viscous_friction",)},
+            UsageError,
+            'only "guide.asymmetric_viscous_friction": stands without "guide.viscous_friction"; expected both. '
+            'Add "guide.viscous_friction" to the list.',
+        ),
+        (
+            {"only": ("fibre.hardening",), "exclude": ("fibre.*",)},
+            UsageError,
+            "only and exclude: no effect is left to try; expected one at least. Exclude fewer.",
+        ),
+        (
+            {"only": ("mine.py:Elsewhere",)},
+            UsageError,
+            'only "mine.py:Elsewhere": makes no sense on the rig fibre_mass; expected one of guided_mass. '
+            "Take it off the list.",
+        ),
+        ({"also": ("mine.py:Rab",)}, StudyError, 'Did you mean "Rub"?'),
+        ({"also": ("yours.py:Rub",)}, StudyError, "Check the path."),
+    ],
+)
+def test_refusals(own: Study, asked: dict[str, tuple[str, ...]], kind: type[FibrefitError], says: str) -> None:
+    with pytest.raises(kind) as caught:
+        candidates_of(own, **asked)
+    assert str(caught.value).endswith(says)
+
+
+def test_what_is_in_the_model_cannot_be_missing() -> None:
+    study = load_study(DATA / "viscous", ['model.effects=["guide.viscous_friction"]'])
+    with pytest.raises(UsageError) as caught:
+        candidates_of(study, only=("guide.viscous_friction",))
+    assert str(caught.value) == (
+        'only "guide.viscous_friction": is in the model already; expected an effect that may be missing. '
+        "Take it off the list."
+    )

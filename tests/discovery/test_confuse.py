@@ -1,0 +1,130 @@
+"""Which effects records could show and tell apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import fibrefit
+from fibrefit.discovery.design.distinguish import _driven, best_split, detectable
+from fibrefit.discovery.engine.candidates import Hypothesis
+from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.model.finding import Choice, Split
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import laid_out
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.problem.diagnose.phases import motion
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+from fibrefit.simulation.inputs import Signals
+from fibrefit.study import Study, load_study
+from fibrefit.workflow.confuse import confuse_study
+from tests.discovery.made import BASE
+from tests.workflow import axis
+
+TRIED = ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
+
+
+def test_frictions_are_more_alike_than_a_friction_and_a_delay(study: Study) -> None:
+    found = fibrefit.confuse(study, only=TRIED)
+    assert [one.effect for one in found.confusion.directions] == list(TRIED)
+    assert found.confusion.invisible == ()
+    cosine = found.confusion.cosine
+    np.testing.assert_allclose(cosine, cosine.T)
+    assert cosine[0, 1] > 0.5 > cosine[0, 2]
+    # The records hold a viscous friction that the model lacks.
+    assert "drowns weak effects" in found.report().replace("\n", " ")
+
+
+@pytest.mark.parametrize(("ripple", "louder"), [(0.0, False), (1.5, True)])
+def test_effects_of_the_model_are_not_listed_and_what_is_left_hides_weak_ones(
+    tmp_path: Path, ripple: float, louder: bool
+) -> None:
+    slanted = "guide.asymmetric_viscous_friction"
+    study = load_study(axis.write(tmp_path, ("guide.viscous_friction",), ripple=ripple))
+    found = confuse_study(study, only=(slanted, "guide.quadratic_drag"))
+    assert [one.effect for one in found.confusion.directions] == [slanted, "guide.quadratic_drag"]
+    assert bool(found.told()["remarks"]) == louder
+    weakest = found.confusion.directions[0].detectable
+    assert weakest > 0.02 if louder else weakest < 0.005
+
+
+@pytest.fixture(scope="module")
+def laid(task: Task) -> Search:
+    """The base model of the drops with four effects, and readings that it explains."""
+    layout = task.problem.layout
+    start = layout.pack({name: np.full(len(layout.records), BASE[name]) for name in layout.names})
+    effects = tuple(CATALOGUE[name] for name in (*TRIED, "guide.asymmetric_viscous_friction"))
+    explained = replace(task, start=start, problem=read_from(task.problem, start))
+    return laid_out(explained, None, effects, lambda what, share: None)
+
+
+def read_from(problem: Problem, values: np.ndarray) -> Problem:
+    """The problem with the readings of a model in place of those measured."""
+    readings = motion(problem, jnp.asarray(values)).readings
+    measured = {channel: readings[channel] for channel in problem.observations.measured}
+    return eqx.tree_at(lambda p: p.observations, problem, problem.observations._replace(measured=measured))
+
+
+def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Search) -> None:
+    found = detectable(laid)
+    assert [one.effect for one in found] == [effect.name for effect in laid.effects]
+    frame, ground, viscous = laid.base.frame, laid.ground, laid.effects[0]
+    name = f"{viscous.name}.{found[0].parameter}"
+    column = frame.names.index(name)
+    # Readings of a model with that friction, without noise: what the base model leaves of them is what it gains.
+    made = laid.base.fit.local.copy()
+    made[:, column] = found[0].detectable
+    quiet = read_from(frame.problem, frame.problem.layout.pack(dict(zip(frame.names, made.T, strict=True))))
+    without = replace(frame, task=replace(frame.task, problem=quiet))
+    left = refit(without, ground.subset(()), laid.base.fit.local, ground.whole, enough=1e-9).cost
+    # The slope of readings that jump is good to some tens of percent over such a change.
+    assert 1.0 / 2.0 < left / laid.gate(len(viscous.parameters)) < 2.0
+
+
+def test_a_gate_is_that_of_the_search(laid: Search) -> None:
+    what = Hypothesis((laid.effects[0],), laid.base.fit, laid.base.frame)
+    laid.tried = len(laid.effects)
+    assert laid.gate(1) == laid.needed(what, laid.base, laid.kappa)
+    assert laid.gate(1, louder=1e6) > 1e3 * laid.gate(1)
+
+
+def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None:
+    viscous, drag = laid.effects[:2]
+    split = best_split(laid, (viscous, drag))
+    assert split is not None
+    assert split.pair == (viscous.name, drag.name)
+    assert split.after < split.before <= 1.0
+    # Slow and fast motion together separate a friction that is linear in speed from one that is not.
+    assert split.choice.conditions["lift"] in (0.005, 0.04)
+    assert split.says.startswith(f"To tell {viscous.name} from {drag.name}, the best further record is one like")
+
+
+def test_an_input_run_faster_and_farther() -> None:
+    times = np.linspace(0.0, 1.0, 101)[None]
+    stroke = np.where(times < 0.5, 0.1 * times, 0.05)
+    slope = np.where(times < 0.5, 0.1, 0.0)
+    signals = Signals(jnp.asarray(stroke), jnp.asarray(slope))
+    experiment = SimpleNamespace(times=times, count=np.array([101]), inputs={"drive": signals})
+    run = _driven(experiment, [Choice(0, {}, pace=2.0, size=3.0)])["drive"]
+    expected = np.where(times < 0.25, 0.6 * times, 0.15)
+    np.testing.assert_allclose(run.values, expected, atol=1e-12)
+    inside = (times < 0.24) | (times > 0.26)
+    np.testing.assert_allclose(np.asarray(run.slopes)[inside], np.where(times < 0.25, 0.6, 0.0)[inside], atol=1e-12)
+    same = _driven(experiment, [Choice(0, {})])["drive"]
+    np.testing.assert_array_equal(same.values, stroke)
+
+
+def test_a_record_of_a_menu_is_said_in_words() -> None:
+    split = Split(("a", "b"), Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5), "one.csv", 0.99, 0.98)
+    assert split.says == (
+        "To tell a from b, the best further record is one like one.csv with inclination 30 deg, its input run twice as "
+        "fast, its input run half as far: their likeness falls from 0.990 to 0.980. That is little: it takes another "
+        "kind of test."
+    )

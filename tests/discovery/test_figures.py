@@ -1,0 +1,134 @@
+"""Every verdict is drawn, with the figures it calls for; nothing is left out that a reader would look for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fibrefit.fitting.result import Identification
+from fibrefit.plots import discovery_figures
+from fibrefit.plots.before_after import _smooth
+from fibrefit.plots.curve import curve_figure
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.quantities import readable_unit
+from fibrefit.plots.states import _unit
+from fibrefit.problem.task import Task
+from tests.discovery.made import CURVES, FINDINGS, named
+
+RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
+
+
+@pytest.mark.parametrize("verdict", sorted(FINDINGS))
+def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
+    figures = discovery_figures(FINDINGS[verdict](task))
+    expected = {"gap", "candidates", "places", "states", "map", "spectrum"} | RECORDS
+    expected -= {"candidates"} if verdict == "not_trusted" else set()
+    assert set(figures) == expected | ({"curve"} if verdict == "unexplained" else set())
+    for figure in figures.values():
+        figure.canvas.draw()
+
+
+def test_before_and_after_share_their_axes(task: Task) -> None:
+    figure = discovery_figures(named(task))["record drop_20mm_45deg.csv"]
+    said = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert any("31 %" in text for text in said)
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert labels == ["measured", "first model", "final model"]
+
+
+def test_a_round_has_its_candidates(task: Task) -> None:
+    finding = named(task)
+    figures = discovery_figures(replace(finding, rounds=finding.rounds * 2))
+    assert {"candidates", "candidates 2"} <= set(figures)
+    bars = figures["candidates"].axes[0].patches
+    assert len(bars) == len(finding.ranking)
+    assert bars[0].get_facecolor() != bars[1].get_facecolor() == bars[2].get_facecolor()
+
+
+def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
+    finding = named(task)
+    held = tuple(replace(one, gap_before=60.0) for one in finding.held_out)
+    axes = discovery_figures(replace(finding, held_out=held))["gap"].axes
+    assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
+
+
+def test_averages_leave_out_what_is_missing() -> None:
+    values = np.array([1.0, 1.0, np.nan, 1.0, 3.0, 3.0, np.nan, np.nan, np.nan])
+    smooth = _smooth(values, 3)
+    assert smooth[2] == 1.0
+    assert smooth[4] == pytest.approx(7.0 / 3.0)
+    assert np.isnan(smooth[7])
+
+
+def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supported() -> None:
+    figure = curve_figure(CURVES)
+    figure.canvas.draw()
+    best, stays, *others = figure.axes
+    assert best.get_legend_handles_labels()[1] == ["where it acts", "95 % band", "height at a knot"]
+    assert best.get_ylabel() == "height / N"
+    assert (stays.get_xlabel(), stays.get_ylabel()) == ("position / mm", "time / s")
+    (line,) = (line for line in best.lines if line.get_label() == "height at a knot")
+    np.testing.assert_allclose(line.get_ydata(), CURVES[0].heights)
+    assert [bar.get_height() for bar in stays.patches] == CURVES[0].seconds.tolist()
+    assert len(others) == len(CURVES) - 1
+    assert others[1].get_ylabel() == "height / mm"
+    assert others[2].get_xlabel() == "position / (mm/s)"
+    said = [" ".join(axes.texts[0].get_text().split()) for axes in others]
+    assert said == [f"{curve.says}: gap {curve.gap_after:.2f}" for curve in CURVES[1:]]
+
+
+def test_where_nothing_was_seen_the_band_does_not_set_the_scale() -> None:
+    axes = curve_figure(CURVES[:1]).axes[0]
+    assert np.isfinite(axes.get_ylim()).all()
+    assert axes.get_ylim()[1] < 1.7 * CURVES[0].heights.max()
+
+
+def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
+    blind = replace(CURVES[0], heights=np.zeros(40), errors=np.full(40, np.inf), seconds=np.zeros(40), acts=None)
+    curve_figure((blind, blind)).canvas.draw()
+
+
+def with_stretch(found: Identification) -> Identification:
+    """The same, with a fibre whose stretch is not the position of the weight, as behind a drive."""
+    states = found.motion.states
+    stretch = states["tension"] / 2.2e4
+    more = {"stretch": stretch, "stretch rate": np.gradient(stretch, axis=1) / 5e-4}
+    return replace(found, motion=replace(found.motion, states=states | more))
+
+
+def test_the_spectrum_has_a_panel_a_channel_with_the_noise_and_both_models(task: Task) -> None:
+    axes = discovery_figures(named(task))["spectrum"].axes
+    assert [one.get_ylabel() for one in axes] == ["force residual / (N²/Hz)", "position residual / (µm²/Hz)"]
+    assert axes[-1].get_xlabel() == "frequency / Hz"
+    for one in axes:
+        assert (one.get_xscale(), one.get_yscale()) == ("log", "log")
+        assert [line.get_label() for line in one.lines] == ["noise at rest", "first model", "final model"]
+        floor, first, final = (np.asarray(line.get_ydata()) for line in one.lines)
+        # What was made is a wave of 40 rad/s and noise, which is white.
+        assert first[:3].max() > 10.0 * final[:3].max()
+        assert np.median(first[-100:] / final[-100:]) == pytest.approx(1.0, abs=0.2)
+        assert len(floor) == len(first)
+
+
+def test_residuals_are_shown_against_every_state_the_rig_has(task: Task) -> None:
+    finding = named(task)
+    before, after = with_stretch(finding.before), with_stretch(finding.after)
+    figures = discovery_figures(replace(finding, before=before, after=after))
+    axes = figures["states"].axes
+    labels = ["position / mm", "speed / (mm/s)", "stretch / mm", "stretch rate / (mm/s)", "tension / N"]
+    assert [one.get_xlabel() for one in axes] == [""] * 5 + labels
+    assert len({one.get_ylim() for one in axes[:5]}) == 1
+    plane = figures["map of the fibre"].axes
+    assert {one.get_xlabel() for one in plane} >= {"stretch / mm"}
+    assert {one.get_ylabel() for one in plane} >= {"stretch rate / (mm/s)"}
+
+
+def test_of_a_rig_that_turns_position_is_an_angle(task: Task) -> None:
+    fitted = Fitted(named(task).before)
+    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("m", "m/s")
+    fitted.channels = ("angle", "force_1", "force_2")
+    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("rad", "m/s")
+    for state in ("position", "speed"):
+        assert readable_unit(np.array([0.1]), _unit(fitted, state))[1] > 0.0

@@ -1,0 +1,154 @@
+"""Probes fitted to records into which a curve was planted, and to records that hold none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.discovery.curves import free_form
+from fibrefit.discovery.curves.curves import drawn
+from fibrefit.discovery.curves.free_form import Reading, _range, in_motion, probe_all
+from fibrefit.discovery.curves.probes import (
+    PROBES,
+    Curve,
+    ForceErrorOfForce,
+    FrictionOfPosition,
+    PositionErrorOfPosition,
+)
+from fibrefit.discovery.engine.candidates import Ground, Hypothesis
+from fibrefit.discovery.engine.refit import Refit, refit
+from fibrefit.discovery.engine.supermodel import Frame, frame_of, reactions_of
+from fibrefit.discovery.model.finding import FreeCurve
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import laid_out
+from fibrefit.fitting.result import Identification
+from fibrefit.problem.diagnose.phases import HELD
+from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.inputs.errors_in_variables import input_errors, no_waves
+from fibrefit.problem.task import Task
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulation.model import Model
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
+from tests.discovery.made import BASE, identified
+
+DRIVE = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
+SURE = 4.0
+"""Standard errors by which a height may be off: once in two hundred tests of eighty heights."""
+USUAL = 1.4
+"""Root mean square of so many heights over their standard errors, at most: it is hardly ever more by chance."""
+NOISE = 0.02
+"""Share by which the gap that noise leaves may differ from 1, with forty knots to fit it and six thousand samples."""
+SIZE = 0.25
+"""Share of itself by which the size of a planted curve may be off: a few times its error where forty knots are free."""
+PLANTED = ((ForceErrorOfForce, 0.8), (PositionErrorOfPosition, 4e-5), (FrictionOfPosition, 0.4))
+
+
+@pytest.fixture(scope="module")
+def found(task: Task) -> Identification:
+    """Where the records have been."""
+    return identified(task)
+
+
+def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
+    layout = task.problem.layout
+    start = {name: np.full(len(layout.records), BASE[name]) for name in layout.names if name in BASE}
+    return laid_out(replace(task, start=layout.pack(start)), None, probes, lambda what, share: None)
+
+
+def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:
+    """The records a model with a curve would make, with white noise."""
+    base = begun_at(task, (probe,)).base
+    layout, data, local = base.frame.problem.layout, task.problem.observations, base.fit.local.copy()
+    ends = _range(probe.variable, in_motion(found)[probe.variable][0])
+    for name, value in zip(("low", "high", *probe.heights), (*ends, *heights), strict=True):
+        local[:, layout.names.index(f"{probe.name}.{name}")] = value
+    values = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    random = np.random.default_rng(4)
+    measured = {
+        channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
+        for channel, readings in base.frame.problem.readings(jnp.asarray(values)).items()
+    }
+    return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
+
+
+def probed(task: Task, found: Identification) -> tuple[list[Reading], tuple[FreeCurve, ...]]:
+    search = begun_at(task)
+    frame, ground = search.base.frame, search.ground
+    fit = refit(frame, ground.subset(()), search.base.fit.local, ground.whole)
+    readings = probe_all(task, Hypothesis((), fit, frame), found, ground, 1.0, lambda share: None)
+    return readings, drawn(readings, found, ground, search.samples, 1.0)
+
+
+def scores(curve: FreeCurve, heights: np.ndarray) -> np.ndarray:
+    """Differences from what was planted over their standard errors, but for the level."""
+    off = curve.heights - heights
+    return (off - np.average(off, weights=curve.errors**-2)) / curve.errors
+
+
+@pytest.mark.parametrize(("probe", "size"), PLANTED)
+def test_a_planted_curve_is_found_within_its_errors(
+    task: Task, found: Identification, probe: type[Curve], size: float
+) -> None:
+    heights = size * np.sin(np.linspace(0.0, 2.0 * np.pi, probe.knots))
+    readings, curves = probed(planted(task, found, probe, heights), found)
+    assert readings[0].probe is probe
+    best = curves[0]
+    assert (best.variable, best.says, best.height_unit) == (probe.variable, probe.says, probe.unit)
+    off = scores(best, heights)
+    assert np.max(np.abs(off)) < SURE
+    assert np.sqrt(np.mean(off**2)) < USUAL
+    # What was planted is there, and in its full size where the records see it.
+    wave, seen = scores(replace(best, heights=heights), np.zeros(probe.knots)), scores(best, np.zeros(probe.knots))
+    assert np.sum(wave * seen) / np.sum(wave**2) == pytest.approx(1.0, abs=SIZE)
+    assert best.gap_after == pytest.approx(1.0, abs=NOISE)
+    assert [curve.cost for curve in curves] == sorted(curve.cost for curve in curves)
+    assert curves[1].gap_after > 1.0 + 2.0 * NOISE
+
+
+def test_every_curve_is_level_where_there_is_nothing(task: Task, found: Identification) -> None:
+    nothing = np.zeros(ForceErrorOfForce.knots)
+    curves = probed(planted(task, found, ForceErrorOfForce, nothing), found)[1]
+    assert len(curves) == len(PROBES)
+    for curve in curves:
+        assert np.max(np.abs(scores(curve, np.zeros(len(curve.knots))))) < SURE, curve.says
+        assert curve.gap_after == pytest.approx(1.0, abs=NOISE), curve.says
+
+
+def test_the_time_spent_near_the_knots_is_that_of_the_motion(found: Identification, task: Task) -> None:
+    moving = found.motion.phase != HELD
+    within = np.arange(moving.shape[1]) < np.asarray(task.problem.observations.experiment.count)[:, None]
+    step = float(np.diff(task.traces[0].times).mean())
+    for values, seconds in in_motion(found).values():
+        assert len(values) == len(seconds)
+        assert seconds.sum() == pytest.approx(step * np.sum(moving & within), rel=1e-9)
+
+
+def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = load_study(DRIVE)
+    study = study.model_copy(update={"records": study.records[:1]})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    random = np.random.default_rng(0)
+    waves = {name: 0.5 * random.standard_normal(wave.shape) for name, wave in no_waves(input_errors(task)).items()}
+    frame = frame_of(task, (), reactions_of(task, task.start, waves))
+    local, whole = np.asarray(task.problem.layout.local(task.start)), task.counts[-1]
+    cost = float(frame.costs(local, whole).sum())
+    parent = Hypothesis((), Refit(local, cost, 0.0, {}, 0), frame)
+    began = []
+
+    def fitted(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], start: np.ndarray) -> Hypothesis:
+        began.append(float(frame.costs(start, whole).sum()))
+        heights = {f"{probe.name}.{height}": 0.0 for height in probe.heights}
+        return Hypothesis((probe,), Refit(start, cost, 0.0, heights, 0), frame)
+
+    monkeypatch.setattr(free_form, "_fit", fitted)
+    monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
+    probe_all(task, parent, cast(Any, SimpleNamespace(problem=task.problem)), cast(Any, None), 1.0, lambda share: None)
+    assert began == [pytest.approx(cost, rel=1e-4)]

@@ -1,0 +1,111 @@
+"""Weak starts of effects, and strengths that are reached from the one before."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fibrefit.discovery.engine.candidates import (
+    BLOWN,
+    GROWTH,
+    PAST,
+    SMALL,
+    Hypothesis,
+    _gentle,
+    _led,
+    _scaled,
+    _starts,
+    scouted,
+)
+from fibrefit.discovery.engine.refit import Subset, led_along, refit
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import laid_out
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.problem.task import Task
+from tests.discovery.made import BASE
+
+VISCOUS, STIFFENING = (CATALOGUE[name] for name in ("guide.viscous_friction", "fibre.hardening"))
+STRENGTH = "guide.viscous_friction.viscous_coefficient"
+
+
+@pytest.fixture(scope="module")
+def search(task: Task) -> Search:
+    """The base model beside its minimum, with one effect absent; a viscous friction is hidden in the records."""
+    layout = task.problem.layout
+    start = {name: np.full(len(layout.records), BASE[name]) for name in layout.names}
+    quiet = replace(task, start=layout.pack(start))
+    return laid_out(quiet, None, (VISCOUS, STIFFENING), lambda what, share: None)
+
+
+@pytest.fixture(scope="module")
+def parent(search: Search) -> Hypothesis:
+    """The base model at its minimum."""
+    fit = refit(search.base.frame, search.ground.subset(()), search.base.fit.local, search.ground.whole)
+    return Hypothesis((), fit, search.base.frame)
+
+
+def test_a_start_that_blows_up_is_made_weaker_and_no_other(search: Search, parent: Hypothesis) -> None:
+    frame, ground = parent.frame, search.ground
+    column = frame.names.index(STRENGTH)
+    strong = parent.fit.local.copy()
+    strong[:, column] = 60.0
+    most = BLOWN * parent.fit.cost
+    assert frame.costs(strong, ground.whole).sum() > most
+    weak = _gentle(frame, ground, strong, (VISCOUS,), most)
+    assert frame.costs(weak, ground.whole).sum() <= most
+    assert weak[0, column] in (60.0 * SMALL, 60.0 * SMALL**2, 60.0 * SMALL**3)
+    # Once is enough for it, and what is gentle stays as it is.
+    assert _gentle(frame, ground, weak, (VISCOUS,), most) is weak
+
+
+def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:
+    frame = search.base.frame
+    for start in _starts(frame, search.base.fit.local, (VISCOUS, STIFFENING)):
+        for effect in (VISCOUS, STIFFENING):
+            (name,) = effect.strength
+            column = frame.names.index(f"{effect.name}.{name}")
+            null = frame.declared[frame.names[column]].null
+            grown = _scaled(frame, start, (effect,), GROWTH)
+            np.testing.assert_allclose(grown[:, column] - null, GROWTH * (start[:, column] - null))
+            others = np.arange(len(frame.names)) != column
+            np.testing.assert_array_equal(grown[:, others], start[:, others])
+
+
+def test_other_values_make_up_for_a_change_as_a_refit_does(search: Search, parent: Hypothesis) -> None:
+    frame, ground = parent.frame, search.ground
+    subset, held = ground.subset((VISCOUS,)), ground.subset(())
+    goal = parent.fit.local.copy()
+    goal[:, frame.names.index(STRENGTH)] = 0.05
+    led = led_along(frame, held, subset, parent.fit.local, goal, ground.whole)
+    np.testing.assert_allclose(led[:, frame.names.index(STRENGTH)], 0.05)
+    best = refit(frame, held, goal, ground.whole, enough=1e-9)
+    costs = [frame.costs(values, ground.whole).sum() for values in (goal, led, best.local)]
+    # To first order: what is left to gain is little beside what leading has gained.
+    assert costs[1] - costs[2] < 0.1 * (costs[0] - costs[2])
+
+
+def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent: Hypothesis) -> None:
+    ground, subset = search.ground, search.ground.subset((VISCOUS,))
+    weak = parent.fit.local.copy()
+    weak[:, parent.frame.names.index(STRENGTH)] = 0.5
+    begun = refit(parent.frame, Subset(ground.base, ground.each), weak, ground.whole)
+    led = _led(parent.frame, ground, subset, begun, (VISCOUS,))
+    strengths = np.array([fit.local[0, parent.frame.names.index(STRENGTH)] for fit in led])
+    np.testing.assert_allclose(strengths, 0.5 * GROWTH ** np.arange(1, len(led) + 1))
+    costs = np.array([fit.cost for fit in led])
+    best = int(costs.argmin())
+    # The hidden friction is 2.5 N s/m; one growth to each side is as near as strengths come.
+    assert 2.5 / GROWTH < strengths[best] < 2.5 * GROWTH
+    assert len(led) == best + 1 + PAST
+
+
+def test_a_scout_goes_on_where_its_start_would_have_blown_up(
+    search: Search, parent: Hypothesis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = scouted(parent.frame, search.ground, parent, (VISCOUS,))
+    monkeypatch.setattr(importlib.import_module("fibrefit.discovery.engine.candidates"), "BLOWN", 0.5)
+    followed = scouted(parent.frame, search.ground, parent, (VISCOUS,))
+    assert followed.refitted(search.ground).fit.cost == pytest.approx(found.refitted(search.ground).fit.cost, rel=1e-3)

@@ -1,0 +1,240 @@
+"""Every check a fit is put to: once where it passes, once where it does not, and what it says then."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fibrefit.core.check import Check
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting.advice import advice
+from fibrefit.fitting.identifiability import Weakness, weaknesses
+from fibrefit.fitting.result import ChannelGap, Identification, InputError, Starts
+from fibrefit.fitting.structure import Residuals, structure_checks
+from fibrefit.fitting.uncertainty import sandwich
+from fibrefit.problem.diagnose.phases import HELD, LOADING, REST, SLACK, UNLOADING, Motion
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.transform import Range
+
+RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
+
+
+def starts(basin: list[int], cost: list[float]) -> Starts:
+    n = len(basin)
+    return Starts(("k",), *(np.zeros((n, 1)),) * 3, np.array(cost), np.zeros(n, dtype=int), np.array(basin))
+
+
+def gap(ratio: float) -> dict[str, ChannelGap]:
+    return {"force": ChannelGap(ratio, 1.0, "N"), "position": ChannelGap(ratio, 1.0, "m")}
+
+
+def known(samples: int) -> dict[str, Noise]:
+    return {"force": Noise(1.0, 0.0, 0.0, samples)}
+
+
+FINITE, NAN = np.zeros(3), np.array([0.0, np.nan])
+QUIET, CHATTER = np.array([False, False]), np.array([False, True])
+TIED = (Weakness(("a", "b"), "Only a combination of a and b is determined."),)
+
+PAIRS: list[tuple[str, Check, Check, str]] = [
+    ("arrived", judge.converged(1e-4, True), judge.converged(0.5, True), "still promises a fall of the cost by 0.5"),
+    ("arrived by its own word", judge.converged(1e-4, True), judge.converged(1e-4, False), "The solver ended where"),
+    ("finite", judge.finite(FINITE, QUIET, ("a", "b")), judge.finite(NAN, QUIET, ("a", "b")), "is not finite"),
+    (
+        "no chatter",
+        judge.finite(FINITE, QUIET, ("a", "b")),
+        judge.finite(FINITE, CHATTER, ("a.csv", "b.csv")),
+        "for b.csv switches faster than can be followed",
+    ),
+    ("second place", judge.second_solver(0.01, 0.0), judge.second_solver(3.0, -0.2), "ends 3 standard errors away"),
+    ("second cost", judge.second_solver(0.01, 0.0), judge.second_solver(0.01, 4.0), "with a cost 4 lower"),
+    (
+        "starts agree",
+        judge.starts_agree(starts([0, 0, 0, 0, 1], [1.0] * 4 + [9.0])),
+        judge.starts_agree(starts([0, 1, 1, -1], [1.0, 9.0, 9.0, np.inf])),
+        "1 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 3 times as large",
+    ),
+    (
+        "few starts find what leaves only noise",
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 1.02, 9.0]), noise=True),
+        "2 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 1.01 times as large",
+    ),
+    (
+        "one start is luck",
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
+        judge.starts_agree(starts([0, 1, 1, 1], [1.0, 9.0, 9.0, 9.0]), noise=True),
+        "1 of 4 starts ended in the best minimum.",
+    ),
+    ("inside bounds", judge.inside_bounds([]), judge.inside_bounds(["damping"]), "damping stopped at the bound"),
+    ("determined", judge.determined(()), judge.determined(TIED), "Only a combination of a and b"),
+    ("gap", judge.gap_is_noise(gap(1.05)), judge.gap_is_noise(gap(2.0)), "by 2 times the noise: the model lacks"),
+    (
+        "gap with noisy inputs",
+        judge.gap_is_noise(gap(1.3), expected=1.3),
+        judge.gap_is_noise(gap(1.5), expected=1.3),
+        "the model lacks something",
+    ),
+    ("noise seen", judge.noise_seen(known(500), ()), judge.noise_seen(known(0), ()), "hold no rest: noise of force"),
+    ("noise stated", judge.noise_seen(known(0), ("force",)), judge.noise_seen(known(0), ()), "State it under [noise]"),
+]
+
+
+@pytest.mark.parametrize(("good", "bad", "says"), [row[1:] for row in PAIRS], ids=[row[0] for row in PAIRS])
+def test_each_check_passes_and_fails(good: Check, bad: Check, says: str) -> None:
+    assert good.name == bad.name
+    assert good.passed
+    assert not bad.passed
+    assert says in bad.says
+    assert good.says != bad.says
+    for check in (good, bad):
+        assert check.says.endswith(".")
+
+
+def test_only_what_makes_a_result_useless_is_fatal() -> None:
+    assert judge.converged(judge.ASTRAY * 2.0, True).fatal
+    assert not judge.converged(1.0, True).fatal
+    assert judge.finite(NAN, QUIET, ("a", "b")).fatal
+    assert not judge.gap_is_noise(gap(50.0)).fatal
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "stopped"), [(0.001, 1.0, True), (0.3, 1.0, False), (99.99, 1.0, True), (0.0, np.inf, True)]
+)
+def test_an_estimate_is_at_a_bound_within_a_tenth_of_its_error(value: float, error: float, stopped: bool) -> None:
+    assert judge.at_bound(value, error, Range(0.0, 100.0, 10.0)) is stopped
+
+
+@pytest.fixture(scope="module")
+def clean() -> Residuals:
+    """Residuals of a perfect model: noise and nothing else, over motions that have every phase."""
+    random = np.random.default_rng(12)
+    noise = Noise(0.75 / 1000.0, 0.25 / np.log(1000.0 * SAMPLES / RATE), 0.0, 4000)
+    scaled = np.stack([[noise.draw(SAMPLES, RATE, random) for _ in range(2)] for _ in range(RECORDS)])
+    phase = np.full((RECORDS, SAMPLES), REST)
+    phase[:, :400] = HELD
+    for begin, which in zip(range(400, 1600, 100), (SLACK, LOADING, UNLOADING) * 4, strict=True):
+        phase[:, begin : begin + 100] = which
+    t = np.arange(SAMPLES) / RATE
+    states = {
+        "position": np.tile(np.exp(-2.0 * t) * np.cos(30.0 * t), (RECORDS, 1)),
+        "speed": np.tile(np.exp(-2.0 * t) * np.sin(30.0 * t), (RECORDS, 1)),
+    }
+    motion = Motion(phase, states, np.zeros(RECORDS, dtype=bool), {})
+    return Residuals(
+        scaled=scaled,
+        counted=np.ones(scaled.shape, dtype=bool),
+        counts=np.full(RECORDS, SAMPLES),
+        rate=RATE,
+        channels=("force", "position"),
+        sigma=np.ones((RECORDS, 2)),
+        noise={"force": noise, "position": noise},
+        motion=motion,
+    )
+
+
+def changed(clean: Residuals, channel: int, by: np.ndarray) -> list[Check]:
+    scaled = clean.scaled.copy()
+    scaled[:, channel] += by
+    return list(structure_checks(dataclasses.replace(clean, scaled=scaled)))
+
+
+def test_noise_alone_passes_all_checks_of_structure(clean: Residuals) -> None:
+    assert [check.passed for check in structure_checks(clean)] == [True] * 3
+
+
+def test_a_tone_is_seen_in_the_spectrum(clean: Residuals) -> None:
+    tone = 0.5 * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
+    spectrum, _, states = changed(clean, 1, tone)
+    assert not spectrum.passed
+    assert "position between 125 and 250 Hz" in spectrum.says
+    assert states.passed
+
+
+def test_a_phase_that_is_explained_badly_is_named(clean: Residuals) -> None:
+    random = np.random.default_rng(0)
+    extra = np.where(clean.motion.phase == UNLOADING, random.normal(size=clean.motion.phase.shape), 0.0)
+    _, phases, _ = changed(clean, 0, extra)
+    assert not phases.passed
+    assert "force while taut, unloading" in phases.says
+
+
+def test_a_force_that_depends_on_speed_is_named(clean: Residuals) -> None:
+    _, _, states = changed(clean, 0, 2.0 * clean.motion.states["speed"])
+    assert not states.passed
+    assert "force residual depends on the speed" in states.says
+
+
+@pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
+def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
+    (check,) = judge.inputs_within_noise({"drive": InputError(rms * 1e-5, 1e-5, "m")})
+    assert check.passed is passed
+    assert passed or "the drive would have to be wrong by 1.3 times its noise" in check.says.lower()
+
+
+def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
+    (check,) = judge.inputs_within_noise({"drive": InputError(0.0, 1e-5, "m")})
+    assert not check.passed
+    assert (
+        check.says == "The drive was taken as it was measured: the model lacks more than an error of it could explain."
+    )
+
+
+SLOTS = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b", "c"))
+LAYOUT = Layout(SLOTS, ("r.csv",))
+
+
+def said(jacobian: np.ndarray, values: list[float]) -> list[str]:
+    normal = jacobian.T @ jacobian
+    return [weak.says for weak in weaknesses(LAYOUT, np.array(values), sandwich(normal, normal), normal)]
+
+
+COLUMNS = np.linalg.qr(np.random.default_rng(0).normal(size=(60, 3)))[0] * 100.0
+
+
+def test_well_seen_parameters_have_no_weakness() -> None:
+    assert said(COLUMNS, [1.0, 1.0, 1.0]) == []
+
+
+def test_a_parameter_that_does_nothing_is_not_visible() -> None:
+    blind = COLUMNS * [1.0, 0.0, 1.0]
+    assert said(blind, [1.0] * 3) == ["b is not visible in these records: any value fits alike."]
+
+
+def test_parameters_that_do_the_same_are_only_known_together() -> None:
+    twins = np.column_stack([COLUMNS[:, 0], COLUMNS[:, 1], 3.0 * COLUMNS[:, 0]])
+    assert said(twins, [1.0] * 3) == [
+        "Only a combination of a and c is determined: they move the readings in the same way."
+    ]
+
+
+def test_parameters_that_do_nearly_the_same_are_tied_and_the_exchange_is_told() -> None:
+    near = np.column_stack([COLUMNS[:, 0], COLUMNS[:, 1], -2.0 * COLUMNS[:, 0] + 0.01 * COLUMNS[:, 2]])
+    (tied,) = said(near, [1.0] * 3)[-1:]
+    assert tied.startswith("Only a combination of a and c is determined (correlation 1.000)")
+    assert "each unit of a can be traded for 0.5 of c" in tied
+
+
+def test_values_known_to_a_few_percent_are_determined_however_tied() -> None:
+    near = 1e6 * np.column_stack([COLUMNS[:, 0], COLUMNS[:, 1], -2.0 * COLUMNS[:, 0] + 0.01 * COLUMNS[:, 2]])
+    assert said(near, [1.0] * 3) == []
+
+
+def test_a_vague_value_is_said_to_be_so() -> None:
+    assert said(COLUMNS, [1.0, 0.015, 1.0]) == ["b is hardly visible: its error is 67 % of its value."]
+
+
+def test_advice_follows_from_what_failed(found: Identification) -> None:
+    problem, values = found.problem, found.values
+    normal = np.linalg.inv(found.covariance)
+    ask = lambda weak, *failed: advice(  # noqa: E731
+        problem, values, normal, found.covariance, weak, tuple(Check(name, False, "") for name in failed)
+    )
+    assert ask(()) == ()
+    assert "fibrefit discover" in ask((), "the gap is noise")[0]
+    assert "rests tell the noise" in ask((), "the noise is known")[0]
+    (further,) = ask(TIED)
+    assert further.startswith(("A further record with lift", "No further drop"))

@@ -1,0 +1,88 @@
+"""A fit that is stopped concludes with what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification
+from fibrefit.fitting.search.multistart import CHUNK, Searched, scattered, search
+from fibrefit.problem.task import Task
+
+STARTS = 4 * CHUNK
+
+
+def after(times: int) -> Callable[[], bool]:
+    """Answers no so many times, and then yes for ever."""
+    asked = 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > times
+
+    return stop
+
+
+def searched(
+    task: Task, stop: Callable[[], bool], lost: tuple[int, ...] = (), ladders: np.ndarray | None = None
+) -> Searched:
+    layout = task.problem.layout
+    frees = layout.free(scattered(layout, task.start, task.spread, STARTS, 0))
+    frees[list(lost)] = np.nan
+    return search(task.problem, frees, task.ladders if ladders is None else ladders, lambda _: None, stop)
+
+
+def test_the_best_start_is_followed_to_its_end(task: Task, found: Identification) -> None:
+    assert task.ladders.shape[1] > 1
+    stopped = searched(task, after(0))
+    assert stopped.ended.sum() == 1
+    assert np.flatnonzero(stopped.ended)[0] < CHUNK
+    assert stopped.descent.cost[stopped.ended][0] == pytest.approx(found.starts.cost.min(), rel=1e-6)
+
+
+def test_starts_that_came_to_an_end_are_kept(task: Task) -> None:
+    at_once = task.ladders[:, -1:]
+    whole, stopped = (searched(task, stop, ladders=at_once) for stop in (lambda: False, after(1)))
+    assert whole.ended.all()
+    np.testing.assert_array_equal(stopped.ended, np.arange(STARTS) < 2 * CHUNK)
+    np.testing.assert_array_equal(stopped.descent.cost[stopped.ended], whole.descent.cost[stopped.ended])
+    assert not np.isfinite(stopped.descent.cost[~stopped.ended]).any()
+
+
+def test_where_no_start_can_be_followed_nothing_is_known(task: Task) -> None:
+    with np.errstate(invalid="ignore"), pytest.raises(KeyboardInterrupt) as stopped:
+        searched(task, after(0), lost=tuple(range(STARTS)))
+    assert stopped.value.__notes__ == ["No start of the search had come anywhere yet; nothing was written."]
+
+
+def test_the_result_says_that_it_is_not_whole(task: Task, found: Identification) -> None:
+    cut = identify(task, starts=STARTS, stop=after(0))
+    check = cut.checks[0]
+    assert (check.name, check.passed) == ("the fit ran to its end", False)
+    assert check.says == f"Interrupted: 1 of {STARTS} starts came to an end; the best of them is kept."
+    assert "A second solver was not asked." in [check.says for check in cut.checks]
+    assert cut.status != "ok"
+    errors = np.sqrt(np.diag(found.covariance))
+    assert np.abs((cut.values - found.values) / errors).max() < 0.05
+
+
+def test_profiles_that_were_found_are_kept(task: Task) -> None:
+    asked = []
+
+    def stop() -> bool:
+        # Only once profiles are looked for is the question asked with one start.
+        asked.append(True)
+        return len(asked) > 2
+
+    cut = identify(task, starts=1, profile=True, stop=stop)
+    kinds = [estimate.interval_kind for estimate in cut.estimates if estimate.record is None]
+    assert kinds == ["profile likelihood", "normal", "normal"]
+    assert cut.checks[0].says == "Interrupted: 1 of 1 starts came to an end; what should follow them was cut short."
+
+
+def test_a_fit_that_is_let_to_its_end_says_nothing_of_it(found: Identification) -> None:
+    assert "the fit ran to its end" not in [check.name for check in found.checks]

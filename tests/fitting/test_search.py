@@ -1,0 +1,147 @@
+"""Descents, starts and basins, the second solver, profiles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fibrefit.fitting.error_bars import Z_95
+from fibrefit.fitting.profile import plain_cost, profile_interval
+from fibrefit.fitting.result import Identification
+from fibrefit.fitting.search.multistart import LOST, SAME_BASIN, Searched, _are_lost, _leaders, scattered, search, table
+from fibrefit.fitting.search.second_opinion import second_opinion
+from fibrefit.fitting.search.solve import Descent, gram_at, widths
+from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.task import Task
+from tests.fitting import made
+
+
+def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
+    layout = task.problem.layout
+    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    frees = layout.free(began)
+    frees[3] = np.nan
+    told: list[float] = []
+    starts = table(layout, began, search(task.problem, frees, task.ladders, told.append))
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    assert starts.basin[3] == -1
+    assert not np.isfinite(starts.cost[3])
+    assert starts.agreeing == made.STARTS - 1
+    assert starts.cost.min() == pytest.approx(found.starts.cost.min(), rel=1e-9)
+
+
+def test_a_start_far_from_what_another_explains_is_given_up() -> None:
+    np.testing.assert_array_equal(
+        _are_lost(np.array([1.0, 0.9 * LOST, 1.1 * LOST, np.inf])), [False, False, True, True]
+    )
+    assert not _are_lost(np.full(3, np.inf)).any()
+
+
+def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
+    layout = task.problem.layout
+    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    began[2, layout.free_names.index("friction")] = 100.0
+    found = search(task.problem, layout.free(began), task.ladders, lambda _: None)
+    assert found.ended.all()
+    assert not np.isfinite(found.descent.cost[2])
+    assert found.descent.steps[2] < np.delete(found.descent.steps, 2).min()
+
+
+def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identification) -> None:
+    for values, cost in zip(found.starts.values, found.starts.cost, strict=True):
+        assert cost == pytest.approx(gram_at(task.problem, values)[-1, -1], rel=1e-6)
+
+
+def test_widths_change_the_cost_by_about_one(task: Task, found: Identification) -> None:
+    layout = task.problem.layout
+    free = layout.free(found.plain.values)
+    width = widths(task.problem, free)
+    best = gram_at(task.problem, found.plain.values)[-1, -1]
+    for i in range(layout.size):
+        moved = layout.values(free + width * (np.arange(layout.size) == i))
+        assert gram_at(task.problem, moved)[-1, -1] - best == pytest.approx(1.0, rel=0.2)
+
+
+def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> None:
+    shared = Slot("k", "N/m", Range(5.0, 12.0, 1.0))
+    layout = Layout((shared, Slot("b", "-", Range(0.0, 1e9, 1.0)), Slot("zero", "m", shared.range, False)), ("a", "b"))
+    centre = np.array([10.0, 2.0, 6.0, 7.0])
+    began = scattered(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
+    np.testing.assert_array_equal(began[0], centre)
+    assert began[:, 0].min() >= 5.0
+    assert began[:, 0].max() <= 12.0
+    np.testing.assert_array_less(2.0 / 3.0 - 1e-12, began[:, 1])
+    np.testing.assert_array_less(began[:, 1], 6.0 + 1e-12)
+    # What each record has for itself stays as the data tell it.
+    np.testing.assert_array_equal(began[:, 2:], np.tile(centre[2:], (33, 1)))
+    assert len(np.unique(began[1:, 1])) == 32
+    np.testing.assert_array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
+    assert not np.array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
+    assert len(scattered(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
+
+
+def test_starts_that_met_go_on_as_one_unless_they_took_different_ladders() -> None:
+    free = np.array([[0.0, 0.0], [0.3, -0.4], [0.0, 0.1], [5.0, 0.0], [0.1, 0.0], [np.nan, 0.0]])
+    cost = np.array([10.0, 10.001, 10.0, 10.0, 12.0, np.inf])
+    ended = Descent(free, cost, np.arange(6), np.ones(6, dtype=bool))
+    leader = _leaders(ended, np.array([1.0, 1.0]), np.array([0, 0, 1, 0, 0, 0]))
+    # The second met the first. The others: another ladder, too far, another cost, lost.
+    np.testing.assert_array_equal(leader, [0, 0, 2, 3, 4, 5])
+
+
+def test_ends_are_sorted_into_basins_by_their_cost() -> None:
+    layout = Layout((Slot("k", "N/m", Range(-np.inf, np.inf, 1.0)),), ("a",))
+    cost = np.array([5.0, 1.0, np.inf, 1.0 + 0.5 * SAME_BASIN, 5.0 * (1.0 + 0.5 * SAME_BASIN), 80.0])
+    ended = Descent(np.arange(6.0)[:, None], cost, np.arange(6), np.ones(6, dtype=bool))
+    starts = table(layout, np.zeros((6, 1)), Searched(ended, np.ones(6, dtype=bool)))
+    np.testing.assert_array_equal(starts.basin, [1, 0, -1, 0, 1, 2])
+    assert starts.agreeing == 2
+    assert starts.names == ("k",)
+
+
+def test_the_second_solver_ends_at_the_same_place_from_elsewhere(task: Task, found: Identification) -> None:
+    errors = found.plain.errors
+    other = second_opinion(task.problem, found.plain.values + 20.0 * errors, errors)
+    assert np.abs((other.values - found.plain.values) / errors).max() < 0.05
+    assert other.cost == pytest.approx(found.starts.cost.min(), rel=1e-7)
+
+
+def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -> None:
+    errors = found.plain.errors
+    least = found.plain.values[2] - 20.0 * errors[2]
+    slots = tuple(
+        replace(slot, range=Range(least, np.inf, 1.0)) if slot.name == "friction" else slot
+        for slot in task.problem.layout.slots
+    )
+    bounded = Problem(task.problem.model, replace(task.problem.layout, slots=slots), task.problem.observations)
+    start = np.where(np.arange(len(errors)) == 2, least - 1.0, found.plain.values)  # friction below its bound
+    other = second_opinion(bounded, start, errors)
+    assert other.values[2] >= least
+    assert np.abs((other.values - found.plain.values) / errors).max() < 0.05
+    # From no friction at all it may end elsewhere, but no bound is passed.
+    assert second_opinion(task.problem, np.where(start == start[2], -1.0, start), errors).values[2] >= 0.0
+
+
+def plain_profile(task: Task, found: Identification, index: int, own: float, honest: float) -> tuple[float, float]:
+    width = widths(task.problem, task.problem.layout.free(found.plain.values))
+    cost = plain_cost(task.problem, index, width, task.ladders[0, -1:])
+    return profile_interval(task.problem, found.plain.values, index, cost, own, honest)
+
+
+def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Task, found: Identification) -> None:
+    value, error = found.plain.values[0], found.plain.errors[0]
+    low, high = plain_profile(task, found, 0, found.parameters["stiffness"].std_errors["white"], error)
+    assert low == pytest.approx(value - Z_95 * error, abs=0.1 * error)
+    assert high == pytest.approx(value + Z_95 * error, abs=0.1 * error)
+
+
+def test_a_profile_that_never_rises_ends_at_the_limits(task: Task, found: Identification) -> None:
+    """With errors said to be a millionth of what they are, every end lies beyond the reach of the search."""
+    small = 1e-6 * found.plain.errors[2]
+    limits = task.problem.layout.entries[2][0].range
+    assert plain_profile(task, found, 2, small / 50.0, small) == (limits.lower, limits.upper)

@@ -1,0 +1,253 @@
+"""The sampler on densities that are known: right, repeatable, and safe to interrupt."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.sampling.chains import checkpoint
+from fibrefit.sampling.chains.ensembles import Course, Progress, next_look, run
+from fibrefit.sampling.settings import Settings
+from tests.sampling.targets import around, correlated, normal, target
+
+MONTE_CARLO = 4.5
+"""Standard errors that none of some tens of means may stray."""
+SIZE = 5
+CENTRE, COVARIANCE = correlated(SIZE)
+DENSITY = normal(CENTRE, COVARIANCE)
+
+
+def course(seed: int = 0, **more: object) -> Course:
+    settings = Settings(seed=seed, **more.pop("settings", {}))
+    return run(target(DENSITY, SIZE), around(DENSITY, CENTRE, COVARIANCE), settings, **more)
+
+
+def test_moments_are_those_of_the_density() -> None:
+    found = course()
+    assert found.converged
+    points = found.kept.reshape(-1, SIZE)
+    scale = np.sqrt(np.diag(COVARIANCE))
+    error = scale / np.sqrt(found.mixing.ess_bulk)
+    assert np.all(np.abs(points.mean(axis=0) - CENTRE) < MONTE_CARLO * error)
+    covariance = np.cov(points.T) / np.outer(scale, scale)
+    assert np.abs(covariance - COVARIANCE / np.outer(scale, scale)).max() < MONTE_CARLO * 1.5 / np.sqrt(
+        found.mixing.ess_tail.min()
+    )
+
+
+def test_a_poor_approximation_costs_time_and_not_truth() -> None:
+    """Its centre is off by a standard deviation or two and its width is wrong: the other moves see to it."""
+    off = CENTRE + 1.5 * np.sqrt(np.diag(COVARIANCE))
+    found = run(target(DENSITY, SIZE), around(DENSITY, off, np.diag(np.diag(COVARIANCE)) / 9.0), Settings(seed=2))
+    assert found.converged
+    points = found.kept[:, ::5].reshape(-1, SIZE)
+    for i in range(SIZE):
+        thin = points[:: max(1, len(points) // 400), i]
+        assert kstest((thin - CENTRE[i]) / np.sqrt(COVARIANCE[i, i]), "norm").pvalue > 1e-4
+    assert len(found.points[0]) > len(course().points[0])
+
+
+def test_the_wrong_density_is_noticed() -> None:
+    """The negative control: the same comparison, the density wider by a fifth."""
+    wider = normal(CENTRE, 1.44 * COVARIANCE)
+    found = run(target(wider, SIZE), around(wider, CENTRE, COVARIANCE), Settings(seed=0))
+    scale = np.sqrt(np.diag(COVARIANCE))
+    spread = found.kept.reshape(-1, SIZE).std(axis=0) / scale
+    assert np.all(np.abs(spread - 1.0) > MONTE_CARLO / np.sqrt(2.0 * found.mixing.ess_bulk))
+
+
+def test_the_same_seed_gives_the_same_bits_whatever_the_threads() -> None:
+    one, two, other = (course(3, settings={"threads": n}) for n in (1, 4, 2))
+    np.testing.assert_array_equal(one.points, two.points)
+    np.testing.assert_array_equal(one.log_density, other.log_density)
+    assert not np.array_equal(one.points, course(4).points)
+
+
+def test_ensembles_know_nothing_of_each_other() -> None:
+    found = course()
+    assert len({ensemble[0, 0, 0] for ensemble in found.points}) == 4
+
+
+class StopError(Exception):
+    """Stands for anything that may end a run."""
+
+
+def stopped(after: int, file: Path, resume: bool) -> None:
+    def progress(told: Progress) -> None:
+        if told.steps >= after:
+            raise StopError
+
+    with pytest.raises(StopError):
+        course(5, settings=LONG, checkpoint_file=file, resume=resume, progress=progress)
+
+
+LONG = {"max_steps": 150, "ess": 1e9}
+
+
+def test_a_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
+    whole, file = course(5, settings=LONG), tmp_path / "chains.npz"
+    for after in (1, 20, 64, 130):
+        stopped(after, file, resume=True)
+    done = course(5, settings=LONG, checkpoint_file=file, resume=True)
+    assert 0 < done.resumed_at < 150
+    np.testing.assert_array_equal(done.points, whole.points)
+    np.testing.assert_array_equal(done.log_density, whole.log_density)
+    assert done.mixing.r_hat.tolist() == whole.mixing.r_hat.tolist()
+
+
+def test_a_finished_run_is_not_gone_again(tmp_path: Path) -> None:
+    file = tmp_path / "chains.npz"
+    first = course(5, checkpoint_file=file)
+    again = course(5, checkpoint_file=file, resume=True)
+    assert again.resumed_at == first.points.shape[1]
+    np.testing.assert_array_equal(again.points, first.points)
+
+
+def test_another_runs_checkpoint_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "chains.npz"
+    stopped(20, file, resume=False)
+    with pytest.raises(UsageError) as refused:
+        course(6, checkpoint_file=file, resume=True)
+    assert "the checkpoint of another run: its walkers began elsewhere" in str(refused.value)
+    other = normal(CENTRE, 1.1 * COVARIANCE)
+    with pytest.raises(UsageError):
+        run(target(other, SIZE), around(other, CENTRE, COVARIANCE), Settings(seed=5), file, resume=True)
+
+
+@pytest.mark.parametrize("damage", ["cut", "noise", "empty"])
+def test_a_damaged_checkpoint_is_refused(tmp_path: Path, damage: str) -> None:
+    file = tmp_path / "chains.npz"
+    stopped(20, file, resume=False)
+    content = file.read_bytes()
+    file.write_bytes({"cut": content[: len(content) // 2], "noise": b"no file of ours", "empty": b""}[damage])
+    with pytest.raises(UsageError, match="no checkpoint"):
+        course(5, checkpoint_file=file, resume=True)
+
+
+def test_a_checkpoint_holds_no_objects(tmp_path: Path) -> None:
+    file = tmp_path / "chains.npz"
+    course(5, checkpoint_file=file)
+    with np.load(file, allow_pickle=False) as content:
+        assert all(content[name].dtype != object for name in content.files)
+    assert [path.name for path in tmp_path.iterdir()] == ["chains.npz"]
+
+
+VICTIM = """
+import sys, time
+import numpy as np
+from pathlib import Path
+from fibrefit.sampling.chains.ensembles import run
+from fibrefit.sampling.settings import Settings
+from tests.sampling.targets import around, normal, target
+def slowly(x):
+    time.sleep(2e-3)
+    return density(x)
+density = normal(np.zeros(3), np.eye(3))
+settings = Settings(seed=1, max_steps=120, ess=1e9, checkpoint_seconds=0.05)
+print("started", flush=True)
+done = run(target(slowly, 3), around(density, np.zeros(3), np.eye(3)), settings, Path(sys.argv[1]), resume=True)
+np.save(sys.argv[2], done.points)
+"""
+
+
+@pytest.mark.parametrize("kills", [3, pytest.param(10, marks=pytest.mark.slow)])
+def test_kill_nine_loses_nothing_but_seconds(tmp_path: Path, kills: int) -> None:
+    random = np.random.default_rng(kills)
+    file, whole, pieces = tmp_path / "chains.npz", tmp_path / "whole.npy", tmp_path / "pieces.npy"
+    command = [sys.executable, "-c", VICTIM]
+    subprocess.run([*command, str(tmp_path / "other.npz"), str(whole)], check=True, timeout=120)
+    lengths = []
+    for _ in range(kills):
+        victim = subprocess.Popen([*command, str(file), str(pieces)], stdout=subprocess.PIPE)
+        victim.stdout.readline()
+        time.sleep(random.uniform(0.02, 0.5))
+        victim.send_signal(signal.SIGKILL)
+        victim.wait()
+        victim.stdout.close()
+        if file.exists():
+            with np.load(file, allow_pickle=False) as content:
+                lengths.append(len(content["0.points"]))
+    assert lengths == sorted(lengths)
+    subprocess.run([*command, str(file), str(pieces)], check=True, timeout=120)
+    np.testing.assert_array_equal(np.load(whole), np.load(pieces))
+
+
+def test_walkers_never_begin_where_the_density_is_nil() -> None:
+    def halved(x: np.ndarray) -> np.ndarray:
+        return np.where(x[:, 0] > CENTRE[0], DENSITY(x), -np.inf)
+
+    found = run(target(halved, SIZE), around(DENSITY, CENTRE, COVARIANCE), Settings(seed=0, max_steps=60))
+    assert np.isfinite(found.log_density).all()
+    assert np.all(found.points[..., 0] > CENTRE[0])
+
+
+def test_a_density_that_is_nil_everywhere_is_refused() -> None:
+    with pytest.raises(UsageError) as refused:
+        run(target(lambda x: np.full(len(x), -np.inf), 2), around(DENSITY, CENTRE, COVARIANCE), Settings())
+    assert "walkers find no possible place around it" in str(refused.value)
+
+
+def test_a_budget_is_kept_and_told() -> None:
+    told: list[Progress] = []
+    found = course(0, settings={"max_steps": 40, "ess": 1e9}, progress=told.append)
+    assert found.points.shape[1] == 40
+    assert not found.converged
+    assert all(one.steps <= 40 for one in told)
+    late = course(0, settings={"max_seconds": 0.0})
+    assert late.points.shape[1] < 10
+
+
+def test_looks_come_at_steps_that_time_does_not_change() -> None:
+    looks = [next_look(0)]
+    while len(looks) < 5:
+        looks.append(next_look(looks[-1]))
+    assert looks == [60, 75, 94, 118, 148]
+    assert next_look(61) == 75
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"ensembles": 3}, "ensembles: 3; expected 4 or more."),
+        ({"r_hat": 1.0}, "r_hat: 1.0; expected a number above 1, such as 1.01."),
+        ({"ess": 0.0}, "ess: 0.0; expected a positive number, such as 400."),
+        ({"max_steps": 0}, "max_steps: 0; expected 1 or more."),
+        ({"interval": 1.0}, "interval: 1.0; expected a probability between 0 and 1."),
+    ],
+)
+def test_settings_that_cannot_work_are_refused(wrong: dict[str, float], message: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        Settings(**wrong)
+    assert str(refused.value) == message
+
+
+@pytest.mark.parametrize("walkers", [10, 13])
+def test_too_few_or_odd_walkers_are_refused(walkers: int) -> None:
+    with pytest.raises(UsageError, match=f"walkers: {walkers}; expected an even number from 12 on"):
+        Settings(walkers=walkers).walkers_for(5)
+
+
+def test_walkers_by_default() -> None:
+    assert [Settings().walkers_for(n) for n in (1, 9, 15, 40)] == [32, 32, 46, 120]
+
+
+def test_a_checkpoint_survives_a_failing_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "chains.npz"
+    stopped(20, file, resume=False)
+    before = file.read_bytes()
+
+    def fails(*_: object, **__: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(checkpoint.np, "savez", fails)
+    with pytest.raises(OSError, match="disk full"):
+        course(5, settings=LONG, checkpoint_file=file, resume=True)
+    assert file.read_bytes() == before

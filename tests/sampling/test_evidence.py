@@ -1,0 +1,74 @@
+"""The weight of modes against integrals that are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.sampling.chains.ensembles import run
+from fibrefit.sampling.evidence import bridge
+from fibrefit.sampling.mode.modes import distinct, sample_modes
+from fibrefit.sampling.settings import Settings
+from tests.sampling.targets import around, correlated, normal, target
+
+SURE = 4.0
+"""Standard errors."""
+
+
+def test_a_normal_density_has_its_integral() -> None:
+    centre, covariance = correlated(6, 1)
+    density = normal(centre, covariance, log_mass=-1234.5)
+    approximation = around(density, centre, covariance)
+    assert approximation.log_evidence == pytest.approx(-1234.5, abs=1e-8)
+    course = run(target(density, 6), approximation, Settings(seed=1))
+    found = bridge(density, course, seed=0)
+    assert found.error < 0.02
+    assert abs(found.log_value + 1234.5) < max(SURE * found.error, 1e-6)
+
+
+def test_a_skewed_density_has_its_integral_where_laplace_errs() -> None:
+    def gamma(x: np.ndarray) -> np.ndarray:
+        """Logarithms of two gamma variables of shape 3: the integral is Gamma(3)^2 = 4."""
+        return np.sum(3.0 * x - np.exp(x), axis=1)
+
+    approximation = around(gamma, np.full(2, np.log(3.0)), np.eye(2) / 3.0)
+    course = run(target(gamma, 2), approximation, Settings(seed=1))
+    found = bridge(gamma, course, seed=0)
+    assert abs(found.log_value - np.log(4.0)) < SURE * found.error
+    assert abs(approximation.log_evidence - np.log(4.0)) > SURE * found.error
+
+
+def test_modes_are_weighed() -> None:
+    a, b = np.zeros(2), np.array([30.0, 0.0])
+    parts = normal(a, np.eye(2), np.log(0.3)), normal(b, np.diag([4.0, 0.25]), np.log(0.7))
+    density = lambda x: np.logaddexp(parts[0](x), parts[1](x))  # noqa: E731
+    found = [
+        around(density, a, np.eye(2)),
+        around(density, b, np.diag([4.0, 0.25])),
+        around(density, b + 0.1, np.eye(2)),
+    ]
+    assert len(distinct(found)) == 2
+    modes = sample_modes(target(density, 2), distinct(found), Settings(seed=0))
+    assert [round(mode.approximation.centre[0]) for mode in modes] == [30, 0]
+    assert modes[0].weight == pytest.approx(0.7, abs=0.02)
+    assert modes[0].weight + modes[1].weight == pytest.approx(1.0)
+
+
+def test_a_mode_of_no_weight_is_named_and_not_sampled() -> None:
+    parts = normal(np.zeros(2), np.eye(2)), normal(np.array([30.0, 0.0]), np.eye(2), np.log(1e-6))
+    density = lambda x: np.logaddexp(parts[0](x), parts[1](x))  # noqa: E731
+    found = distinct([around(density, np.array([c, 0.0]), np.eye(2)) for c in (0.0, 30.0)])
+    modes = sample_modes(target(density, 2), found, Settings(seed=0))
+    assert modes[1].course is None
+    assert modes[1].weight < 1e-4
+    assert modes[0].weight > 0.9999
+
+
+def test_two_starts_of_one_mode_are_not_counted_twice() -> None:
+    """Both approximations are poor, so they look distinct; the walkers show that they are not."""
+    density = normal(np.zeros(2), np.eye(2))
+    poor = [around(density, np.array([c, 0.0]), 0.09 * np.eye(2)) for c in (-1.0, 1.0)]
+    modes = sample_modes(target(density, 2), distinct(poor), Settings(seed=0))
+    assert len(modes) == 2
+    assert [mode.left for mode in modes] == [False, True]
+    assert modes[0].weight == 1.0

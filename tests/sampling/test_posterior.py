@@ -1,0 +1,194 @@
+"""The whole way from a task to a posterior, on one small series whose truth is known."""
+
+from __future__ import annotations
+
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.effects.guide.viscous_friction import ViscousFriction
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+from fibrefit.sampling.compare import foresight
+from fibrefit.sampling.groups import posterior_groups
+from fibrefit.sampling.posterior import Posterior
+from fibrefit.sampling.predict import Bands, draw_noise, predict
+from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.settings import Settings
+from fibrefit.store.hdf5 import Variable, read_result, write_result
+from fibrefit.study.summaries.summaries import Provenance
+from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
+
+ORIGIN = Provenance(created="now", versions={}, inputs={}, resolved_study="")
+SURE = 4.0
+"""Standard deviations from the truth that one of nine values may be."""
+
+
+@pytest.fixture(scope="module")
+def posterior(small: tuple[Task, np.ndarray]) -> Posterior:
+    task, values = small
+    return sample_posterior(task, values, settings=Settings(seed=3))
+
+
+@pytest.fixture(scope="module")
+def bands(posterior: Posterior) -> dict[str, Bands]:
+    return predict(posterior, 60)
+
+
+def test_it_holds_the_truth(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
+    for name, value in zip(small[0].problem.layout.free_names, small[0].start, strict=True):
+        marginal = posterior.marginals[name]
+        assert abs(marginal.mean - value) < SURE * marginal.sd, name
+        assert marginal.interval[0] < marginal.median < marginal.interval[1]
+    for channel, rms in NOISE.items():
+        assert posterior.marginals[f"noise.{channel}"].mean == pytest.approx(rms, rel=0.1)
+    assert posterior.marginals["noise.force"].unit == "N"
+
+
+def test_it_passes_its_checks(posterior: Posterior) -> None:
+    assert posterior.status == "ok", [check.says for check in posterior.checks if not check.passed]
+    assert posterior.course.converged
+    assert len({check.name for check in posterior.checks}) == len(posterior.checks) == 11
+
+
+def test_the_noise_model_is_chosen_and_told(posterior: Posterior) -> None:
+    assert posterior.noise_model.kind == "coloured"
+    assert posterior.noise_model.says.startswith("Likelihood: coloured noise")
+    assert "noise.force: log-normal, median 0.4 N, factor 2.718 (default)" in posterior.priors
+
+
+def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior) -> None:
+    found = posterior.log_evidence
+    assert found.error < 0.05
+    assert found.log_value == pytest.approx(posterior.modes[0].approximation.log_evidence, abs=0.3)
+
+
+def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
+    task, values = small
+    white = sample_posterior(task, values, noise="white", settings=Settings(seed=3))
+    assert white.noise_model.says == "Likelihood: white noise, as asked for."
+    ratio = [posterior.marginals[n].sd / white.marginals[n].sd for n in ("position_zero[drop 0]", "friction")]
+    assert min(ratio) > 1.3
+
+
+def test_bands_hold_the_measurements(bands: dict[str, Bands], small: tuple[Task, np.ndarray]) -> None:
+    assert set(bands) == {"force", "position"}
+    for channel, band in bands.items():
+        # 2000 samples, their noise correlated, from 60 draws.
+        assert band.covered == pytest.approx(0.9, abs=0.03)
+        spread = band.model[2] - band.model[0]
+        assert np.all(spread <= band.measured[2] - band.measured[0] + 1e-12)
+        # The motion is known far better than a single sample of it, but where the force jumps.
+        assert np.median(spread) < 0.3 * 3.3 * NOISE[channel]
+
+
+def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> None:
+    likelihood = posterior.density.likelihood
+    random, size = np.random.default_rng(0), 512
+    drawn = np.stack([draw_noise(likelihood, size, np.zeros(2), random) for _ in range(400)])
+    expected = likelihood.whitening.autocovariance(size)
+    for lag in (0, 1, 50):
+        found = np.mean(drawn[..., : size - lag] * drawn[..., lag:], axis=(0, -1))
+        np.testing.assert_allclose(found, expected[..., lag], atol=0.03)
+
+
+def test_foresight_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
+    found = foresight(posterior, 300)
+    assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
+    assert found.unsure <= 0.1 * len(found.blocks)
+    stated = Settings(seed=3, max_steps=60)
+    task = task_of(series(np.random.default_rng(1)))
+    wrong = sample_posterior(task, task.start * np.array([1.0, 1.05, *np.ones(5)]), noise="coloured", settings=stated)
+    # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
+    assert foresight(wrong, 300).total == pytest.approx(found.total, abs=3.0)
+
+
+def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
+    groups = posterior_groups(posterior, bands)
+    assert set(groups) == {
+        "posterior",
+        "sample_stats",
+        "prior",
+        "observed_data",
+        "posterior_predictive",
+        "constant_data",
+    }
+    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
+    file = tmp_path / "result.h5"
+    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    read, _ = read_result(file)
+    draws = read["posterior"]["release"].values
+    assert draws.shape[0] == 4
+    assert draws.shape[2] == 2
+    own = [posterior.target.names.index(f"release[drop {r}]") for r in (0, 1)]
+    np.testing.assert_array_equal(draws[:, 0], posterior.draws[:, 0][:, own])
+    assert read["posterior"]["stiffness"].unit == "N/m"
+    assert read["posterior_predictive"]["force"].dims == ("chain", "draw", "record", "sample")
+
+
+def test_groups_open_as_arviz_expects(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
+    xarray = pytest.importorskip("xarray")
+    groups = posterior_groups(posterior, bands)
+    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
+    file = tmp_path / "result.h5"
+    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    with xarray.open_datatree(file, engine="h5netcdf") as tree:
+        opened = tree["posterior"]
+        assert set(opened["stiffness"].dims) == {"chain", "draw"}
+        assert float(opened["stiffness"].mean()) == pytest.approx(TRUTH["stiffness"], rel=0.01)
+
+
+def test_missing_physics_sets_off_the_alarm() -> None:
+    """Viscous friction made the data and the model lacks it: whitening would explain it away."""
+    viscous = {"guide.viscous_friction.viscous_coefficient": 6.0}
+    task = task_of(series(np.random.default_rng(1), viscous, effects=(ViscousFriction,)))
+    found = sample_posterior(task, fitted(task), noise="coloured", settings=Settings(seed=0, max_steps=12))
+    checks = {check.name: check for check in found.checks}
+    assert not checks["the residuals are noise"].passed
+    assert "Run discover" in checks["the residuals are noise"].says
+    parted = checks["plain and whitened estimates agree"]
+    assert not parted.passed
+    assert "the noise model is explaining it away. Run discover" in parted.says
+    assert found.status != "ok"
+
+
+def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
+    """A start a little off leads to the same mode and is not counted twice."""
+    task, values = small
+    beside = values * np.array([1.001, 1.02, 0.98, *np.ones(4)])
+    found = sample_posterior(task, values, basins=[beside], settings=Settings(seed=3))
+    assert len(found.modes) == 1
+    np.testing.assert_array_equal(found.points, posterior.points)
+
+
+@pytest.mark.slow
+def test_nuts_agrees(posterior: Posterior) -> None:
+    pytest.importorskip("blackjax")
+    from fibrefit.sampling.nuts import second_opinion
+
+    other = second_opinion(posterior, 200)
+    assert other.divergent == 0
+    assert other.agrees, other.scores
+    # Of 800 draws, correlated.
+    np.testing.assert_allclose(other.spread, 1.0, atol=0.2)
+
+
+@pytest.mark.slow
+def test_readings_of_a_draw_are_the_problems_own(posterior: Posterior) -> None:
+    problem: Problem = posterior.density.problem
+    point = posterior.thinned(1)[0]
+    values = posterior.density.values(jnp.asarray(point))[: problem.layout.size]
+    one = predict(posterior, 1, 0)["force"].model[1]
+    np.testing.assert_allclose(one, jax.jit(problem.readings)(values)["force"], rtol=1e-9)
+
+
+def test_nuts_without_its_package_says_what_to_install(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fibrefit.sampling.nuts import second_opinion
+
+    monkeypatch.setitem(sys.modules, "blackjax", None)
+    with pytest.raises(UsageError, match=r"Install it: pip install 'fibrefit\[nuts\]'"):
+        second_opinion(posterior)
