@@ -6,20 +6,25 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, parted
-from fibrefit.discovery.engine.candidates import Hypothesis, alone
-from fibrefit.discovery.engine.thresholds import NOISE_LIKE
-from fibrefit.discovery.forward_selection import Climbed, Limits, climb, free_form, is_rival, ranking
+from fibrefit.discovery.engine.candidates import Hypothesis, carried
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.forward_selection import Limits, Selection, candidates, forward_select
 from fibrefit.discovery.model.finding import Finding, Parting, Unexplained
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
+from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.cross_validation import held_out
+from fibrefit.discovery.search.inputs import with_inputs
 from fibrefit.discovery.search.search import Progress, Search
 from fibrefit.discovery.search.setup import begun
-from fibrefit.discovery.search.weighing import only_sure, weights
+from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.fitting.identify import identify
@@ -55,8 +60,8 @@ def discover(
     before = identify(task, STARTS, limits.seed, progress=progress)
     if reasons := _broken(before):
         return _not_trusted(before, reasons, began)
-    search = begun(task, before, effects, tell)
-    return _concluded(before, climb(search, before, limits), limits, began)
+    search, base = begun(task, before, effects, tell)
+    return _concluded(before, base, forward_select(search, base, before, limits), limits, began)
 
 
 ASTRAY = 0.05
@@ -77,27 +82,25 @@ def _broken(before: Identification) -> str:
     )
 
 
-def _concluded(before: Identification, at: Climbed, limits: Limits, began: float) -> Finding:
-    search = at.search
-    best = search.pruned(at.best) if len(at.best.effects) > 1 and limits.choose is None else at.best
-    if best.effects and not search.is_noise(best):
-        best = only_sure(search, best)
-    reading = None if _is_plain(search, best) else free_form(search, before)
-    noise_like = search.is_noise(best)
-    explained = noise_like and not is_rival(search, reading, best)
-    if not explained and reading is not None and _has_only_helped(search, reading, best):
-        best = search.base
+def _concluded(before: Identification, base: Weighed, at: Selection, limits: Limits, began: float) -> Finding:
+    search, best = at.search, at.best
+    search.tell("testing the innovations", None)
+    alarms = _alarms(search, best)
+    readings = probe_all(search, best, before, NAMED)
+    complete = not alarms and not readings
+    if not complete and best.effects and (instead := _outdone(search, base, best, before)):
+        best, readings = instead
     rounds = tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names))
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed)
-    readings: tuple[Reading, ...] = ()
-    if explained:
-        verdict, reason = _explained(search, best, reading)
-        unexplained = Unexplained(search.gap(best) if verdict == "nothing_missing" else total(after.gap))
+    kept = search.plain(best)
+    if complete:
+        verdict, reason = _explained(best)
+        unexplained = Unexplained(search.gap(kept) if verdict == "nothing_missing" else total(after.gap))
     else:
-        verdict, reason, readings = "unexplained", NO_EFFECT, _readings(search, after, best)
-        looks = _looks_like(search, after, best, readings[0] if readings else None)
-        unexplained = Unexplained(total(after.gap), where.places(after), looks)
+        said = [alarm.says for alarm in alarms] or [f"{described(readings[0])} gains {readings[0].gain:.3g} nats."]
+        verdict, reason = "unexplained", f"{NO_EFFECT} {' '.join(said)}"
+        unexplained = Unexplained(total(after.gap), where.places(after), _looks_like(kept, search, after, readings))
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     return Finding(
         verdict=verdict,
@@ -108,17 +111,36 @@ def _concluded(before: Identification, at: Climbed, limits: Limits, began: float
         unexplained=unexplained,
         before=before,
         after=after,
-        held_out=held_out(search, best) if best.effects else (),
-        ranking=ranking(at),
+        held_out=held_out(search, search.base, kept) if best.effects else (),
+        ranking=() if at.look is None else candidates(at.look),
         seconds=time.perf_counter() - began,
         weights=weights(search, best, after) if best.effects else (),
-        detectable=() if best.effects or not explained else detectable(search),
+        detectable=() if best.effects or not complete else detectable(search),
         partings=_partings(search, tuple(rivals.values())),
-        curves=() if explained else drawn(readings, after, search.ground, search.samples, search.kappa),
+        curves=() if complete else drawn(readings, after, search.samples),
     )
 
 
-def _untried(search: Search, best: Hypothesis) -> list[tuple[str, str]]:
+def _alarms(search: Search, best: Weighed) -> list[Alarm]:
+    """Tests of the innovations that say the model is not complete."""
+    tested = tests_of(search.scales, best, search.task.traces, search.task.problem.model.rig.channels)
+    return [alarm for alarm in tested if alarm.raised]
+
+
+def _outdone(
+    search: Search, base: Weighed, best: Weighed, before: Identification
+) -> tuple[Weighed, list[Reading]] | None:
+    """The base and its curves, where one of them makes the records more probable than what was named."""
+    if best.frame.reactions is not base.frame.reactions:
+        local = carried(search.base.frame, search.base.fit.local, base.frame, base.local)
+        base = search.scales.weigh(search.base.frame, (), local)
+    else:
+        base = search.scales.again(base)
+    readings = probe_all(search, base, before, best.log - base.log + NAMED)
+    return (base, readings) if readings else None
+
+
+def _untried(search: Search, best: Weighed) -> list[tuple[str, str]]:
     """Each effect with those that no record of the rig tells from it and that were not tried."""
     tried = {effect.name for effect in search.effects}
     return [(effect.name, other) for effect in best.effects for other in effect.like if other not in tried]
@@ -132,7 +154,7 @@ def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[Parting, ...]:
     return tuple(parting for parting in found if parting is not None)
 
 
-def _taken_out(at: Climbed, best: Hypothesis) -> list[str]:
+def _taken_out(at: Selection, best: Weighed) -> list[str]:
     """What is said of effects that were added and are not kept."""
     added = [name for found in at.rounds for name in found.added.split(" + ")]
     gone = [name for name in dict.fromkeys(added) if name not in best.names]
@@ -143,61 +165,32 @@ def _taken_out(at: Climbed, best: Hypothesis) -> list[str]:
     return [f"{said}{'they are' if plural else 'it is'} no longer more than chance."]
 
 
-def _is_plain(search: Search, best: Hypothesis) -> bool:
-    """Whether nothing is left that a probe should look at: noise, explained by at most one effect."""
-    return search.is_noise(best) and len(best.effects) <= 1
-
-
-NEARLY_ALL = 1.15
-"""Gap up to which a curve has explained all there was to explain, or nearly so."""
-MOST = 0.7
-"""Share of what a curve explains from which a name stands beside it, where both leave much."""
-
-
-def _has_only_helped(search: Search, reading: Reading, best: Hypothesis) -> bool:
-    """Whether what was named is not to be kept: a curve explains all, or much more.
-
-    Where even the curve leaves much, it is better than a name by what its many knots happen to fit.
-    """
-    if not is_rival(search, reading, best):
-        return False
-    whole, curve = search.base.fit.cost, reading.hypothesis.fit.cost
-    return search.gap(reading.hypothesis) <= NEARLY_ALL or whole - best.fit.cost < MOST * (whole - curve)
-
-
 NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
 
 
-def _explained(search: Search, best: Hypothesis, reading: Reading | None) -> tuple[str, str]:
-    """Verdict and reason where what is left is noise, and no single curve explains more than what was named."""
-    if reading is not None:
-        return "named", "What is left is noise, and no single curve explains more."
-    plain = not search.only_scatters(best) or search.gap(best) <= NOISE_LIKE
-    left = "noise" if plain else "noise, and base parameters that differ by some tenths of a percent between records"
-    return "named" if best.effects else "nothing_missing", f"What is left is {left}."
-
-
-def _readings(search: Search, found: Identification, best: Hypothesis) -> tuple[Reading, ...]:
-    """Free curves on the model that is kept, best first; none where none was asked for."""
-    if not best.effects or not search.curves:
-        return search.curves
-    tell = lambda share: search.tell("probing what is left", share)  # noqa: E731
-    return tuple(probe_all(search.task, best, found, search.ground, search.kappa, tell))
+def _explained(best: Weighed) -> tuple[str, str]:
+    """Verdict and reason where innovations are noise, and no curve explains more than what was named."""
+    levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
+    left = "noise" if not levels.any() else "noise, and base parameters that differ a little between records"
+    return (
+        "named" if best.effects else "nothing_missing",
+        f"What is left is {left}: no test of the innovations objects.",
+    )
 
 
 TELLS = 0.6
 """Share of the gap a curve must account for to be what the missing effect looks like."""
 
 
-def _looks_like(search: Search, found: Identification, best: Hypothesis, reading: Reading | None) -> str:
+def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> str:
     """What is left of a fit in words: an event in time, or the free curve that accounts for most of it."""
-    whole = max(best.fit.cost - search.samples, 1.0)
-    share = 0.0 if reading is None else min((best.fit.cost - reading.hypothesis.fit.cost) / whole, 1.0)
+    whole = max(kept.fit.cost - search.samples, 1.0)
+    share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
     if share < TELLS and (event := _event(found)):
         return event
-    if reading is None:
+    if not readings:
         return f"nothing that is known of; {where.in_words(found)}"
-    return f"{described(reading)}; it accounts for {100 * share:.0f} % of the gap"
+    return f"{described(readings[0])}; it accounts for {100 * max(share, 0.0):.0f} % of the gap"
 
 
 def _event(found: Identification) -> str:
@@ -209,9 +202,9 @@ def _event(found: Identification) -> str:
     return f"an event in time: records part from the model, {', '.join(parting)}" if parting else ""
 
 
-def _final(search: Search, best: Hypothesis, seed: int) -> Identification:
-    task, values = alone(search.task, best)
-    found = search.with_inputs(best)
+def _final(search: Search, best: Weighed, seed: int) -> Identification:
+    task, values = search.task_with(best)
+    found = with_inputs(search, best)
     if found is not None:
         values = found.values
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.

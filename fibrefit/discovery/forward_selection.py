@@ -1,4 +1,4 @@
-"""The rounds of a search: what is added in each, and why no more is."""
+"""Forward selection: what is added in each round, and why no more is."""
 
 from __future__ import annotations
 
@@ -7,20 +7,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.design.rivals import Rivals
-from fibrefit.discovery.engine.candidates import Hypothesis, alone
-from fibrefit.discovery.engine.refit import refit, standard_errors
-from fibrefit.discovery.engine.thresholds import chance, outdone
+from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.supermodel import waves_at
+from fibrefit.discovery.engine.thresholds import APART, NAMED, false_alarm, occam
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import Left, left_at
-from fibrefit.discovery.search.cross_validation import best_foreseen, gap_foreseen, is_refuted
-from fibrefit.discovery.search.search import BEAM, Search
+from fibrefit.discovery.search.inputs import relinearised
+from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 
 LISTED = 8
 """Candidates whose parameters are shown with errors."""
+COMPARED = 3
+"""Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
+NOISES = 2
+"""Times the noise of a round is taken from what its best candidate leaves."""
 
 
 @dataclass(frozen=True)
@@ -41,192 +45,256 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Climbed:
+class Look:
+    """Candidates of one round, all weighed alike.
+
+    Parameters
+    ----------
+    search : Search
+        With the scales they were weighed by.
+    parent : Weighed
+        Refitted from where each of the best candidates led.
+    found : tuple of Weighed
+        The most probable first.
+    """
+
+    search: Search
+    parent: Weighed
+    found: tuple[Weighed, ...]
+
+    def gain(self, one: Weighed) -> float:
+        """Logarithm of the Bayes factor over the parent."""
+        return one.log - self.parent.log
+
+
+@dataclass(frozen=True)
+class Selection:
     """Where a search has come to.
 
     Parameters
     ----------
     search : Search
-        In its last state.
-    best : Hypothesis
+    best : Weighed
     rounds : tuple of Round
-    looked : tuple of Hypothesis
-        Candidates of the last round, best first.
-    asked : Search or None
-        The state in which they were looked at.
+    look : Look or None
+        The last one.
     rivals : tuple of Rivals
         What was added, each with an effect that does as well.
     """
 
     search: Search
-    best: Hypothesis
+    best: Weighed
     rounds: tuple[Round, ...] = ()
-    looked: tuple[Hypothesis, ...] = ()
-    asked: Search | None = None
+    look: Look | None = None
     rivals: tuple[Rivals, ...] = ()
 
 
-def climb(search: Search, before: Identification, limits: Limits) -> Climbed:
-    """Add effects while the records ask for them."""
-    at, beam = Climbed(search, search.base), [search.base]
+def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
+    """Add effects while the records ask for them.
+
+    Parameters
+    ----------
+    search : Search
+    base : Weighed
+        The model the search began with.
+    before : Identification
+        Of it.
+    limits : Limits
+    """
+    at = Selection(search, base)
     while len(at.best.effects) < limits.max_effects:
-        if at.best.effects:
-            if search.is_noise(at.best) and not search.leaves_much(at.best):
-                break
-            if (anew := search.anew(at.best)) is not None:
-                search, best = anew
-                at, beam = replace(at, search=search, best=best), [best]
-        if len(at.best.effects) > 1 and is_rival(search, free_form(search, before), at.best):
-            break
-        looked = search.extended(beam, f"trying each effect, round {len(at.rounds) + 1}")
-        if not looked:
-            break
-        at = replace(at, looked=tuple(looked), asked=search)
-        chosen = _chosen(search, looked, at.best, limits)
-        if chosen is None and limits.choose is None and _may_hide_each_other(search, at.best, limits):
-            looked = search.extended(looked[:BEAM], "trying effects in pairs")
-            chosen = _pair(search, looked)
+        if at.best.effects and (anew := relinearised(at.search, at.best)) is not None:
+            at = replace(at, search=anew[0], best=anew[1])
+        look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
+        at = replace(at, search=look.search, look=look)
+        chosen = _chosen(look, limits)
+        if chosen is None and limits.choose is None and not at.best.effects and limits.max_effects > 1:
+            look, chosen = _pair(look)
         if chosen is None:
-            break
+            return replace(at, best=look.parent)
+        found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
+        at = replace(at, best=chosen, look=look, rounds=(*at.rounds, found), rivals=(*at.rivals, *rivals))
         if limits.choose is None:
-            chosen = best_foreseen(search, chosen, looked, at.best)
-        polished = Hypothesis(
-            chosen.effects,
-            refit(chosen.frame, search.ground.subset(chosen.effects), chosen.fit.local, search.ground.whole, 40, 1e-6),
-            chosen.frame,
-        )
-        if limits.choose is None and is_refuted(search, polished, at.best):
-            break
-        found, rivals = _round(search, before, at.best, polished, looked), _rivals(search, looked, at.best, polished)
-        # Where only the best one went on, the rivals of an earlier effect are not tried again beside a later one.
-        kept = at.rivals if len(beam) == 1 else ()
-        at = replace(at, best=polished, rounds=(*at.rounds, found), rivals=(*kept, *rivals))
-        beam = [polished, *(other for other in looked if other.effects != chosen.effects)][:BEAM]
+            at = replace(at, best=pruned(at.search.scales, at.best))
     return at
 
 
-def ranking(at: Climbed) -> tuple[Candidate, ...]:
-    """How the candidates of the last round did over the model the search began with, best first."""
-    if at.asked is None:
-        return ()
-    return tuple(candidate(at.asked, other, at.asked.base, i < LISTED) for i, other in enumerate(at.looked))
+def looked(search: Search, parent: Weighed, what: str) -> Look:
+    """A parent with each further effect, all weighed in the noise that the best one of them leaves.
+
+    Parameters
+    ----------
+    search : Search
+    parent : Weighed
+    what : str
+        What is said of it while it goes on.
+    """
+    effects = search.extensions(parent)
+    found = search.tried(parent, [effect for effect in effects if not effect.costly], what)
+    costly = [effect for effect in effects if effect.costly]
+    look = _same_noise(search, parent, found)
+    if costly and not _explains(look):
+        found = [*look.found, *look.search.tried(look.parent, costly, what)]
+        look = _same_noise(look.search, look.parent, sorted(found, key=lambda one: -one.log))
+    return look
 
 
-OTHERS = 2
-"""Candidates after the best one that are asked too, where scatter between records would imitate that one."""
+def _explains(look: Look) -> bool:
+    """Whether the noise is no larger than where nothing is missing, so that what takes long need not be tried."""
+    best = look.found[0] if look.found and look.gain(look.found[0]) > NAMED else look.parent
+    return look.search.gap(look.search.plain(best)) < ENOUGH
 
 
-def _chosen(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, limits: Limits) -> Hypothesis | None:
-    """What is added to a hypothesis: what a person chooses, or the best that is more than chance; None for nothing."""
+ENOUGH = 1.02
+"""Gap below which effects that take long to simulate are not tried: the noise itself is not known better."""
+
+
+def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Look:
+    """Candidates and parent weighed in the noise of the most probable of them."""
+    ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
+    for _ in range(NOISES):
+        richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
+        scales = Scales(search.ground, search.scales.reference, search.scales.refined(richest))
+        search = search.weighed_with(scales)
+        parent = scales.again(parent)
+        near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
+        again = [scales.again(one) for one in near]
+        rest = ranked[len(near) :]
+        led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
+        parent = max([parent, *led], key=lambda one: one.log)
+        first, ranked = (ranked[0].names if ranked else ()), sorted(again, key=lambda one: -one.log) + rest
+        if not ranked or ranked[0].names == first:
+            break
+    # Those far behind keep what they were found to be behind.
+    kept = {one.names for one in again}
+    ranked = [one if one.names in kept else one.moved_to(parent.log + behind[one.names]) for one in ranked]
+    return Look(search, parent, tuple(ranked))
+
+
+FAR_BEHIND = 30.0
+"""Nats behind the best one from which a candidate is not weighed again in better known noise."""
+
+
+def _chosen(look: Look, limits: Limits) -> Weighed | None:
+    """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing."""
     if limits.choose is not None:
-        further = [hypothesis for hypothesis in looked if set(over.effects) <= set(hypothesis.effects)][:LISTED]
-        name = limits.choose([candidate(search, hypothesis, search.base) for hypothesis in further])
-        return next((hypothesis for hypothesis in further if name in hypothesis.names), None)
-    asked = [search.simplest(looked, over), *looked[: 1 + OTHERS]]
-    return next((hypothesis for hypothesis in asked if search.is_significant(hypothesis, over)), None)
-
-
-def _may_hide_each_other(search: Search, best: Hypothesis, limits: Limits) -> bool:
-    """Whether two effects, neither of which helps by itself, are to be tried together."""
-    return not best.effects and limits.max_effects > 1 and not search.is_noise(best)
-
-
-def _pair(search: Search, looked: Sequence[Hypothesis]) -> Hypothesis | None:
-    """The best of two effects together that are more than chance and need each other; None where there is none."""
-    best = search.simplest(looked, search.base) if looked else None
-    if best is None or not search.is_significant(best, search.base):
+        name = limits.choose(candidates(look)[:LISTED])
+        return next((one for one in look.found[:LISTED] if name in one.names), None)
+    if not look.found or look.gain(look.found[0]) <= NAMED:
         return None
-    return best if len(search.pruned(best).effects) == len(best.effects) else None
+    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
+    return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
 
 
-def _round(
-    search: Search, before: Identification, parent: Hypothesis, chosen: Hypothesis, looked: Sequence[Hypothesis]
-) -> Round:
-    ranking = tuple(candidate(search, hypothesis, parent, errors=i < LISTED) for i, hypothesis in enumerate(looked))
+SIMPLER = 1.0
+"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals."""
+
+
+def _pair(look: Look) -> tuple[Look, Weighed | None]:
+    """The best of two effects together that are more than chance and need each other; None where there is none."""
+    found: list[Weighed] = []
+    search = look.search
+    for first in look.found[:COMPARED]:
+        effects = [
+            one.effects[-1] for one in look.found if one is not first and one.effects[-1] is not first.effects[0]
+        ]
+        allowed = [effect for effect in search.extensions(first) if effect in effects[:PARTNERS]]
+        found += search.tried(first, allowed, "trying effects in pairs")
+    pairs = _same_noise(search, look.parent, found)
+    best = pairs.found[0] if pairs.found else None
+    if best is None or pairs.gain(best) <= NAMED + np.log(max(len(found), 1)):
+        return look, None
+    return (pairs, best) if pruned(pairs.search.scales, best) is best else (look, None)
+
+
+PARTNERS = 8
+"""Effects tried beside each of the best ones where none is found by itself."""
+
+
+def pruned(scales: Scales, best: Weighed) -> Weighed:
+    """A hypothesis without the effects a later one has made needless."""
+    if len(best.effects) < 2:
+        return best
+    for effect in best.effects:
+        rest = tuple(other for other in best.effects if other is not effect)
+        if any(effect.name in other.needs for other in rest):
+            continue
+        lesser = scales.without(best, rest)
+        if best.log - lesser.log <= NAMED:
+            return pruned(scales, lesser)
+    return best
+
+
+def rivals_of(look: Look, best: Weighed) -> tuple[Rivals, ...]:
+    """What was added, and each effect that would have explained the records as well in its place."""
+    pairs: dict[tuple[str, str], Rivals] = {}
+    plain = look.search.plain
+    for other in look.found:
+        mine = [name for name in best.names if name not in other.names]
+        theirs = [name for name in other.names if name not in best.names]
+        if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
+            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (plain(best), plain(other))))
+    return tuple(pairs.values())
+
+
+def candidates(look: Look) -> tuple[Candidate, ...]:
+    """How the candidates of a round did over their parent, the most probable first."""
+    return tuple(candidate(look, one) for one in look.found)
+
+
+def candidate(look: Look, one: Weighed) -> Candidate:
+    """How a hypothesis did over its parent; parameters with their standard errors."""
+    added = [effect for effect in one.effects if effect not in look.parent.effects]
+    shared, errors = one.shared, one.errors
+    parameters = {
+        name: (shared[name], errors[name], parameter.unit)
+        for effect in one.effects
+        for parameter in effect.parameters
+        for name in [f"{effect.name}.{parameter.name}"]
+    }
+    others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
+    chances = [(size, occam(look.parent.evidence, other.evidence)) for size, other in others]
+    return Candidate(
+        " + ".join(effect.name for effect in added) or "nothing",
+        look.search.gap(look.search.plain(one)),
+        look.gain(one),
+        parameters,
+        false_alarm=false_alarm(look.gain(one), chances),
+    )
+
+
+def _round(look: Look, before: Identification, chosen: Weighed) -> Round:
+    parent, search = look.parent, look.search
+    ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
-    gone = " and ".join(name for name in parent.names if name not in chosen.names)
-    instead = f", in place of {gone}" if gone else ""
-    gaps = search.gap(parent), search.gap(chosen)
-    changes = _changes(parent, chosen)
-    sentence = f"{added}{instead}: the gap falls from {gaps[0]:.3g} to {gaps[1]:.3g} times the noise. {changes}".strip()
-    left = before if not parent.effects else _left(search, parent)
+    gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
+    sentence = f"{added}: the normalised residual RMS falls from {gaps[0]:.3g} to {gaps[1]:.3g}"
+    sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
+    sentence = f"{sentence}{_changes(parent, chosen)}".strip()
+    left = before if not parent.effects else left_by(search, parent)
     return Round(added, *gaps, where.places(left), ranking, f"{where.in_words(left)}. {sentence}")
 
 
-def _left(search: Search, hypothesis: Hypothesis) -> Left:
+def left_by(search: Search, weighed: Weighed) -> Left:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
-    found = search.with_inputs(hypothesis)
-    if found is not None:
-        return left_at(found.problem, found.values, search.task.noise)
-    task, values = alone(search.task, hypothesis)
-    return left_at(task.problem, values, search.task.noise)
+    task, values = search.task_with(weighed)
+    problem, reactions = task.problem, weighed.frame.reactions
+    if reactions is not None:
+        problem = corrected(problem, input_errors(task), waves_at(task, values, reactions))
+    return left_at(problem, values, search.task.noise)
 
 
 CARRIED = 0.05
 """Relative change of a base parameter from which it is said to have carried part of a missing effect."""
 
 
-def _changes(parent: Hypothesis, chosen: Hypothesis) -> str:
+def _changes(parent: Weighed, chosen: Weighed) -> str:
     """What the base parameters had carried in place of the effect."""
-    said = []
-    for name, old in parent.fit.shared.items():
-        new = chosen.fit.shared.get(name, old)
+    said, after = [], chosen.shared
+    for name, old in parent.shared.items():
+        new = after.get(name, old)
         if abs(new - old) > CARRIED * abs(old):
             unit = chosen.frame.declared[name].unit
             said.append(f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}")
-    return (
-        f"With it {' and '.join(said)}: until then {'they' if len(said) > 1 else 'it'} stood in for it." if said else ""
-    )
-
-
-def candidate(search: Search, hypothesis: Hypothesis, parent: Hypothesis, errors: bool = True) -> Candidate:
-    """How a hypothesis did, over its parent; parameters with their standard errors, or infinite ones."""
-    kappa = search.colour_over(parent)
-    gain = parent.fit.cost - hypothesis.fit.cost
-    subset = search.ground.subset(hypothesis.effects)
-    spread = standard_errors(hypothesis.frame, subset, hypothesis.fit.local, search.ground.whole) if errors else {}
-    inflation = np.sqrt(kappa * max(hypothesis.fit.cost / search.samples, 1.0))
-    parameters = {}
-    for effect in hypothesis.effects:
-        for parameter in effect.parameters:
-            name = f"{effect.name}.{parameter.name}"
-            error = float(spread.get(name, np.inf) * inflation)
-            parameters[name] = (hypothesis.fit.shared[name], error, parameter.unit)
-    return Candidate(
-        " + ".join(name for name in hypothesis.names if name not in parent.names) or "nothing",
-        search.gap(hypothesis),
-        float(gain / kappa - chance(hypothesis.size - parent.size, search.tried)),
-        parameters,
-        gap_foreseen(search, hypothesis),
-    )
-
-
-def _rivals(search: Search, looked: Sequence[Hypothesis], over: Hypothesis, best: Hypothesis) -> tuple[Rivals, ...]:
-    """What was added to `over`, and each effect that would have explained the records as well in its place."""
-    pairs: dict[tuple[str, str], Rivals] = {}
-    for other in search.alike(best, looked, over):
-        mine = [name for name in best.names if name not in other.names]
-        theirs = [name for name in other.names if name not in best.names]
-        if len(mine) == len(theirs) == 1 and other.size <= best.size + 1:
-            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (best, other)))
-    return tuple(pairs.values())
-
-
-def free_form(search: Search, before: Identification) -> Reading | None:
-    """Best probe on the model the search began with; None where none applies to the rig."""
-    if not search.curves:
-        tell = lambda share: search.tell("probing for what has no name", share)  # noqa: E731
-        tell(0.0)
-        search.curves = tuple(probe_all(search.task, search.base, before, search.ground, search.kappa, tell))
-    return next(iter(search.curves), None)
-
-
-def is_rival(search: Search, reading: Reading | None, best: Hypothesis) -> bool:
-    """Whether one curve of one variable explains more than what was named, which then merely helped.
-
-    Effects that are what is missing explain more with a few parameters than a curve does with many.
-    """
-    if reading is None:
-        return False
-    curve = reading.hypothesis.fit.cost
-    return outdone(best.fit.cost, best.size, curve, len(reading.heights), search.kappa)
+    plural = "they had" if len(said) > 1 else "it had"
+    return f"With it {' and '.join(said)}: until then {plural} been biased by the missing effect." if said else ""

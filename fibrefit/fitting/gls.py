@@ -20,8 +20,8 @@ from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.problem.estimate.gls import Whitened, level_of, whitened
 from fibrefit.problem.estimate.hausman import parting, parting_check
-from fibrefit.problem.noise.residual_noise import wander_of
 from fibrefit.problem.noise.whitening import Whitening
+from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
 
 SHARP = "the noise wanders, and each sample counts by what it adds to those before it."
@@ -87,16 +87,12 @@ def _sharpened(plain: Optimum, sound: Sequence[Check]) -> tuple[Sharp | None, st
     """The whitened estimate, or why there is none, and whether it agrees with the plain one."""
     if reason := _doubt(plain, sound):
         return None, reason, ()
-    noise = wander_of(plain.problem, plain.linear.residuals)
-    if noise.over_white <= 0.0:
-        return None, "the noise has no memory that shows.", ()
-    if noise.over_autoregressive <= 0.0:
-        return None, "the memory of the noise is not that of hiss, slow wander and hum.", ()
-    layout, level = plain.problem.layout, level_of(noise.whitening, plain.linear.residuals, _counts(plain.problem))
-    apart = parting_check(layout.free_names, parting(layout, plain.linear, noise.whitening, level))
+    whitening = whitening_of(plain.problem, noise_of_residuals(plain.problem, plain.linear.residuals))
+    layout, level = plain.problem.layout, level_of(whitening, plain.linear.residuals, _counts(plain.problem))
+    apart = parting_check(layout.free_names, parting(layout, plain.linear, whitening, level))
     if not apart.passed:
         return None, "whitened residuals want other values, so the model lacks something.", (apart,)
-    found = _descended(plain, noise.whitening, level)
+    found = _descended(plain, whitening, level)
     return found, "" if found else "the whitened search came to no end within the bounds.", (apart,)
 
 

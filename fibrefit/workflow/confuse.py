@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
-from fibrefit.discovery.engine.thresholds import NOISE_LIKE
+from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.model.finding import Split
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
@@ -126,8 +126,9 @@ def confuse_study(
     base = search.base
     tell("comparing what the effects do", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
-    gate = lambda parameters: search.gate(parameters, louder)  # noqa: E731
-    found = confusion(base.frame, search.ground, base.fit.local, search.effects, gate)
+    limit = lambda parameters: gate(parameters, louder)  # noqa: E731
+    frame = search.scales.yardstick.on(base.frame)
+    found = confusion(frame, search.ground, base.fit.local, search.effects, limit)
     return Confused(study, found, _split(search, found), remarks)
 
 

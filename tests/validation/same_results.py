@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import Any
 
 #: What is written for a person, or tells of the run and not of the result.
-WORDS = frozenset({"says", "sentence", "looks_like", "name", "remedy", "advice", "seconds", "versions", "made", "next"})
+WORDS = frozenset(
+    {"says", "sentence", "looks_like", "name", "remedy", "advice", "seconds", "versions", "made", "created", "next"}
+)
 
 
 def computed(command: str, study: str, seed: int) -> dict[str, Any]:

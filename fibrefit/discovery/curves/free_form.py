@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried, fit_all, retimed
-from fibrefit.discovery.engine.refit import Subset, refit
+from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
+from fibrefit.discovery.engine.marginal import Heights, Weighed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
-from fibrefit.discovery.engine.thresholds import KNOT
+from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import HELD
-from fibrefit.problem.task import Task
 
 SI = {"position": "m", "speed": "m/s", "tension": "N", "stretch": "m", "stretch rate": "m/s", "force": "N"}
 """SI unit of each variable."""
@@ -35,55 +34,52 @@ class Reading:
     Parameters
     ----------
     probe : Curve class
-    knots, heights : (n_knot,) in SI units
+    knots, heights, errors : (n_knot,) in SI units
+        Errors are those of the shape, see `shape_errors`.
     hypothesis : Hypothesis
+    gain : float
+        Logarithm of the Bayes factor over the model without the curve.
     """
 
     probe: type[Curve]
     knots: np.ndarray
     heights: np.ndarray
+    errors: np.ndarray
     hypothesis: Hypothesis
+    gain: float
 
 
-def probe_all(
-    task: Task,
-    parent: Hypothesis,
-    found: Identification,
-    ground: Ground,
-    kappa: float,
-    tell: Callable[[float], None],
-) -> list[Reading]:
-    """Fit each probe on top of a hypothesis, best first.
+WALKS = (0.03, 0.3)
+"""Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
+
+
+def probe_all(search: Search, parent: Weighed, found: Identification, worth: float) -> list[Reading]:
+    """Probes that explain more than a hypothesis does, best first.
 
     Parameters
     ----------
-    task : Task
-        Of the model the search began with, its inputs as they were measured.
-    parent : Hypothesis
+    search : Search
+    parent : Weighed
     found : Identification
         Of the model before the search: its motion tells the range of each variable.
-    ground : Ground
-    kappa : float
-        Colour of the noise.
-    tell : callable
-        Told the share that is done.
+    worth : float
+        Logarithm of the Bayes factor from which a probe is fitted in full.
     """
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     kind = found.problem.model.rig.kind
     probes = [probe for probe in PROBES if probe.variable in ranges and kind in probe.rigs]
-    frame = parent.frame
-    if not frame.holds(probes):
-        frame = frame_of(task, (*parent.effects, *probes), frame.reactions)
+    if not probes:
+        return []
+    frame = frame_of(search.task, (*parent.effects, *probes), parent.frame.reactions)
     start = _prepared(frame, parent, probes, ranges)
-    jobs = [partial(_fit, frame, ground, parent, probe, start) for probe in probes]
-    ends = fit_all(jobs, lambda done: tell(done / len(jobs)))
-    readings = [_read(probe, end, ranges) for probe, end in zip(probes, ends, strict=True)]
-    return sorted(readings, key=lambda reading: price(reading, kappa))
-
-
-def price(reading: Reading, kappa: float) -> float:
-    """Cost of a fitted probe, and what chance gives to so many knots, for noise of a colour."""
-    return reading.hypothesis.fit.cost + KNOT * kappa * len(reading.heights)
+    jobs = [partial(_fit, search, frame, parent, probe, start, worth) for probe in probes]
+    ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
+    readings = [
+        _read(search, probe, end, parent.log, ranges)
+        for probe, end in zip(probes, ends, strict=True)
+        if end is not None
+    ]
+    return sorted((reading for reading in readings if reading.gain > worth), key=lambda reading: -reading.gain)
 
 
 def described(reading: Reading) -> str:
@@ -136,33 +132,59 @@ def _turns(heights: np.ndarray) -> int:
     return turns
 
 
-def _fit(frame: Frame, ground: Ground, parent: Hypothesis, probe: type[Curve], start: np.ndarray) -> Hypothesis:
-    active = with_curve(ground, parent.effects, probe)
-    end = retimed(frame, active, refit(frame, active, start, ground.whole, 40), ground)
-    return Hypothesis((*parent.effects, probe), end, frame)
+def _fit(
+    search: Search, frame: Frame, parent: Weighed, probe: type[Curve], start: np.ndarray, worth: float
+) -> Weighed | None:
+    """A probe at its best roughness; None where its slopes promise less than it is worth."""
+    found, names = parent.evidence.mode, tuple(f"{probe.name}.{height}" for height in probe.heights)
+    curves = [Heights(names, probe.size, walk) for walk in WALKS]
+    eta = found.place.eta
+    promised = [search.scales.glance(frame, parent.effects, start, found.sigma, eta, curve).log for curve in curves]
+    best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
+    if not promised[best] - parent.log > worth - HOPE:
+        return None
+    end = search.scales.with_curve(parent, frame, start, probe, curves[best])
+    return end.moved_to(end.log - float(np.log(len(WALKS))))
 
 
-def with_curve(ground: Ground, effects: Sequence[type[Effect]], probe: type[Curve]) -> Subset:
-    """Active values when a probe is fitted on top of effects; its heights are the last of the shared ones."""
-    heights = tuple(f"{probe.name}.{height}" for height in probe.heights)
-    subset = ground.subset(effects)
-    return Subset(subset.shared + heights, subset.each, curve=heights)
+HOPE = 3.0
+"""Nats by which slopes may promise less than a curve then gains."""
 
 
 def _prepared(
-    frame: Frame, parent: Hypothesis, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+    frame: Frame, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
 ) -> np.ndarray:
-    blank = absent_values(frame, len(parent.fit.local))
-    values = carried(frame, blank, parent.frame, parent.fit.local)
+    values = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
     for probe in probes:
+        for name in probe.heights:
+            values[:, frame.names.index(f"{probe.name}.{name}")] = 0.0
         for name, limit in zip(("low", "high"), ranges[probe.variable], strict=True):
             values[:, frame.names.index(f"{probe.name}.{name}")] = limit
     return values
 
 
-def _read(probe: type[Curve], end: Hypothesis, ranges: dict[str, tuple[float, float]]) -> Reading:
-    heights = np.array([end.fit.shared[f"{probe.name}.{height}"] for height in probe.heights])
-    return Reading(probe, np.linspace(*ranges[probe.variable], len(heights)), heights, end)
+def _read(
+    search: Search, probe: type[Curve], end: Weighed, before: float, ranges: dict[str, tuple[float, float]]
+) -> Reading:
+    shared, n = end.shared, len(probe.heights)
+    heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])
+    errors = shape_errors(probe.size**2 * end.evidence.spread[-n:, -n:])
+    return Reading(probe, np.linspace(*ranges[probe.variable], n), heights, errors, search.plain(end), end.log - before)
+
+
+def shape_errors(spread: np.ndarray) -> np.ndarray:
+    """Standard errors ``(n_knot,)`` of heights but for their level, which base parameters may take up as well.
+
+    They are of the differences from the mean height, each counted by what the records see of it.
+
+    Parameters
+    ----------
+    spread : (n_knot, n_knot)
+        Covariance of the heights.
+    """
+    seen = 1.0 / np.maximum(np.diag(spread), 1e-300)
+    without_level = np.eye(len(seen)) - seen / seen.sum()
+    return np.sqrt(np.abs(np.diag(without_level @ spread @ without_level.T)))
 
 
 def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]:

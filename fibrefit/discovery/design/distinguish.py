@@ -22,6 +22,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SMALL, Ground, absent_values, carried
 from fibrefit.discovery.engine.refit import STEP
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.thresholds import gate
 from fibrefit.discovery.model.finding import Choice, Direction, Split
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
@@ -71,7 +72,7 @@ class Confusion:
 
 
 def confusion(
-    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], gate: Callable[[int], float]
+    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], limit: Callable[[int], float]
 ) -> Confusion:
     """Compare what effects of a frame would do to its records.
 
@@ -83,15 +84,15 @@ def confusion(
         Values of the base model, with every effect that may be missing absent.
     effects : sequence of Effect classes
         Those of the frame that may be missing.
-    gate : callable
-        Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `Search.gate`.
+    limit : callable
+        Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `gate`.
 
     Returns
     -------
     Confusion
     """
     strengths = _strengths(effects)
-    gates = np.array([gate(len(effect.parameters)) for effect in effects])
+    gates = np.array([limit(len(effect.parameters)) for effect in effects])
     most = sizes = _sizes(strengths)
     # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
     floor = np.array([effect.singular for effect in effects]) * most / SMALL
@@ -120,13 +121,14 @@ def detectable(search: Search) -> tuple[Direction, ...]:
     search : Search
     """
     found: dict[str, Direction] = {}
-    for frame in search.frames:
+    for plain in search.frames:
+        frame = search.scales.yardstick.on(plain)
         effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
         if not effects:
             continue
         blank = absent_values(frame, len(search.ground.whole))
         local = carried(frame, blank, search.base.frame, search.base.fit.local)
-        seen = confusion(frame, search.ground, local, effects, search.gate)
+        seen = confusion(frame, search.ground, local, effects, gate)
         found |= {direction.effect: direction for direction in seen.directions}
     return tuple(found[effect.name] for effect in search.effects if effect.name in found)
 
@@ -174,7 +176,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
     if not (menu := menu_of(search.task)):
         return None
     held = next((frame for frame in search.frames if frame.holds(pair)), None)
-    frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None)
+    frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None, whitening=None)
     local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
     columns, targets = _varied(frame, search.ground, local, _strengths(pair), LITTLE * _sizes(_strengths(pair)))
     grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]

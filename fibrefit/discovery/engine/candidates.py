@@ -77,6 +77,8 @@ class Ground:
         Shared free values of the model the search began with.
     each : tuple of str
         Free values of each record.
+    scattering : tuple of str
+        Those of `base` that belong to the rig itself and may differ from record to record.
     counts : (n_stage, n_record) int
         Horizons, the last one whole.
     data_start : dict of str to (n_record,)
@@ -85,6 +87,7 @@ class Ground:
 
     base: tuple[str, ...]
     each: tuple[str, ...]
+    scattering: tuple[str, ...]
     counts: np.ndarray
     data_start: dict[str, np.ndarray]
 

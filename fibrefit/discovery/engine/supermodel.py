@@ -6,7 +6,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -20,6 +20,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, expanded, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, faded, fades
+from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
@@ -112,12 +113,15 @@ class Frame:
     task : Task
         Its layout frees all values; which are active is decided at each call.
     reactions : Reactions, optional
+    whitening : Coloured, optional
+        Of the residuals, and of the reactions, before their products are taken; none by default.
     compiled : set of int
         Numbers of columns its programs were compiled for.
     """
 
     task: Task
     reactions: Reactions | None = None
+    whitening: Coloured | None = None
     compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
 
     @property
@@ -203,7 +207,9 @@ class Frame:
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        grams, scores = _grams(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
+        rows = _rows(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
+        weight = self.problem.observations.weight
+        grams, scores = _products(rows, weight, self.reactions, self.whitening)
         keep = np.r_[1 : 1 + active, 0]
         return np.asarray(grams)[:, keep][:, :, keep], np.asarray(scores)[:, :active]
 
@@ -212,6 +218,55 @@ class Frame:
         # A Gram matrix of nothing but residuals: a program of its own would have to be compiled too.
         nothing = np.zeros(0, dtype=np.int32)
         return self.grams(local, nothing, np.zeros((len(local), 0)), counts)[:, 0, 0]
+
+
+def stretch_products(
+    frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Products of whitened changes and residuals within each stretch of a record, the errors of inputs at their best.
+
+    Parameters
+    ----------
+    frame : Frame
+        Whitened.
+    local, columns, targets, counts : as `Frame.grams`
+
+    Returns
+    -------
+    products : (n_record, STRETCHES, n_active + 1, n_active + 1)
+        The residuals last.
+    squares : (n_record, STRETCHES, n_active)
+        Sums of the squares of each change and residual together.
+    """
+    active = len(columns)
+    width = max(next(width for width in WIDTHS if width >= active), *frame.compiled)
+    padded = np.zeros(1 + width, dtype=np.int32)
+    padded[1 : 1 + active] = columns
+    values = np.zeros((len(local), 1 + width))
+    values[:, 0] = local[:, 0]
+    values[:, 1 : 1 + active] = targets
+    varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
+    rows = _rows(frame.problem, jnp.asarray(local), *varied, jnp.asarray(counts, dtype=jnp.int32), frame.reactions)
+    kept = rows[:, jnp.asarray([*range(1, 1 + active), 0])]
+    parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.reactions, frame.whitening)
+    return np.asarray(parts[0]), np.asarray(parts[1])
+
+
+def residual_rows(frame: Frame, local: np.ndarray, counts: np.ndarray) -> jax.Array:
+    """Residuals of each record, ``(n_record, n_channel * n_time)``, those of noisy inputs without their errors.
+
+    Parameters
+    ----------
+    frame : Frame
+    local : (n_record, n_local) in SI units
+    counts : (n_record,) int
+    """
+    width = 1 + max(frame.compiled)
+    # The first row is of the values as they are: the first of them goes to where it is.
+    targets = np.repeat(local[:, :1], width, axis=1)
+    varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
+    horizon = jnp.asarray(counts, dtype=jnp.int32)
+    return _rows(frame.problem, jnp.asarray(local), *varied, horizon, frame.reactions)[:, 0]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
@@ -265,7 +320,7 @@ def _residuals(problem: Problem, local: jax.Array, data: Observations, count: ja
 
 
 @eqx.filter_jit
-def _grams(
+def _rows(
     problem: Problem,
     local: jax.Array,
     columns: jax.Array,
@@ -273,9 +328,11 @@ def _grams(
     active: jax.Array,
     counts: jax.Array,
     reactions: Reactions | None,
-) -> tuple[jax.Array, jax.Array]:
-    def one(row: tuple) -> tuple[jax.Array, jax.Array]:
-        local, target, data, count, reactions = row
+) -> jax.Array:
+    """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``."""
+
+    def one(row: tuple) -> jax.Array:
+        local, target, data, count, offset = row
 
         def vary(i: jax.Array, rows: jax.Array) -> jax.Array:
             there = _residuals(problem, local.at[columns[i]].set(target[i]), data, count)
@@ -285,26 +342,63 @@ def _grams(
         channels = [data.weight[channel] for channel in problem.model.rig.channels]
         rows = jnp.zeros((len(columns), len(channels) * channels[0].size))
         rows = jax.lax.fori_loop(0, active, vary, rows)
-        if reactions is not None:
+        if offset is not None:
             counted = jnp.stack(channels) * (jnp.arange(channels[0].size) < count) > 0.0
-            rows = rows.at[0].add(jnp.where(counted.ravel(), reactions.offset, 0.0))
+            rows = rows.at[0].add(jnp.where(counted.ravel(), offset, 0.0))
+        return rows
+
+    offsets = None if reactions is None else reactions.offset
+    return jax.lax.map(one, (local, targets, problem.observations, counts, offsets))
+
+
+@eqx.filter_jit
+def _products(
+    rows: jax.Array, weight: Mapping[str, jax.Array], reactions: Reactions | None, whitening: Coloured | None
+) -> tuple[jax.Array, jax.Array]:
+    """Gram matrices of the rows, the errors of inputs eliminated, and what each stretch adds to the first column."""
+    number = len(weight)
+    if whitening is not None:
+        split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
+        rows = jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
+
+    def one(row: tuple) -> tuple[jax.Array, jax.Array]:
+        rows, reactions = row
         gram = rows @ rows.T
         if reactions is None:
-            return gram, _in_stretches(rows, rows[0], data)
+            return gram, _in_stretches(rows, rows[0], number)
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
         pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
         wave = (reactions.inverse @ pulled[0]).astype(jnp.float32)
-        told = _in_stretches(rows, rows[0] - (wave @ reactions.rows).astype(float), data)
+        told = _in_stretches(rows, rows[0] - (wave @ reactions.rows).astype(float), number)
         return gram - pulled @ reactions.inverse @ pulled.T, told
 
-    return jax.lax.map(one, (local, targets, problem.observations, counts, reactions))
+    return jax.lax.map(one, (rows, reactions))
 
 
-def _in_stretches(rows: jax.Array, residuals: jax.Array, data: Observations) -> jax.Array:
+@eqx.filter_jit
+def _within_stretches(
+    rows: jax.Array, number: int, reactions: Reactions | None, whitening: Coloured | None
+) -> tuple[jax.Array, jax.Array]:
+    if whitening is not None:
+        split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
+        rows = jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
+    if reactions is not None:
+        pulled = jnp.einsum("rkn,rwn->rkw", rows, reactions.rows.astype(float))
+        rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, reactions.inverse, reactions.rows.astype(float))
+    whole = rows.reshape(*rows.shape[:2], number, -1)
+    size = -(-whole.shape[-1] // STRETCHES)
+    whole = jnp.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
+    parts = whole.reshape(*whole.shape[:3], STRETCHES, size)
+    products = jnp.einsum("rkcst,rlcst->rskl", parts, parts)
+    squares = jnp.einsum("rkcst,rcst->rsk", parts[:, :-1] ** 2, parts[:, -1] ** 2)
+    return products, squares
+
+
+def _in_stretches(rows: jax.Array, residuals: jax.Array, number: int) -> jax.Array:
     """Products of all but the first row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
-    products = (rows[1:] * residuals).reshape(len(rows) - 1, -1, data.experiment.times.shape[0])
+    products = (rows[1:] * residuals).reshape(len(rows) - 1, number, -1)
     size = -(-products.shape[-1] // STRETCHES)
     ends = jnp.pad(products.sum(axis=1), ((0, 0), (0, STRETCHES * size - products.shape[-1])))
     return ends.reshape(len(rows) - 1, STRETCHES, size).sum(axis=-1)

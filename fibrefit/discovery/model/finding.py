@@ -45,12 +45,13 @@ class Candidate:
         Name; several joined by " + " where they were tried together.
     gap_after : float
     evidence : float
-        Gain of twice the log likelihood over the model before, for noise of the colour found, less what chance gives to
-        as many candidates and parameters.
+        Natural logarithm of the Bayes factor against the model before the round.
     parameters : dict of str to (value, standard error, unit)
         Of the effect, in SI units.
     gap_foreseen : float
-        Gap of all records, each foreseen from the others; nan where that was not asked.
+        Normalised residual RMS of all records, each predicted from the others; nan where that was not asked.
+    false_alarm : float
+        Probability that the best of all candidates reaches as much although nothing is missing.
     """
 
     effect: str
@@ -58,6 +59,7 @@ class Candidate:
     evidence: float
     parameters: Mapping[str, tuple[float, float, str]]
     gap_foreseen: float = math.nan
+    false_alarm: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, reactions_of
-from fibrefit.discovery.engine.thresholds import colour, slowest
-from fibrefit.discovery.search.search import Progress, Search
+from fibrefit.discovery.search.search import NEARLY, Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.task import Task
 
 
-def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    """Search over measured records.
+def begun(
+    task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress
+) -> tuple[Search, Weighed]:
+    """Search over measured records, and the model it begins with.
 
     Parameters
     ----------
@@ -34,7 +36,13 @@ def begun(task: Task, before: Identification, effects: Sequence[type[Effect]], t
     frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, _is_far(before)))
     ground, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
-    return _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
+    search = _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
+    base = search.scales.weigh(frame, (), search.base.fit.local)
+    # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
+    if search.gap(search.base) <= NEARLY:
+        search = search.weighed_with(Scales(ground, search.scales.reference, search.scales.refined(base)))
+        base = search.scales.again(base)
+    return search, base
 
 
 def laid_out(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
@@ -63,6 +71,7 @@ def _ground(task: Task) -> Ground:
     return Ground(
         base=tuple(slot.name for slot in free if slot.shared),
         each=tuple(slot.name for slot in free if not slot.shared),
+        scattering=tuple(slot.name for slot in free if slot.shared and "." not in slot.name),
         counts=task.counts,
         data_start={name: start[:, j] for j, name in enumerate(layout.names)},
     )
@@ -81,17 +90,7 @@ def _search(
     fit: Refit,
     tell: Progress,
 ) -> Search:
-    trace = task.traces[0]
-    rate = float(1.0 / np.diff(trace.times).mean())
-    known = task.noise, dict.fromkeys(task.noise, rate), float(trace.times[-1] - trace.times[0])
-    return Search(
-        task=task,
-        effects=wanted,
-        ground=ground,
-        base=Hypothesis((), fit, frame),
-        kappa=colour(*known),
-        slowest=slowest(*known),
-        samples=float(frame.samples.sum()),
-        tell=tell,
-        frames=[frame],
-    )
+    noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
+    reference = {name: float(np.mean(fit.local[:, frame.names.index(name)])) for name in ground.base}
+    scales = Scales(ground, reference, yardstick_of(frame, noise))
+    return Search(task, wanted, ground, Hypothesis((), fit, frame), scales, tell, [frame])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -17,10 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.noise.autoregressive import order_and_covariance
-from fibrefit.problem.noise.coloured import Bank, Coloured, bank_for, coloured_of, longest, variances_of
+from fibrefit.problem.noise.coloured import longest
 from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening, innovations
+from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 KINDS = ("white", "autoregressive", "coloured")
@@ -64,7 +64,6 @@ class _Evidence(NamedTuple):
     valid : (n_record, n_channel, n_time) bool
     columns : (n_record, n_local) int
     unit : (n_record, n_channel)
-    bank : Bank
     """
 
     residuals: jax.Array
@@ -72,7 +71,6 @@ class _Evidence(NamedTuple):
     valid: jax.Array
     columns: jax.Array
     unit: Any
-    bank: Bank
 
 
 def choose_noise_model(
@@ -115,12 +113,12 @@ def choose_noise_model(
     if kind in ("auto", "autoregressive"):
         found["autoregressive"], orders = _autoregressive(evidence, known)
     if kind in ("auto", "coloured"):
-        start = [(spectrum or {}).get(c) for c in channels]
-        given = kind == "coloured" and all(n is not None for n in start)
-        noise = tuple(n for n in start if n is not None) if given else _restricted_likelihood(evidence, start)
-        found["coloured"] = _coloured(
-            evidence, noise, known, longest(*map(np.asarray, problem.observations.experiment[:2]))
-        )
+        given = [(spectrum or {}).get(c) for c in channels]
+        stated = tuple(n for n in given if n is not None)
+        as_given = kind == "coloured" and len(stated) == len(channels)
+        noise = stated if as_given else noise_of_residuals(problem, np.asarray(linear.residuals))
+        noise = _as_known(problem, noise, known, np.asarray(evidence.unit))
+        found["coloured"] = whitening_of(problem, noise)
     white = _score(White(evidence.valid), evidence, len(channels))
     numbers = {"white": len(channels), "autoregressive": len(channels) + sum(orders), "coloured": 3 * len(channels)}
     scores = {name: _score(whitening, evidence, numbers[name]) - white for name, whitening in found.items()}
@@ -137,8 +135,7 @@ def _evidence(problem: Problem, linear: Linearised) -> _Evidence:
     length = jnp.sqrt(jnp.sum(linear.slopes**2, axis=(0, 1, 2), keepdims=True))
     slopes = linear.slopes / jnp.where(length > 0.0, length, 1.0)
     columns = jnp.asarray(problem.layout.local_columns)
-    bank = bank_for(*map(np.asarray, (*data.experiment[:2], linear.residuals)))
-    return _Evidence(linear.residuals, slopes, valid, columns, unit_of(data, channels), bank)
+    return _Evidence(linear.residuals, slopes, valid, columns, unit_of(data, channels))
 
 
 def _autoregressive(evidence: _Evidence, known: tuple[bool, ...]) -> tuple[Autoregressive, tuple[int, ...]]:
@@ -150,13 +147,16 @@ def _autoregressive(evidence: _Evidence, known: tuple[bool, ...]) -> tuple[Autor
     return Autoregressive.of(covariances, valid), tuple(order for order, _ in found)
 
 
-def _coloured(evidence: _Evidence, noise: tuple[Noise, ...], known: tuple[bool, ...], duration: float) -> Coloured:
-    band = float(np.mean(evidence.bank.band))
-    unit = np.array(evidence.unit)
-    for channel, fixed in enumerate(known):
-        if fixed:  # the spectrum tells the colour only: its sum is what was given
-            unit[:, channel] = noise[channel].rms(duration, 2.0 * band)
-    return coloured_of(evidence.bank, variances_of(evidence.bank, noise, unit), evidence.valid)
+def _as_known(
+    problem: Problem, noise: tuple[Noise, ...], known: tuple[bool, ...], unit: np.ndarray
+) -> tuple[Noise, ...]:
+    """Spectra that tell the colour only where the level of a channel was given."""
+    times, counts = map(np.asarray, problem.observations.experiment[:2])
+    duration, rate = longest(times, counts), 1.0 / float(np.diff(times[0][: counts[0]]).mean())
+    return tuple(
+        of.scaled(float(unit[:, c].mean()) / of.rms(duration, rate)) if fixed else of
+        for c, (of, fixed) in enumerate(zip(noise, known, strict=True))
+    )
 
 
 def _score(whitening: Whitening, evidence: _Evidence, numbers: int) -> float:
@@ -174,50 +174,6 @@ def _squares(whitening: Whitening, residuals: jax.Array, valid: jax.Array) -> tu
     return jnp.sum(whitening.whiten(residuals) ** 2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale
 
 
-def _restricted_likelihood(evidence: _Evidence, start: list[Noise | None]) -> tuple[Noise, ...]:
-    """Spectra by restricted maximum likelihood: what the parameters have absorbed is not taken for quiet."""
-    from scipy.optimize import minimize
-
-    band, unit = float(np.mean(evidence.bank.band)), evidence.unit.mean(axis=0)
-    guess = [_guess(evidence, channel, band) if n is None else n for channel, n in enumerate(start)]
-    # Of the order of one each: variances in units of the residuals that hiss, wander over an e-fold, and line hold.
-    size = np.stack([unit**-2 * band, unit**-2, unit**-2])
-    levels = np.array([[n.white, n.pink, n.line] for n in guess]).T * size
-    logs = np.log(np.maximum(levels, 1e-8))
-    value = partial(_restricted, evidence=evidence._replace(unit=jnp.asarray(evidence.unit)), size=jnp.asarray(size))
-    bounds = [(-20.0, 12.0)] * logs.size
-    found = minimize(lambda x: float(value(jnp.asarray(x))), logs.ravel(), method="L-BFGS-B", bounds=bounds, tol=1e-7)
-    white, pink, line = np.exp(found.x.reshape(3, -1)) / size
-    samples = np.asarray(evidence.valid).sum(axis=(0, 2))
-    found_rows = zip(white, pink, line, samples, strict=True)
-    return tuple(Noise(float(w), float(p), float(v), int(n)) for w, p, v, n in found_rows)
-
-
-@jax.jit
-def _restricted(logs: jax.Array, evidence: _Evidence, size: jax.Array) -> jax.Array:
-    """Minus the restricted log likelihood of logarithms of white, pink and line ``(3 n_channel,)``."""
-    white, pink, line = jnp.exp(logs.reshape(3, -1)) / size
-    noise = [Noise(white[c], pink[c], line[c], 0) for c in range(len(white))]
-    bank = evidence.bank
-    whitening = coloured_of(bank, variances_of(bank, noise, evidence.unit), evidence.valid)
-    fresh = whitening.whiten(evidence.residuals)
-    slopes = jax.vmap(whitening.whiten, in_axes=-1, out_axes=-1)(evidence.slopes)
-    local = jnp.einsum("rcti,rctj->rij", slopes, slopes)
-    rows = evidence.columns
-    free = rows.size + 1
-    gram = jnp.zeros((free, free)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
-    # Directions nobody sees, and places no value has, weigh nothing and add a constant.
-    volume = jnp.linalg.slogdet(gram + 1e-9 * jnp.eye(free))[1]
-    return 0.5 * jnp.sum(fresh**2) + whitening.log_scale + 0.5 * volume
-
-
-def _guess(evidence: _Evidence, channel: int, band: float) -> Noise:
-    """Three quarters hiss, one quarter wander."""
-    residuals, valid = np.asarray(evidence.residuals[:, channel]), np.asarray(evidence.valid[:, channel])
-    variance = float(np.sum(residuals**2) / max(valid.sum(), 1) * evidence.unit[:, channel].mean() ** 2)
-    return Noise(0.75 * variance / band, 0.03 * variance, 1e-3 * variance, 0)
-
-
 def _says(
     best: str,
     kind: str,
@@ -230,8 +186,9 @@ def _says(
         "white": "white noise",
         "autoregressive": "autoregressive noise of order "
         + ", ".join(f"{order} ({c})" for c, order in zip(channels, orders, strict=False)),
-        "coloured": "coloured noise: hiss and slow wander"
-        + "".join(f", equal at {n.pink / n.white:.3g} Hz in {c}" for c, n in zip(channels, noise, strict=False)),
+        "coloured": "coloured noise (white and slow parts"
+        + "".join(f", equal at {n.corner():.3g} Hz in {c}" for c, n in zip(channels, noise, strict=False))
+        + ")",
     }
     if kind != "auto":
         return f"Likelihood: {words[best]}, as asked for."

@@ -1,8 +1,9 @@
-"""Coloured noise: hiss, slow wander and a mains line, whitened exactly in one pass over a record.
+"""Coloured noise: white, first-order parts of many corners, and lines, whitened exactly in one pass over a record.
 
-Wander with a density of 1/f is a sum of a few relaxations with rates spread over the band; with hiss and a line it is
-the reading of a small linear system driven by white noise, and its innovations are those of a Kalman filter whose gains
-do not depend on the data. They are computed once; what is left for each evaluation is one linear recurrence.
+First-order parts with corners spread over the band stand for any spectrum that falls with the frequency, 1/f among
+them; with white noise and lines they are the reading of a small linear system driven by white noise, and its
+innovations are those of a Kalman filter whose gains do not depend on the data. The gains are computed once; what is
+left for each evaluation is one linear recurrence.
 """
 
 from __future__ import annotations
@@ -17,62 +18,50 @@ import numpy as np
 
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
-RELAXATIONS = 6
-"""Relaxations that stand for the wander: with six over four decades the density is right within a few per cent."""
-
-
+RELAXATIONS = 10
+"""First-order parts: their corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
+LINES = 3
+"""Lines a channel may hold."""
+LINE_WIDTH = 0.02
+"""Half width of a line in Hz: it keeps its phase for some ten seconds."""
 LOWEST = 0.25
-"""Lowest frequency of the wander, in periods a record: what wanders more slowly still is an offset of each record."""
+"""Lowest corner, in periods a record: what wanders more slowly still is an offset of each record."""
+HIGHEST = 0.15
+"""Highest corner, as a share of the sampling rate."""
 
 
 class Bank(NamedTuple):
-    """Relaxations whose sum has a density of 1/f, and the mains line.
+    """What coloured noise is composed of.
 
     Parameters
     ----------
+    corners : (n_relaxation,) in Hz
+        Of the first-order parts, the same for all records.
     decay : (n_record, n_relaxation)
-        Factor on each relaxation from one sample to the next.
-    variance : (n_record, n_relaxation)
-        For a density of 1/f in unit^2/Hz.
-    turn : (n_record,) in rad
-        Phase of the mains line from one sample to the next.
-    band : (n_record,) in Hz
-        Half the sampling rate.
+        Factor on each of them from one sample to the next.
+    pink : (n_record, n_relaxation)
+        Their variances for a density of 1/f in unit^2/Hz.
+    rate : (n_record,) in Hz
     """
 
+    corners: jax.Array
     decay: jax.Array
-    variance: jax.Array
-    turn: jax.Array
-    band: jax.Array
+    pink: jax.Array
+    rate: jax.Array
 
 
-def bank_of(rates: Sequence[float], duration: float, mains: float = MAINS[0]) -> Bank:
+def bank_of(rates: Sequence[float], duration: float) -> Bank:
     """Bank for records sampled at `rates` [Hz], the longest of which lasts `duration` [s]."""
-    columns = [_relaxations(rate, LOWEST / duration) for rate in rates]
-    decay, variance = (jnp.asarray(np.stack(part)) for part in zip(*columns, strict=True))
-    rate = np.asarray(rates)
-    return Bank(decay, variance, jnp.asarray(2.0 * np.pi * mains / rate), jnp.asarray(0.5 * rate))
+    corners = np.geomspace(LOWEST / duration, HIGHEST * max(rates), RELAXATIONS)
+    decay = np.exp(-2.0 * np.pi * corners / np.asarray(rates)[:, None])
+    pink = np.stack([_pink(corners, rate, LOWEST / duration) for rate in rates])
+    return Bank(*map(jnp.asarray, (corners, decay, pink, np.asarray(rates, dtype=float))))
 
 
-def bank_for(times: np.ndarray, counts: np.ndarray, residuals: np.ndarray) -> Bank:
-    """Bank for records whose residuals are known: the stronger mains line is theirs.
-
-    Parameters
-    ----------
-    times : (n_record, n_time) in s
-    counts : (n_record,)
-        Samples of each record.
-    residuals : (n_record, n_channel, n_time)
-    """
+def bank_for(times: np.ndarray, counts: np.ndarray) -> Bank:
+    """Bank for records with instants ``(n_record, n_time)`` in s, of which the first `counts` ``(n_record,)`` count."""
     rates = [float(1.0 / np.diff(t[:n]).mean()) for t, n in zip(times, counts, strict=True)]
-    duration = longest(times, counts)
-    index = np.arange(residuals.shape[-1])
-
-    def power(line: float) -> float:
-        wave = np.exp(-2j * np.pi * line / np.array(rates)[:, None] * index)
-        return float(np.sum(np.abs(np.einsum("rct,rt->rc", residuals, wave)) ** 2))
-
-    return bank_of(rates, duration, max(MAINS, key=power))
+    return bank_of(rates, longest(times, counts))
 
 
 def longest(times: np.ndarray, counts: np.ndarray) -> float:
@@ -80,39 +69,41 @@ def longest(times: np.ndarray, counts: np.ndarray) -> float:
     return float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True)))
 
 
-def _relaxations(rate: float, lowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Decay factors and variances whose densities add up to 1/f from `lowest` to the band's end."""
+def _pink(corners: np.ndarray, rate: float, lowest: float) -> np.ndarray:
+    """Variances of first-order parts whose densities add up to 1/f from `lowest` to the band's end."""
     from scipy.optimize import nnls
 
     frequency = np.geomspace(lowest, 0.5 * rate, 400)
-    decay = np.exp(-2.0 * np.pi * np.geomspace(1.2 * lowest, 0.3 * rate, RELAXATIONS) / rate)
+    decay = np.exp(-2.0 * np.pi * corners / rate)
     angle = 2.0 * np.pi * frequency[:, None] / rate
     density = 2.0 / rate * (1.0 - decay**2) / (1.0 - 2.0 * decay * np.cos(angle) + decay**2)
-    variance, _ = nnls(density * frequency[:, None], np.ones(len(frequency)))
-    return decay, variance
+    return nnls(density * frequency[:, None], np.ones(len(frequency)))[0]
 
 
 class Coloured(eqx.Module):
-    """Innovations filter of hiss, wander and line.
+    """Innovations filter of coloured noise.
 
     Law
     ---
-    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the last two states by the phase of the
-    line, and lets the others decay. At a masked sample K_t = 0.
+    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the two states of each line by its phase,
+    and lets the others decay. At a masked sample K_t = 0.
 
     Parameters
     ----------
     gain : (n_time, n_record, n_channel, n_state)
+        States: first-order parts, the lines, and the lines a quarter period on, which are not read.
     inverse_scale : (n_time, n_record, n_channel)
         One over s_t; zero where a sample is masked.
-    bank : Bank
-    variance : (n_record, n_channel, n_relaxation + 2)
-        Of the states, the hiss last, in units of the residuals; the line before it.
+    along, across : (n_record, n_channel, n_state)
+        Factors from one sample to the next of each state on itself and, of a line's, on its other one.
+    variance : (n_record, n_channel, n_relaxation + n_line + 1)
+        Of first-order parts, lines, and white noise, in units of the residuals.
     """
 
     gain: jax.Array
     inverse_scale: jax.Array
-    bank: Bank
+    along: jax.Array
+    across: jax.Array
     variance: jax.Array
 
     @property
@@ -123,62 +114,31 @@ class Coloured(eqx.Module):
 
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """Innovations of unit variance; zero where a sample is masked."""
-        along, across = _turns(self.bank)
+        return self.whiten_rows(residuals[None])[0]
 
-        def step(state: jax.Array, row: Any) -> tuple[jax.Array, jax.Array]:
-            residual, gain = row
-            innovation = residual - jnp.sum(state[..., :-1], axis=-1)
+    def whiten_rows(self, rows: jax.Array) -> jax.Array:
+        """Innovations of many residuals at once, ``(n_row, n_record, n_channel, n_time)``."""
+
+        def step(state: jax.Array, here: Any) -> tuple[jax.Array, jax.Array]:
+            residual, gain = here
+            innovation = residual - jnp.sum(state[..., :-LINES], axis=-1)
             state = state + gain * innovation[..., None]
-            return along * state + across * _swapped(state, -1), innovation
+            return self.along * state + self.across * _swapped(state), innovation
 
-        rows = (jnp.moveaxis(residuals, -1, 0), self.gain)
-        innovations = jax.lax.scan(step, jnp.zeros(self.gain.shape[1:]), rows)[1]
-        return jnp.moveaxis(innovations * self.inverse_scale, 0, -1)
+        start = jnp.zeros((len(rows), *self.gain.shape[1:]))
+        innovations = jax.lax.scan(step, start, (jnp.moveaxis(rows, -1, 0), self.gain), unroll=4)[1]
+        return jnp.moveaxis(innovations * self.inverse_scale[:, None], 0, -1)
 
     def autocovariance(self, n_lag: int) -> np.ndarray:
-        """Sum of the relaxations', the line's and the hiss's."""
-        bank, variance = jax.tree.map(np.asarray, (self.bank, self.variance))
+        """Sum of that of all parts, ``(n_record, n_channel, n_lag)``."""
+        along, across, variance = map(np.asarray, (self.along, self.across, self.variance))
         lags = np.arange(n_lag)
-        wander = np.einsum("rcj,rjk->rck", variance[..., :-2], bank.decay[..., None] ** lags)
-        line = variance[..., -2, None] * np.cos(bank.turn[:, None, None] * lags)
-        return wander + line + variance[..., -1, None] * (lags == 0)
+        turning = (along + 1j * across)[..., :-LINES, None] ** lags
+        return np.sum(variance[..., :-1, None] * turning.real, axis=-2) + variance[..., -1:] * (lags == 0)
 
 
-@jax.jit
-def coloured_of(bank: Bank, variance: jax.Array, valid: jax.Array) -> Coloured:
-    """The filter, its gains computed by a Kalman filter's covariance recursion.
-
-    Parameters
-    ----------
-    bank : Bank
-    variance : (n_record, n_channel, n_relaxation + 2)
-        See `Coloured`.
-    valid : (n_record, n_channel, n_time) bool
-    """
-    along, across = _turns(bank)
-    # Both phases of the line have its variance.
-    stationary = jnp.concatenate([variance[..., :-1], variance[..., -2:-1]], axis=-1)
-    fresh = stationary * (1.0 - along**2 - across**2)
-    eye = jnp.eye(along.shape[-1])
-
-    def turned(covariance: jax.Array) -> jax.Array:
-        return along[..., None] * covariance + across[..., None] * _swapped(covariance, -2)
-
-    def step(covariance: jax.Array, here: jax.Array) -> Any:
-        seen = jnp.sum(covariance[..., :-1], axis=-1)
-        total = jnp.sum(seen[..., :-1], axis=-1) + variance[..., -1]
-        gain = jnp.where(here[..., None], seen / total[..., None], 0.0)
-        covariance = covariance - gain[..., :, None] * seen[..., None, :]
-        covariance = turned(jnp.swapaxes(turned(covariance), -1, -2)) + fresh[..., None] * eye
-        return covariance, (gain, jnp.where(here, 1.0 / jnp.sqrt(total), 0.0))
-
-    first = jnp.broadcast_to(stationary[..., None] * eye, (*stationary.shape, stationary.shape[-1]))
-    gain, inverse_scale = jax.lax.scan(step, first, jnp.moveaxis(valid, -1, 0))[1]
-    return Coloured(gain, inverse_scale, bank, variance)
-
-
-def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Array:
-    """Variances of wander, line and hiss in units of the residuals, ``(n_record, n_channel, n_relaxation + 2)``.
+def coloured_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray, valid: np.ndarray) -> Coloured:
+    """The filter for noise of known spectra.
 
     Parameters
     ----------
@@ -187,27 +147,75 @@ def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Ar
         One for each channel, in SI units.
     unit : (n_record, n_channel)
         SI units in one unit of the residuals.
+    valid : (n_record, n_channel, n_time) bool
     """
-    pink, line, white = (jnp.array([getattr(n, name) for n in noise]) for name in ("pink", "line", "white"))
-    wander = pink[:, None] * bank.variance[:, None, :]
-    shape = wander.shape[:2]
-    rest = jnp.stack([jnp.broadcast_to(line, shape), white * bank.band[:, None]], axis=-1)
-    return jnp.concatenate([wander, rest], axis=-1) / jnp.asarray(unit)[..., None] ** 2
+    turn = np.zeros((len(noise), LINES))
+    for channel, of in enumerate(noise):
+        lines = [frequency for frequency, _ in _lines(of)]
+        turn[channel, : len(lines)] = lines
+    return _filtered(bank, jnp.asarray(turn), variances_of(bank, noise, unit), jnp.asarray(valid))
 
 
-def _turns(bank: Bank) -> tuple[jax.Array, jax.Array]:
-    """Factors ``(n_record, 1, n_state)`` of each state on itself and, of the line's, on one another."""
-    cosine, sine = jnp.cos(bank.turn)[:, None], jnp.sin(bank.turn)[:, None]
-    along = jnp.concatenate([bank.decay, cosine, cosine], axis=1)
-    across = jnp.concatenate([jnp.zeros_like(bank.decay), -sine, sine], axis=1)
-    return along[:, None, :], across[:, None, :]
+@jax.jit
+def _filtered(bank: Bank, lines: jax.Array, variance: jax.Array, valid: jax.Array) -> Coloured:
+    """Gains by a Kalman filter's covariance recursion."""
+    along, across = _turns(bank, lines)
+    # Both phases of a line have its variance.
+    stationary = jnp.concatenate([variance[..., :-1], variance[..., -1 - LINES : -1]], axis=-1)
+    fresh = stationary * (1.0 - along**2 - across**2)
+    eye = jnp.eye(along.shape[-1])
+
+    def turned(covariance: jax.Array) -> jax.Array:
+        swapped = jnp.swapaxes(_swapped(jnp.swapaxes(covariance, -1, -2)), -1, -2)
+        return along[..., None] * covariance + across[..., None] * swapped
+
+    def step(covariance: jax.Array, here: jax.Array) -> Any:
+        seen = jnp.sum(covariance[..., :-LINES], axis=-1)
+        total = jnp.sum(seen[..., :-LINES], axis=-1) + variance[..., -1]
+        gain = jnp.where(here[..., None], seen / total[..., None], 0.0)
+        covariance = covariance - gain[..., :, None] * seen[..., None, :]
+        covariance = turned(jnp.swapaxes(turned(covariance), -1, -2)) + fresh[..., None] * eye
+        return covariance, (gain, jnp.where(here, 1.0 / jnp.sqrt(total), 0.0))
+
+    first = jnp.broadcast_to(stationary[..., None] * eye, (*stationary.shape, stationary.shape[-1]))
+    gain, inverse_scale = jax.lax.scan(step, first, jnp.moveaxis(valid, -1, 0))[1]
+    return Coloured(gain, inverse_scale, along, across, variance)
 
 
-def _swapped(states: jax.Array, axis: int) -> jax.Array:
-    """States with the last two exchanged."""
-    size = states.shape[axis]
-    parts = (
-        jax.lax.slice_in_dim(states, *ends, axis=axis)
-        for ends in ((0, size - 2), (size - 1, size), (size - 2, size - 1))
-    )
-    return jnp.concatenate(list(parts), axis=axis)
+def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Array:
+    """Variances of all parts in units of the residuals, ``(n_record, n_channel, n_relaxation + n_line + 1)``.
+
+    Parameters as `coloured_of`.
+    """
+    corners, pink, rate = map(np.asarray, (bank.corners, bank.pink, bank.rate))
+    parts = np.zeros((len(rate), len(noise), len(corners) + LINES + 1))
+    for channel, of in enumerate(noise):
+        parts[:, channel, : len(corners)] = of.pink * pink
+        for corner, variance in of.slow:
+            parts[:, channel, int(np.argmin(np.abs(np.log(corners / corner))))] += variance
+        lines = [variance for _, variance in _lines(of)]
+        parts[:, channel, len(corners) : len(corners) + len(lines)] = lines
+        parts[:, channel, -1] = of.white * 0.5 * rate
+    return jnp.asarray(parts / np.asarray(unit)[..., None] ** 2)
+
+
+def _lines(noise: Noise) -> list[tuple[float, float]]:
+    """Lines of a noise, the strongest first; one that is not known better lies at the first mains frequency."""
+    known = [*noise.lines, *([(MAINS[0], noise.line)] if noise.line > 0.0 else [])]
+    return sorted(known, key=lambda line: -line[1])[:LINES]
+
+
+def _turns(bank: Bank, lines: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Factors ``(n_record, n_channel, n_state)`` of each state on itself and, of a line's, on its other one."""
+    pace = 2.0 * jnp.pi / bank.rate[:, None, None]
+    held = jnp.exp(-pace * LINE_WIDTH)
+    cosine, sine = held * jnp.cos(pace * lines), held * jnp.sin(pace * lines)
+    decay = jnp.broadcast_to(bank.decay[:, None, :], (*cosine.shape[:2], bank.decay.shape[1]))
+    along = jnp.concatenate([decay, cosine, cosine], axis=-1)
+    return along, jnp.concatenate([jnp.zeros_like(decay), -sine, sine], axis=-1)
+
+
+def _swapped(states: jax.Array) -> jax.Array:
+    """States with the two of each line exchanged."""
+    rest, first, second = jnp.split(states, [states.shape[-1] - 2 * LINES, states.shape[-1] - LINES], axis=-1)
+    return jnp.concatenate([rest, second, first], axis=-1)

@@ -24,7 +24,12 @@ MAINS = (50.0, 60.0)
 
 @dataclass(frozen=True)
 class Noise:
-    """Spectrum of a channel's noise: ``white + pink / f`` and a line at the mains frequency.
+    """Spectrum of a channel's noise: white, 1/f, first-order parts, and lines.
+
+    Law
+    ---
+    ``S(f) = white + pink / f + sum of v (2 / pi) c / (c^2 + f^2)`` over the first-order parts of corner c and variance
+    v, and the lines.
 
     Parameters
     ----------
@@ -33,31 +38,51 @@ class Noise:
     pink : float
         Level at 1 Hz, in unit^2/Hz.
     line : float
-        Variance of the mains line, in unit^2.
+        Variance of a line at a mains frequency that is not known better, in unit^2.
     samples : int
         Number of resting samples it was taken from; 0: from differences of moving ones, fast part only.
+    slow : tuple of (corner in Hz, variance in unit^2)
+        First-order parts.
+    lines : tuple of (frequency in Hz, variance in unit^2)
+        Lines whose frequencies were found.
     """
 
     white: float
     pink: float
     line: float
     samples: int
+    slow: tuple[tuple[float, float], ...] = ()
+    lines: tuple[tuple[float, float], ...] = ()
 
     def rms(self, duration: float, rate: float) -> float:
         """Noise rms over a record of `duration` [s] sampled at `rate` [Hz]."""
         band = 0.5 * rate
-        return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line))
+        parts = sum(variance for _, variance in (*self.slow, *self.lines))
+        return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line + parts))
 
     def density(self, frequency: np.ndarray) -> np.ndarray:
-        """One-sided power density at `frequency` [Hz] > 0, without the line, in unit^2/Hz."""
-        return self.white + self.pink / frequency
+        """One-sided power density at `frequency` [Hz] > 0, without the lines, in unit^2/Hz."""
+        parts = [variance * (2.0 / np.pi) * corner / (corner**2 + frequency**2) for corner, variance in self.slow]
+        return self.white + self.pink / frequency + sum(parts, start=np.zeros_like(frequency, dtype=float))
+
+    def corner(self) -> float:
+        """Frequency in Hz at which slow parts and white noise are equal; 0 where slow parts are nowhere as strong."""
+        frequency = np.geomspace(1e-2, 1e4, 600)
+        slow = self.density(frequency) > 2.0 * self.white
+        return float(frequency[slow].max(initial=0.0))
+
+    def scaled(self, factor: float) -> Noise:
+        """The same colour, `factor` times as large."""
+        power = factor**2
+        slow, lines = (tuple((f, power * v) for f, v in parts) for parts in (self.slow, self.lines))
+        return Noise(power * self.white, power * self.pink, power * self.line, self.samples, slow, lines)
 
     def over_mean(self, frequency: np.ndarray, duration: float, rate: float) -> np.ndarray:
         """Power density at `frequency` [Hz] > 0 over its mean in a record of `duration` [s] sampled at `rate` [Hz]."""
         return self.density(frequency) * (0.5 * rate) / self.rms(duration, rate) ** 2
 
     def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
-        """Some noise with this spectrum, the line left out, ``(count,)``."""
+        """Some noise with this spectrum, the lines left out, ``(count,)``."""
         frequency = np.fft.rfftfreq(count, 1.0 / rate)
         density = np.zeros(len(frequency))
         density[1:] = self.density(frequency[1:])

@@ -1,0 +1,193 @@
+"""Tests of innovations: whether what a model leaves is noise, whatever it may be that is missing.
+
+The residuals' spectrum can always be fitted, so it says little. What says much is whether the parameters, each free to
+be another one in every part of a motion, would be the same throughout, and whether noise in motion is that at rest.
+
+Source
+------
+Constancy of parameters by cumulated scores: Nyblom, J. Am. Stat. Assoc. 84 (1989); Hansen, J. Policy Model. 14 (1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, gamma
+
+from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.supermodel import stretch_products
+from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.problem.estimate.gauss_newton import STEP
+from fibrefit.problem.noise.spectrum import Noise, periodogram, rests
+from fibrefit.problem.statement.observations import Trace
+
+WINDOWS = 6
+"""Parts of a motion that hold equal information."""
+WAVES = 3
+"""Half periods of the slow changes in time that parameters are tested for."""
+RANK = 1e-4
+"""Share of a record's information below which a direction is not seen in a part of it."""
+SLOW, FAST = 40.0, 100.0
+"""Frequencies in Hz below and above which the noise at rest is held against that in motion."""
+FEWEST = 8
+"""Ordinates at rest that tell anything."""
+QUANTISED = 0.3
+"""Power of the fast noise at rest over that in motion below which it is not noise that is seen at rest but steps."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """Outcome of a test of innovations.
+
+    Parameters
+    ----------
+    quantity : str
+    probability : float
+        Of something as strange, if nothing were missing.
+    threshold : float
+    says : str
+    """
+
+    quantity: str
+    probability: float
+    threshold: float
+    says: str
+
+    @property
+    def raised(self) -> bool:
+        """Whether the model is not complete."""
+        return self.probability < self.threshold
+
+
+def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[Alarm, ...]:
+    """Tests of the innovations of a hypothesis.
+
+    Parameters
+    ----------
+    scales : Scales
+    best : Weighed
+    traces : sequence of Trace
+    channels : sequence of str
+    """
+    tested = []
+    if len(best.evidence.mode.unknowns.scattering):
+        scores = _scores(scales, best)
+        tested = [_windows(*scores), _drifts(*scores, names=_names(best))]
+    pairs = zip(channels, scales.yardstick.noise, strict=True)
+    return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
+
+
+def _names(best: Weighed) -> tuple[str, ...]:
+    unknowns = best.evidence.mode.unknowns
+    return tuple(unknowns.names[i] for i in unknowns.scattering)
+
+
+def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
+    """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of the parameters that may vary.
+
+    Scores are those of a noise as large as the innovations are where each parameter is seen.
+    """
+    unknowns, place = best.evidence.mode.unknowns, best.evidence.mode.place
+    columns = unknowns.shared[unknowns.scattering]
+    local = best.local
+    targets = local[:, columns] * np.exp(STEP)
+    frame = scales.yardstick.on(best.frame)
+    products, squares = stretch_products(frame, local, columns, targets, scales.ground.whole)
+    information, score = products[:, :, :-1, :-1] / STEP**2, products[:, :, :-1, -1] / STEP
+    seen = np.einsum("rspp->rsp", information).sum(axis=1)
+    level = squares.sum(axis=1) / STEP**2 / np.where(seen > 0.0, seen, 1.0)
+    level = np.sqrt(np.where((seen > 0.0) & (level > 0.0), level, 1.0))[:, None]
+    assert place.eta.shape[1] == len(columns)
+    return information, score / level
+
+
+def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
+    """Whether parameters of their own in every part of a motion explain more than chance."""
+    total, freedom = 0.0, 0
+    for i, g in zip(information, score, strict=True):
+        whole = i.sum(axis=0)
+        scale = np.sqrt(np.where(np.diag(whole) > 0.0, np.diag(whole), 1.0))
+        progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
+        part = np.minimum((WINDOWS * progress / max(progress[-1], 1e-300)).astype(int), WINDOWS - 1)
+        each = [_gain(i[part == w].sum(axis=0), g[part == w].sum(axis=0), scale) for w in range(WINDOWS)]
+        lost = _gain(whole, g.sum(axis=0), scale)
+        total += sum(gain for gain, _ in each) - lost[0]
+        freedom += sum(rank for _, rank in each) - lost[1]
+    probability = float(chi2.sf(total, freedom)) if freedom > 0 else 1.0
+    says = f"Parameters of their own in {WINDOWS} parts of each motion gain {total:.0f} in twice the log likelihood, where "
+    return Alarm(
+        "constancy of the parameters", probability, ALARM, f"{says}chance gives {freedom} (p = {probability:.2g})."
+    )
+
+
+def _gain(information: np.ndarray, score: np.ndarray, scale: np.ndarray) -> tuple[float, int]:
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    seen = values > RANK
+    along = vectors.T @ (score / scale)
+    return float(np.sum(along[seen] ** 2 / values[seen])), int(seen.sum())
+
+
+def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) -> Alarm:
+    """Whether parameters that change slowly with time, alike in all records, explain more than chance."""
+    p = score.shape[-1]
+    normal, pull = np.zeros((WAVES * p, WAVES * p)), np.zeros(WAVES * p)
+    for i, g in zip(information, score, strict=True):
+        whole = i.sum(axis=0)
+        scale = np.sqrt(np.where(np.diag(whole) > 0.0, np.diag(whole), 1.0))
+        progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
+        moment = progress / max(progress[-1], 1e-300)
+        waves = np.cos(np.pi * np.arange(1, WAVES + 1)[:, None] * moment)
+        inside = np.einsum("js,ks,spq->jpkq", waves, waves, i).reshape(WAVES * p, WAVES * p)
+        cross = np.einsum("js,spq->jpq", waves, i).reshape(WAVES * p, p)
+        held = np.linalg.pinv(whole / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
+        normal += inside - cross @ held @ cross.T
+        pull += np.einsum("js,sp->jp", waves, g).ravel() - cross @ held @ g.sum(axis=0)
+    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    gain, rank = _gain(normal, pull, scale)
+    probability = float(chi2.sf(gain, rank)) if rank else 1.0
+    each = [_gain(normal[j::p, j::p], pull[j::p], scale[j::p])[0] for j in range(p)]
+    says = f"Slow changes of {names[int(np.argmax(each))]} and the others within a motion, alike in all records, gain "
+    return Alarm(
+        "drift of the parameters",
+        probability,
+        ALARM,
+        f"{says}{gain:.0f} where chance gives {rank} (p = {probability:.2g}).",
+    )
+
+
+def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm | None:
+    """Whether the slow noise that a model leaves is that at rest; None where there is too little rest to tell.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    channel : str
+    noise : Noise
+        What the model leaves.
+    """
+    slow, fast, number = 0.0, [], 0
+    for trace in traces:
+        rate = 1.0 / float(np.diff(trace.times).mean())
+        for rest in rests(trace):
+            values = trace.channels[channel][rest]
+            if not np.isfinite(values).all() or np.ptp(values) == 0.0:
+                continue
+            frequency, power = periodogram(values, rate)
+            lines = [abs(frequency - line) < rate / len(values) * 2.0 for line, _ in noise.lines]
+            clear = ~np.logical_or.reduce([np.zeros(len(frequency), dtype=bool), *lines])
+            share = power / noise.density(frequency)
+            slow += float(share[clear & (frequency < SLOW)].sum())
+            number += int((clear & (frequency < SLOW)).sum())
+            fast += share[clear & (frequency > FAST)].tolist()
+    level = float(np.mean(fast)) if fast else 0.0
+    if number < FEWEST or level < QUANTISED:
+        return None
+    probability = float(gamma.cdf(slow / level, number))
+    says = (
+        f"Below {SLOW:g} Hz the {channel} holds {number * level / max(slow, 1e-300):.2g} times the noise it has at rest"
+    )
+    return Alarm(
+        f"slow noise of the {channel} against rest", probability, CONTRADICTED, f"{says} (p = {probability:.2g})."
+    )

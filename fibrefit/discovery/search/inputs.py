@@ -1,0 +1,54 @@
+"""Errors of measured inputs about a better model: what they are and what they do is found anew for it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
+from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, reactions_of, waves_at
+from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.search.varpro import Joint, expected_gap, joint
+from fibrefit.problem.inputs.errors_in_variables import input_errors
+
+
+def with_inputs(search: Search, weighed: Weighed) -> Joint | None:
+    """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to; None without.
+
+    Parameters
+    ----------
+    search : Search
+    weighed : Weighed
+    """
+    reactions = search.base.frame.reactions
+    if reactions is None:
+        return None
+    search.tell("finding the errors of measured inputs", None)
+    task, values = search.task_with(weighed)
+    return joint(task, input_errors(task), values, waves_at(task, values, reactions), whole=False)
+
+
+def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
+    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs.
+
+    Parameters
+    ----------
+    search : Search
+    weighed : Weighed
+    """
+    if (found := with_inputs(search, weighed)) is None:
+        return None
+    search.tell("finding what errors of inputs do to the better model", None)
+    task, _ = search.task_with(weighed)
+    expected = expected_gap(task, input_errors(task), found)[0]
+    reactions = reactions_of(task, found.values, found.waves, found.gap > FAR * expected)
+    frame, own = frame_of(search.task, (), reactions), frame_of(search.task, weighed.effects, reactions)
+    local = np.asarray(task.problem.layout.local(found.values))
+    local = carried(own, absent_values(own, len(local)), Frame(task), local)
+    base = refit(frame, search.ground.subset(()), search.base.fit.local, search.ground.whole)
+    scales = Scales(search.ground, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
+    anew = Search(
+        search.task, search.effects, search.ground, Hypothesis((), base, frame), scales, search.tell, [frame, own]
+    )
+    return anew, scales.weigh(own, weighed.effects, local)

@@ -1,0 +1,402 @@
+"""One Gauss-Newton for values, nuisances and deviations between records: arrowhead matrices, a trust region, bounds.
+
+All that is asked of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
+a search and the mode of a posterior differ in who supplies them and in which values are unknown.
+
+Law
+---
+Residuals ``e_r(z, eta_r, nu_r)`` with shared coordinates ``z ~ N(mean, P^-1)``, relative deviations of a record
+``eta_r ~ N(0, diag sigma^2)`` and nuisances ``nu_r`` of which nothing is known beforehand. What is minimised is
+``Q = sum |e_r|^2 + sum (eta_r / sigma)^2 + (z - mean)' P (z - mean)``. A coordinate is the logarithm of a value over its
+reference, or its distance from there in units of its scale; a deviation is added to the logarithm.
+
+Source
+------
+Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963); elimination of the records' own unknowns: Golub and
+Pereyra, SIAM J. Numer. Anal. 10 (1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+STEP = 1e-6
+"""Difference step of a coordinate."""
+STEADY = 0.01
+"""Size below which a difference step no longer falls with its coordinate."""
+SETTLED = 0.02
+"""Promised fall of Q that is not taken any more; two are a factor e in probability."""
+STEPS = 40
+STIFFEST = 1e8
+RIGID = 1e-7
+"""Standard deviation that stands for no deviations at all."""
+
+Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""Products ``(n_record, n_column + 1, n_column + 1)`` of the changes of all residuals, and of the residuals, when the
+columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Which of the records' values are unknown, and what is believed of them.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the shared values, then of each record's own.
+    shared : (n_shared,) int
+        Places of the shared values among a record's values.
+    each : (n_each,) int
+        Places of the values of each record's own.
+    free : (n_record, n_each) bool
+        Which of those are unknown; the others are held.
+    scattering : (n_scattering,) int
+        Places among the shared values, all logarithmic, of those that deviate from record to record.
+    log : (n_shared,) bool
+    reference, scale : (n_shared,) in SI units
+        A coordinate is ``log(value / reference)`` or ``(value - reference) / scale``.
+    mean : (n_shared,)
+        Of the prior of each coordinate.
+    precision : (n_shared, n_shared)
+        Inverse of the covariance of that prior.
+    lower, upper : (n_shared,)
+        Bounds of the coordinates.
+    one_sided : (n_shared,) bool
+        Whether a bound lies at the prior's mean: half of the prior is cut off.
+    size : (n_each,) in SI units
+        Typical size of each record's own values.
+    """
+
+    names: tuple[str, ...]
+    shared: np.ndarray
+    each: np.ndarray
+    free: np.ndarray
+    scattering: np.ndarray
+    log: np.ndarray
+    reference: np.ndarray
+    scale: np.ndarray
+    mean: np.ndarray
+    precision: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    one_sided: np.ndarray
+    size: np.ndarray
+
+    @property
+    def columns(self) -> np.ndarray:
+        """Places of all unknown values of a record."""
+        return np.concatenate([self.shared, self.each])
+
+    @property
+    def own(self) -> np.ndarray:
+        """Columns of what belongs to one record: its own values, then its deviations."""
+        return np.concatenate([len(self.shared) + np.arange(len(self.each)), self.scattering]).astype(int)
+
+    def value(self, z: np.ndarray) -> np.ndarray:
+        """Values in SI units of coordinates ``(..., n_shared)``."""
+        with np.errstate(over="ignore"):
+            return np.where(
+                self.log, self.reference * np.exp(np.where(self.log, z, 0.0)), self.reference + self.scale * z
+            )
+
+    def coordinate(self, value: np.ndarray) -> np.ndarray:
+        """Coordinates of values ``(..., n_shared)`` in SI units, inside their bounds."""
+        ratio = value / np.where(self.log, self.reference, 1.0)
+        z = np.where(self.log, np.log(np.maximum(ratio, 1e-300)), (value - self.reference) / self.scale)
+        return np.clip(z, self.lower, self.upper)
+
+    def slope(self, z: np.ndarray) -> np.ndarray:
+        """Change of values with their coordinates ``(n_shared,)``, in SI units."""
+        return np.where(self.log, self.value(z), self.scale)
+
+
+class Place(NamedTuple):
+    """A set of unknowns.
+
+    Parameters
+    ----------
+    z : (n_shared,)
+    own : (n_record, n_each) in units of their sizes
+    eta : (n_record, n_scattering)
+    rest : (n_record, n_local) in SI units
+        Values that are held.
+    """
+
+    z: np.ndarray
+    own: np.ndarray
+    eta: np.ndarray
+    rest: np.ndarray
+
+
+class Arrowhead(NamedTuple):
+    """Normal equations about a place, the deviations' prior left out.
+
+    Parameters
+    ----------
+    shared : (n_shared, n_shared)
+    cross : (n_record, n_shared, n_own)
+    blocks : (n_record, n_own, n_own)
+    pull : (n_shared,)
+        Half the gradient of the cost with respect to the shared coordinates.
+    pulls : (n_record, n_own)
+    cost : float
+        Sum of squared residuals.
+    costs : (n_record,)
+    """
+
+    shared: np.ndarray
+    cross: np.ndarray
+    blocks: np.ndarray
+    pull: np.ndarray
+    pulls: np.ndarray
+    cost: float
+    costs: np.ndarray
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Where Q is smallest.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    normal : Arrowhead
+        There.
+    sigma : (n_scattering,)
+    promised : float
+        Fall of Q that one more step promises.
+    steps : int
+        Evaluations.
+    """
+
+    unknowns: Unknowns
+    place: Place
+    normal: Arrowhead
+    sigma: np.ndarray
+    promised: float
+    steps: int
+
+    @property
+    def local(self) -> np.ndarray:
+        """Values of each record, ``(n_record, n_local)`` in SI units."""
+        return local_of(self.unknowns, self.place)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Shared values, ``(n_shared,)`` in SI units."""
+        return self.unknowns.value(self.place.z)
+
+    @property
+    def objective(self) -> float:
+        """Q."""
+        return self.normal.cost + penalty(self.unknowns, self.place, self.sigma)
+
+
+def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = None) -> Place:
+    """Unknowns at given values.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    local : (n_record, n_local) in SI units
+        The shared values are their means over the records, geometric where they are logarithmic.
+    eta : (n_record, n_scattering), optional
+        Deviations; what the values themselves show by default.
+    """
+    z = unknowns.coordinate(local[:, unknowns.shared])
+    middle = np.clip(z.mean(axis=0), unknowns.lower, unknowns.upper)
+    found = (z - middle)[:, unknowns.scattering] if eta is None else eta
+    return Place(middle, local[:, unknowns.each] / unknowns.size, found, local.copy())
+
+
+def local_of(unknowns: Unknowns, place: Place) -> np.ndarray:
+    """Values of each record, ``(n_record, n_local)`` in SI units."""
+    local = place.rest.copy()
+    local[:, unknowns.each] = place.own * unknowns.size
+    z = np.repeat(place.z[None], len(local), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    local[:, unknowns.shared] = unknowns.value(z)
+    return local
+
+
+def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
+    """What the priors add to the sum of squares."""
+    deviation, away = place.eta / np.maximum(sigma, RIGID), place.z - unknowns.mean
+    return float(np.sum(deviation**2) + away @ unknowns.precision @ away)
+
+
+def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
+    """Normal equations about a place."""
+    local, n = local_of(unknowns, place), len(unknowns.shared)
+    steps = np.concatenate(
+        [
+            np.where(unknowns.log, STEP, STEP * np.maximum(np.abs(place.z), STEADY)),
+            np.full(len(unknowns.each), STEP * 1.0),
+        ]
+    )
+    own = np.maximum(np.abs(place.own), STEADY)
+    per = np.concatenate([np.repeat(steps[None, :n], len(local), axis=0), steps[n:] * own], axis=1)
+    z = np.repeat(place.z[None], len(local), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    targets = np.concatenate([unknowns.value(z + per[:, :n]), (place.own + per[:, n:]) * unknowns.size], axis=1)
+    grams = gram(local, unknowns.columns, targets)
+    rate = np.concatenate([1.0 / per, np.ones((len(per), 1))], axis=1)
+    grams = grams * rate[:, :, None] * rate[:, None, :]
+    held = np.concatenate([~unknowns.free, np.zeros((len(local), len(unknowns.scattering)), dtype=bool)], axis=1)
+    mine = unknowns.own
+    blocks, cross = grams[:, mine[:, None], mine], grams[:, :n][:, :, mine]
+    pulls = np.where(held, 0.0, grams[:, mine, -1])
+    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)) * 1.0, blocks)
+    cross = np.where(held[:, None, :], 0.0, cross)
+    costs = grams[:, -1, -1]
+    return Arrowhead(
+        grams[:, :n, :n].sum(axis=0), cross, blocks, grams[:, :n, -1].sum(axis=0), pulls, float(costs.sum()), costs
+    )
+
+
+def mode(
+    unknowns: Unknowns,
+    start: Place,
+    gram: Gram,
+    sigma: np.ndarray,
+    settled: float = SETTLED,
+    max_steps: int = STEPS,
+) -> Mode:
+    """Minimise Q from a place.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    start : Place
+    gram : callable
+        See `Gram`.
+    sigma : (n_scattering,)
+        Standard deviations of the deviations between records.
+    settled : float
+        Promised fall of Q at which it stops.
+    max_steps : int
+        Evaluations at the most.
+
+    Returns
+    -------
+    Mode
+    """
+    place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
+    here = arrowhead(unknowns, place, gram)
+    found = Mode(unknowns, place, here, sigma, np.inf, 1)
+    damping, promised = 1e-4, np.inf
+    while found.steps < max_steps:
+        trial, promised = _trial(found, damping)
+        if not promised > settled:
+            break
+        there = arrowhead(unknowns, trial, gram)
+        moved = replace(found, place=trial, normal=there, steps=found.steps + 1)
+        fall = found.objective - moved.objective
+        if np.isfinite(fall) and fall > 0.0:
+            found, damping = moved, max(damping / 10.0, 1e-12)
+        else:
+            found, damping = replace(found, steps=found.steps + 1), 10.0 * damping
+            if damping > STIFFEST:
+                break
+    return replace(found, promised=float(promised))
+
+
+def _trial(found: Mode, damping: float) -> tuple[Place, float]:
+    """Place after a damped step inside the bounds, and the fall of Q it promises."""
+    unknowns, place, normal = found.unknowns, found.place, found.normal
+    precision = 1.0 / np.maximum(found.sigma, RIGID) ** 2
+    shared = normal.shared + unknowns.precision
+    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean)
+    n = len(unknowns.each)
+    blocks, pulls = normal.blocks.copy(), normal.pulls.copy()
+    index = n + np.arange(len(precision))
+    blocks[:, index, index] += precision
+    pulls[:, n:] += place.eta * precision
+    stuck = ((place.z <= unknowns.lower) & (pull > 0.0)) | ((place.z >= unknowns.upper) & (pull < 0.0))
+    free = ~stuck & (np.diag(shared) > 0.0)
+    for _ in range(len(free) + 1):
+        dz, own = _solved(shared, normal.cross, blocks, pull, pulls, damping, free)
+        outside = free & ((place.z + dz < unknowns.lower) | (place.z + dz > unknowns.upper))
+        if not outside.any():
+            break
+        # What would leave its bounds is brought to them, and the others move with it held there.
+        dz = np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z
+        if not (np.abs(dz[outside]) <= 1e-12).all():
+            own = _own_step(normal.cross, blocks, pulls, dz, damping)
+            break
+        free &= ~outside
+    way = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
+    linear = pull @ dz + np.sum(pulls * own)
+    bend = dz @ shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, normal.cross, own)
+    bend += np.einsum("ri,rij,rj->", own, blocks, own)
+    return way, float(-2.0 * linear - bend)
+
+
+def _solved(
+    shared: np.ndarray,
+    cross: np.ndarray,
+    blocks: np.ndarray,
+    pull: np.ndarray,
+    pulls: np.ndarray,
+    damping: float,
+    free: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of shared and own unknowns; those that are not free stay."""
+    dz = np.zeros(len(pull))
+    schur, right = eliminated(_damped(shared, damping), cross, _damped(blocks, damping), pull, pulls)
+    if free.any():
+        scale = np.sqrt(np.maximum(np.diag(shared)[free], 1e-300))
+        inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
+        dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
+    return dz, _own_step(cross, blocks, pulls, dz, damping)
+
+
+def _own_step(cross: np.ndarray, blocks: np.ndarray, pulls: np.ndarray, dz: np.ndarray, damping: float) -> np.ndarray:
+    right = -(pulls + np.einsum("i,rij->rj", dz, cross))
+    return solved(_damped(blocks, damping), right[..., None])[..., 0]
+
+
+def _damped(matrix: np.ndarray, damping: float) -> np.ndarray:
+    return matrix + damping * np.eye(matrix.shape[-1]) * matrix
+
+
+def eliminated(
+    shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal matrix ``(..., n_shared, n_shared)`` and pull without the records' own unknowns (Schur complement).
+
+    Parameters
+    ----------
+    shared : (n_shared, n_shared)
+    cross : (n_record, n_shared, n_own)
+    blocks : (..., n_record, n_own, n_own)
+    pull : (n_shared,)
+    pulls : (n_record, n_own)
+    """
+    if not blocks.shape[-1]:
+        return np.broadcast_to(shared, (*blocks.shape[:-3], *shared.shape)), np.broadcast_to(
+            pull, (*blocks.shape[:-3], *pull.shape)
+        )
+    right = np.concatenate([np.swapaxes(cross, -1, -2), pulls[..., None]], axis=-1)
+    share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
+    whole = np.einsum("rij,...rjk->...ik", cross, share)
+    return shared - whole[..., :-1], pull - whole[..., -1]
+
+
+def solved(blocks: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions of symmetric systems whose rows may have any units; zero where there is nothing."""
+    if not blocks.shape[-1]:
+        return np.zeros_like(right)
+    scale = np.sqrt(np.diagonal(blocks, axis1=-2, axis2=-1))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    size = blocks.shape[-1]
+    inside = blocks / (scale[..., :, None] * scale[..., None, :])
+    # What no record sees has an empty row: it stays where it is.
+    empty = np.diagonal(inside, axis1=-2, axis2=-1) == 0.0
+    inside = inside + empty[..., None] * np.eye(size) + 1e-14 * np.eye(size)
+    return np.linalg.solve(inside, right / scale[..., None]) / scale[..., None]

@@ -1,0 +1,235 @@
+"""Spectrum of residuals by maximum likelihood: white noise, first-order parts of fixed corners, and lines.
+
+A periodogram ordinate of a record is exponentially distributed about its expectation, which is a sum of what each part
+of the noise contributes, leakage and masked samples included. The parts' variances are found by multiplicative steps
+that keep them from becoming negative; most of them vanish. Lines are what stands out of that.
+
+Source
+------
+Whittle, Ark. Mat. 2 (1953); expectation of the periodogram instead of the density: Sykulski et al., Biometrika 106
+(2019); the steps: Fevotte, Bertin and Durrieu, Neural Comput. 21 (2009).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, coloured_of
+from fibrefit.problem.noise.likelihood import unit_of
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.problem import Problem
+
+BINS_PER_OCTAVE = 12
+"""Frequencies of all records are pooled where there are many."""
+STEPS = 400
+NEGLIGIBLE = 1e-4
+"""Share of the variance below which a first-order part is left out."""
+CLEAR = 3
+"""Ordinates on either side of a line that are left out of the rest of the spectrum."""
+CHANCE = 1e-6
+"""Probability below which the highest ordinate of all is taken for a line."""
+SLOWEST_LINE = 20.0
+"""Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
+HALF = 0.5
+FINE = 8
+"""Padding of the record where the frequency of a line is looked for."""
+
+
+@dataclass(frozen=True)
+class Periodograms:
+    """Power of one channel of all records, and what each part of the noise is expected to give.
+
+    Parameters
+    ----------
+    frequency : (n_ordinate,) in Hz
+    power : (n_ordinate,)
+        One-sided density, in unit^2/Hz.
+    expected : (n_ordinate, n_relaxation + 1)
+        For a variance of one of each first-order part, and of white noise.
+    record : (n_ordinate,) int
+    """
+
+    frequency: np.ndarray
+    power: np.ndarray
+    expected: np.ndarray
+    record: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> Periodograms:
+        """The ordinates that are `chosen`."""
+        return Periodograms(self.frequency[chosen], self.power[chosen], self.expected[chosen], self.record[chosen])
+
+
+def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = True) -> tuple[Noise, ...]:
+    """Noise of each channel in SI units.
+
+    Parameters
+    ----------
+    problem : Problem
+    residuals : (..., n_record, n_channel, n_time) in units of the noise
+        That hold nothing else; the power of several is averaged.
+    lines : bool
+        Whether to look for lines.
+    """
+    data, channels = problem.observations, problem.model.rig.channels
+    valid = counted(problem)
+    times, counts = map(np.asarray, data.experiment[:2])
+    bank, unit = bank_for(times, counts), unit_of(data, channels)
+    draws = np.where(valid, residuals, 0.0).reshape(-1, *valid.shape) * unit[:, :, None]
+    return tuple(_noise(draws[:, :, c], valid[:, c], counts, bank, lines) for c in range(len(channels)))
+
+
+def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
+    """Innovations filter of a problem's residuals for noise of known spectra.
+
+    Parameters
+    ----------
+    problem : Problem
+    noise : sequence of Noise
+        One for each channel, in SI units.
+    """
+    data, channels = problem.observations, problem.model.rig.channels
+    valid = counted(problem)
+    bank = bank_for(*map(np.asarray, data.experiment[:2]))
+    return coloured_of(bank, noise, unit_of(data, channels), valid)
+
+
+def counted(problem: Problem) -> np.ndarray:
+    """Which samples count, ``(n_record, n_channel, n_time)``: those that are weighed half as much as others at least."""
+    weights = problem.observations.weight
+    weight = np.stack([np.asarray(weights[channel]) for channel in problem.model.rig.channels], axis=1)
+    return weight > HALF * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
+
+
+def _noise(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank: Bank, lines: bool) -> Noise:
+    samples = int(valid.sum())
+    if samples < len(valid) or not np.any(draws):
+        return Noise(1.0, 0.0, 0.0, 0)
+    whole = periodograms(draws, valid, counts, bank)
+    found: list[tuple[float, float]] = []
+    weights = fitted(whole)
+    while lines and len(found) < LINES and (line := _line(draws, valid, counts, whole, weights, found, bank)):
+        found.append(line)
+        weights = fitted(whole.where(_clear(whole, found, counts, bank)))
+    variances, rate = weights[:-1], float(np.mean(np.asarray(bank.rate)))
+    share = variances > NEGLIGIBLE * weights.sum()
+    slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
+    return Noise(float(weights[-1]) / (0.5 * rate), 0.0, 0.0, samples, slow, tuple(found))
+
+
+def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank: Bank) -> Periodograms:
+    """Periodograms of one channel and their expectations.
+
+    Parameters
+    ----------
+    draws : (n_draw, n_record, n_time)
+        Zero where not valid.
+    valid : (n_record, n_time) bool
+    counts : (n_record,) int
+    bank : Bank
+    """
+    parts = []
+    for r, (mask, count) in enumerate(zip(valid, counts, strict=True)):
+        number, rate = int(mask.sum()), float(bank.rate[r])
+        if number < 2:
+            continue
+        inner = slice(1, (int(count) + 1) // 2)
+        frequency = np.fft.rfftfreq(count, 1.0 / rate)[inner]
+        transform = np.abs(np.fft.rfft(draws[:, r, :count], axis=-1)) ** 2
+        power = 2.0 * transform.mean(axis=0)[inner] / (number * rate)
+        # Lags between valid samples: a record without holes has a triangle of them.
+        size = 2 * int(count)
+        pairs = np.fft.irfft(np.abs(np.fft.rfft(mask[:count].astype(float), size)) ** 2, size)[:count]
+        lags = np.arange(count)
+        kernels = np.concatenate([np.asarray(bank.decay)[r][:, None] ** lags, (lags == 0)[None]]) * pairs
+        kernels[:, 0] *= 0.5
+        expected = 4.0 * np.fft.rfft(kernels, count, axis=-1).real[:, inner] / (number * rate)
+        parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
+    return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def fitted(of: Periodograms) -> np.ndarray:
+    """Variances ``(n_relaxation + 1,)`` of the parts that make the periodograms most likely."""
+    power, expected, number = _pooled(of)
+    weights = np.full(expected.shape[1], 0.1 * np.average(power, weights=number) / expected[:, -1].mean())
+    for _ in range(STEPS):
+        density = expected @ weights
+        pull = expected.T @ (number * power / density**2)
+        weights = weights * pull / (expected.T @ (number / density))
+    return weights
+
+
+def _pooled(of: Periodograms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means of power and expectations over narrow bands, and the ordinates in each."""
+    place = np.floor(BINS_PER_OCTAVE * np.log2(of.frequency / of.frequency.min())).astype(int)
+    number = np.bincount(place).astype(float)
+    some = number > 0.0
+    mean = lambda column: np.bincount(place, weights=column)[some] / number[some]  # noqa: E731
+    return mean(of.power), np.stack([mean(column) for column in of.expected.T], axis=1), number[some]
+
+
+def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], counts: np.ndarray, bank: Bank) -> np.ndarray:
+    """Which ordinates hold no line."""
+    spacing = (np.asarray(bank.rate) / counts)[whole.record]
+    far = [np.abs(whole.frequency - frequency) > CLEAR * spacing for frequency, _ in found]
+    return np.logical_and.reduce([np.ones(len(whole.frequency), dtype=bool), *far])
+
+
+def _line(
+    draws: np.ndarray,
+    valid: np.ndarray,
+    counts: np.ndarray,
+    whole: Periodograms,
+    weights: np.ndarray,
+    found: Sequence[tuple[float, float]],
+    bank: Bank,
+) -> tuple[float, float] | None:
+    """Frequency and variance of the strongest line beside those found; None where chance is as strong."""
+    density = whole.expected @ weights
+    free = _clear(whole, found, counts, bank) & (whole.frequency > SLOWEST_LINE)
+    if not free.any():
+        return None
+    # Frequencies of records of several lengths: the sum over records of what lies nearest to each of the first one's.
+    grid = whole.frequency[whole.record == whole.record[0]]
+    sums, number = np.zeros(len(grid)), np.zeros(len(grid))
+    for r in np.unique(whole.record):
+        mine = whole.record == r
+        near = np.clip(np.searchsorted(whole.frequency[mine], grid - 1e-9), 0, mine.sum() - 1)
+        sums += np.where(free[mine], whole.power[mine] / density[mine], 0.0)[near]
+        number += free[mine][near]
+    from scipy.stats import gamma
+
+    tail = gamma.sf(sums, np.maximum(number, 1.0)) * len(grid)
+    best = int(np.argmin(np.where(number > 0.0, tail, 1.0)))
+    if tail[best] > CHANCE:
+        return None
+    return _refined(draws, counts, valid, bank, float(grid[best]), density, whole)
+
+
+def _refined(
+    draws: np.ndarray,
+    counts: np.ndarray,
+    valid: np.ndarray,
+    bank: Bank,
+    near: float,
+    density: np.ndarray,
+    whole: Periodograms,
+) -> tuple[float, float]:
+    """Frequency and variance of the line near a frequency."""
+    rate = np.asarray(bank.rate)
+    spacing = float(np.min(rate / counts))
+    frequency = near + spacing * np.linspace(-1.5, 1.5, 3 * FINE + 1)
+    total = np.zeros(len(frequency))
+    for r, count in enumerate(counts):
+        turn = np.exp(-2j * np.pi * frequency[:, None] * np.arange(count) / rate[r])
+        number = max(int(valid[r].sum()), 1)
+        amplitude = np.mean(np.abs(draws[:, r, :count] @ turn.T) ** 2, axis=0) / number**2
+        level = np.interp(near, whole.frequency[whole.record == r], density[whole.record == r])
+        total += 2.0 * np.maximum(amplitude - 0.5 * level * rate[r] / number, 0.0) * number
+    best = int(np.argmax(total))
+    return float(frequency[best]), float(total[best] / max(valid.sum(), 1))
+
+
+__all__ = ["LINE_WIDTH", "Periodograms", "fitted", "noise_of_residuals", "periodograms", "whitening_of"]
