@@ -13,8 +13,6 @@ from types import ModuleType
 
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.effects.drive.compliance import Compliance
-from fibrefit.effects.fibre.damping_power_law import DampingPowerLaw
-from fibrefit.effects.fibre.damping_speed_curve import DampingSpeedCurve
 from fibrefit.effects.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre.hardening import Hardening
 from fibrefit.effects.fibre.hysteresis import Hysteresis
@@ -22,13 +20,17 @@ from fibrefit.effects.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
 from fibrefit.effects.fibre.rate_dependent_damping import RateDependentDamping
 from fibrefit.effects.fibre.rate_dependent_stiffness import RateDependentStiffness
-from fibrefit.effects.fibre.stiffness_power_law import StiffnessPowerLaw
-from fibrefit.effects.fibre.stiffness_speed_curve import StiffnessSpeedCurve
 from fibrefit.effects.fibre.toe_region import ToeRegion
+from fibrefit.effects.functions_of_speed import (
+    DampingPowerLaw,
+    DampingSpeedCurve,
+    FrictionPowerLaw,
+    FrictionSpeedCurve,
+    StiffnessPowerLaw,
+    StiffnessSpeedCurve,
+)
 from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
-from fibrefit.effects.guide.friction_power_law import FrictionPowerLaw
-from fibrefit.effects.guide.friction_speed_curve import FrictionSpeedCurve
 from fibrefit.effects.guide.load_dependent_friction import LoadDependentFriction
 from fibrefit.effects.guide.presliding import Presliding
 from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
