@@ -84,7 +84,7 @@ def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
         lines += [f"{_INDENT}{effect.name}.{parameter.name}", _filled(_facts(effect, parameter), _INDENT * 2)]
-    lines += ["", _filled(f"Rigs: {', '.join(sorted(effect.rigs))}")]
+    lines += ["", _filled(f"Rigs: {', '.join(_rigs(effect))}")]
     if effect.needs:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
     lines += picture
@@ -92,6 +92,14 @@ def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
         if title in told:
             lines += ["", title, _filled(told[title], _INDENT)]
     return "\n".join([*lines, "", f'To use it: effects = ["{effect.name}"] under [model].'])
+
+
+def _rigs(effect: type[Effect]) -> list[str]:
+    """Kinds of rig an effect makes sense on."""
+    from fibrefit.effects.catalogue import suits
+    from fibrefit.rigs.catalogue import RIGS
+
+    return sorted(kind for kind, rig in RIGS.items() if suits(effect, rig))
 
 
 def _facts(effect: type[Effect], parameter: Parameter) -> str:
@@ -116,7 +124,7 @@ def _described(effect: type[Effect]) -> dict[str, Any]:
         "law": told.get("Law", ""),
         "valid_range": told.get("Valid range", ""),
         "source": told.get("Source", ""),
-        "rigs": sorted(effect.rigs),
+        "rigs": _rigs(effect),
         "needs": list(effect.needs),
         "strength": list(effect.strength),
         "parameters": [

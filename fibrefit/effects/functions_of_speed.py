@@ -30,7 +30,6 @@ class FunctionOfSpeed(Effect):
         Sections that all laws of this form share; they stand behind the law.
     """
 
-    sought: ClassVar[frozenset[str]] = frozenset()
     page: ClassVar[str] = ""
     change: jax.Array = quantity("-", "relative change", 0.5)
 

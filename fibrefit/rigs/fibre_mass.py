@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
@@ -209,6 +210,9 @@ FIBRE_MASS = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset(
+        {Capability.FIBRE, Capability.GUIDE, Capability.INCLINE, Capability.TAUT_POINT, Capability.FALL}
+    ),
     channels=("force", "position"),
     inputs=(),
     build=build,

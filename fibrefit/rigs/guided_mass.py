@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, GuideLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
@@ -137,6 +138,7 @@ GUIDED_MASS = Rig(
     parameters=PARAMETERS,
     nuisances=(),
     conditions=CONDITIONS,
+    capabilities=frozenset({Capability.GUIDE}),
     channels=("position",),
     inputs=("force",),
     build=build,

@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, fast, laws_of
 from fibrefit.rigs.chain import Chain, ChainState, End
@@ -296,6 +297,7 @@ INVERTED_PENDULUM = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset({Capability.FIBRE, Capability.TAUT_POINT}),
     channels=("angle", "force_1", "force_2"),
     inputs=("drive",),
     build=build,

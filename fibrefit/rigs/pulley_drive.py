@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.bands import Bands
@@ -374,6 +375,9 @@ PULLEY_DRIVE = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset(
+        {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE}
+    ),
     channels=("force", "position"),
     inputs=("drive",),
     build=build,

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import jax
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect
 
@@ -40,6 +41,8 @@ class Rig:
         Unknown for each record and found without being asked for.
     conditions : tuple of Parameter
         What must be known of a record; `typical` is the value assumed where a study is silent, NaN if it must speak.
+    capabilities : frozenset of Capability
+        What it has that laws act on.
     channels, inputs : tuple of str
         Measured channels that are explained, and those that drive the rig.
     build : callable ``(values, conditions, laws, tension_law) -> System``
@@ -60,6 +63,7 @@ class Rig:
     parameters: tuple[Parameter, ...]
     nuisances: tuple[Parameter, ...]
     conditions: tuple[Parameter, ...]
+    capabilities: frozenset[Capability]
     channels: tuple[str, ...]
     inputs: tuple[str, ...]
     build: Callable[[Values, Values, tuple[Effect, ...], str], Any]

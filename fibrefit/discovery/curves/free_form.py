@@ -13,6 +13,7 @@ from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_valu
 from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
 from fibrefit.discovery.engine.thresholds import KNOT
+from fibrefit.effects.catalogue import suits
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import HELD
@@ -69,8 +70,8 @@ def probe_all(
         Told the share that is done.
     """
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
-    kind = found.problem.model.rig.kind
-    probes = [probe for probe in PROBES if probe.variable in ranges and kind in probe.rigs]
+    rig = found.problem.model.rig
+    probes = [probe for probe in PROBES if probe.variable in ranges and suits(probe, rig)]
     frame = parent.frame
     if not frame.holds(probes):
         frame = frame_of(task, (*parent.effects, *probes), frame.reactions)

@@ -23,6 +23,7 @@ from fibrefit.discovery.engine.noise_inflation import colour_of
 from fibrefit.discovery.engine.refit import SCATTER, refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, group_of, reactions_of, waves_at
 from fibrefit.discovery.engine.thresholds import LOUDER, NOISE_LIKE, RESTING, USUAL, alike, needed
+from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.search.varpro import Joint, expected_gap, joint
 from fibrefit.problem.inputs.errors_in_variables import input_errors
@@ -141,8 +142,8 @@ class Search:
         """Every parent with every further effect, refitted, best first; costly ones only where others leave a gap."""
         pairs = self._extensions(parents)
         self.tried = len(pairs)
-        found = self._tried([pair for pair in pairs if not pair[1].costly], parents, what)
-        costly = [pair for pair in pairs if pair[1].costly and self._may_help(*pair)]
+        found = self._tried([pair for pair in pairs if not is_costly(pair[1])], parents, what)
+        costly = [pair for pair in pairs if is_costly(pair[1]) and self._may_help(*pair)]
         if costly and not (found and (self.gap(found[0]) <= NOISE_LIKE or self.only_scatters(found[0]))):
             found = sorted(found + self._tried(costly, parents, what), key=lambda hypothesis: hypothesis.fit.cost)
         if parents[0] is self.base:
