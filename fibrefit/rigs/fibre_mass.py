@@ -16,7 +16,7 @@ from fibrefit.rigs.bands import Bands
 from fibrefit.rigs.chain import Chain, ChainState, End
 from fibrefit.rigs.fibre import Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
 
 
 class FibreMassState(NamedTuple):
@@ -220,4 +220,5 @@ FIBRE_MASS = Rig(
     observe=observe,
     fibres=fibres,
     directions=("down", "up"),
+    further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),
 )

@@ -18,7 +18,7 @@ from fibrefit.rigs.fibre import LOADED, Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.mount import Mount
 from fibrefit.rigs.pulley import Path, Pulley
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
 
 
 class Rim(NamedTuple):
@@ -385,4 +385,5 @@ PULLEY_DRIVE = Rig(
     observe=observe,
     fibres=fibres,
     directions=("up", "down"),
+    further=(Variation("added_mass", (0.0, 1.0, 2.0), of="weight_mass"), Variation("inclination")),
 )

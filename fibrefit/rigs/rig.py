@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import jax
+import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
@@ -25,6 +27,23 @@ class Start(NamedTuple):
     state: Any
     mode: Any
     time: jax.Array | None = None
+
+
+class Variation(NamedTuple):
+    """How a condition of a further record could differ from those of the records at hand.
+
+    Parameters
+    ----------
+    condition : str
+    factors : tuple of float
+        On the smallest value stated where below 1, on the largest otherwise.
+    of : str
+        Condition whose values they multiply; the same where empty.
+    """
+
+    condition: str
+    factors: tuple[float, ...] = (0.5, 1.0, 2.0)
+    of: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +76,8 @@ class Rig:
         Stretch [m] and its rate [m/s] of each fibre at one instant, negative while slack; None where there is no fibre.
     directions : tuple of str
         Words for the + and the - direction of the position.
+    further : tuple of Variation
+        Conditions in which a further record could differ; none where the rig allows no choice.
     """
 
     kind: str
@@ -72,3 +93,26 @@ class Rig:
     anchor: str | None = None
     fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
     directions: tuple[str, str] = ("forwards", "back")
+    further: tuple[Variation, ...] = ()
+
+    def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
+        """Conditions that further records could be measured under: all combinations of the `further` ones.
+
+        Parameters
+        ----------
+        stated : mapping of str to (n_record,) in SI units
+            Conditions of the records at hand.
+
+        Returns
+        -------
+        tuple of dict of str to float
+            In SI units, within the ranges of the conditions; empty where there is no choice.
+        """
+        axes = {variation.condition: self._around(variation, stated) for variation in self.further}
+        return tuple(dict(zip(axes, values, strict=True)) for values in product(*axes.values())) if axes else ()
+
+    def _around(self, variation: Variation, stated: Mapping[str, Any]) -> list[float]:
+        (declared,) = (p for p in self.conditions if p.name == variation.condition)
+        known = np.asarray(stated[variation.of or variation.condition])
+        values = [factor * (known.min() if factor < 1.0 else known.max()) for factor in variation.factors]
+        return sorted({float(np.clip(value, declared.lower, declared.upper)) for value in values})
