@@ -181,6 +181,15 @@ def test_size(module: str) -> None:
             assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
 
 
+@pytest.mark.parametrize("module", sorted(set(MODULES) - {"core.roles"}))
+def test_units_of_channels_stand_in_one_table(module: str) -> None:
+    for node in ast.walk(MODULES[module]):
+        if isinstance(node, ast.Dict):
+            pairs = [(ast.unparse(key), ast.unparse(value)) for key, value in zip(node.keys, node.values) if key]
+            twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
+            assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
+
+
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
 def test_library_never_prints(module: str) -> None:
     calls = {n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried, fit_all, retimed
 from fibrefit.discovery.engine.refit import Subset, refit
@@ -19,7 +20,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import HELD
 from fibrefit.problem.task import Task
 
-SI = {"position": "m", "speed": "m/s", "tension": "N", "stretch": "m", "stretch rate": "m/s", "force": "N"}
+SI = ROLES | STATES
 """SI unit of each variable."""
 READ_IN = {"m": ("mm", 1e3)}
 """Unit a person reads an SI unit in, and its factor, where it is another."""
