@@ -185,7 +185,9 @@ def test_size(module: str) -> None:
 def test_units_of_channels_stand_in_one_table(module: str) -> None:
     for node in ast.walk(MODULES[module]):
         if isinstance(node, ast.Dict):
-            pairs = [(ast.unparse(key), ast.unparse(value)) for key, value in zip(node.keys, node.values) if key]
+            pairs = [
+                (ast.unparse(key), ast.unparse(value)) for key, value in zip(node.keys, node.values, strict=True) if key
+            ]
             twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
             assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
 

@@ -72,3 +72,6 @@ class Fitted:
                     f"{name.replace('_', ' ')} {spelt(format_quantity(float(values[record]), self._units[name]))}"
                 )
         return ", ".join(said)
+
+    def _shown(self, condition: str, value: float) -> str:
+        return spelt(format_quantity(value, self._units[condition]))

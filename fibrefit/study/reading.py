@@ -84,7 +84,7 @@ def reading_arguments(
     return {
         "channels": {role: header for role, header in channels.items() if header},
         "units": dict(units),
-        "columns": files.columns or None,
+        "columns": files.columns,
         "delimiter": files.delimiter,
         "decimal": files.decimal,
         "rate": rate,
