@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -10,6 +10,8 @@ from typing import Protocol
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.effects.contract import violations
+from fibrefit.effects.declared import KINDS
 from fibrefit.effects.drive.compliance import Compliance
 from fibrefit.effects.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre.hardening import Hardening
@@ -35,7 +37,7 @@ from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide.stribeck_friction import StribeckFriction
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.effects.law import Effect
-from fibrefit.effects.own import checked, from_file
+from fibrefit.effects.own import checked, from_file, is_effect
 from fibrefit.effects.pulley.bearing_friction import BearingFriction
 from fibrefit.effects.pulley.capstan_friction import CapstanFriction
 from fibrefit.effects.pulley.eccentricity import Eccentricity
@@ -182,7 +184,7 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
         Where there is no such effect, or what was found is none.
     """
     if ".py:" in name:
-        return _named_anew(from_file(name, Path(directory)), name)
+        return _named_anew(checked(from_file(name, Path(directory)), name), name)
     if name in CATALOGUE:
         return CATALOGUE[name]
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
@@ -192,6 +194,33 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     raise StudyError(
         f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
     )
+
+
+def all_wrong(name: str, conditions: Mapping[str, float], directory: Path | str = ".") -> tuple[StudyError, ...]:
+    """All that is wrong with an effect, of the catalogue or a user's own, as errors that are not raised.
+
+    Parameters
+    ----------
+    name, directory
+        As for `find_effect`.
+    conditions : mapping of str to float, in SI units
+        Those of all rigs.
+
+    Raises
+    ------
+    StudyError
+        Where there is no such effect.
+    """
+    where = f'effect "{name}"'
+    found = from_file(name, Path(directory)) if ".py:" in name else find_effect(name)
+    if not is_effect(found):
+        return (StudyError(where, f"{found!r} is no effect", KINDS),)
+    wrong = violations(found, conditions, where)
+    try:
+        _named_anew(found, name)
+    except StudyError as taken:
+        return (taken, *wrong)
+    return wrong
 
 
 LIST_THEM = "`fibrefit effects` lists the catalogue."
@@ -242,7 +271,7 @@ def select_effects(
 
 
 def _named_anew(found: type[Effect], name: str) -> type[Effect]:
-    if found.name in CATALOGUE and CATALOGUE[found.name] is not found:
+    if getattr(found, "name", "") in CATALOGUE and CATALOGUE[found.name] is not found:
         taken = f'the name "{found.name}" is taken'
         raise StudyError(f'effect "{name}"', taken, "a name of its own", "Change the attribute `name`.")
     return found

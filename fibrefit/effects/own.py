@@ -8,13 +8,28 @@ import inspect
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import TypeGuard
 
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.effects.declared import KINDS, refusals
 from fibrefit.effects.law import Effect
 
 
-def from_file(name: str, directory: Path) -> type[Effect]:
-    """Effect of a user's own: the class after the colon in the file before it."""
+def from_file(name: str, directory: Path) -> object:
+    """What a user's file holds by the name after the colon.
+
+    Parameters
+    ----------
+    name : str
+        ``"my_effects.py:MyEffect"``.
+    directory : pathlib.Path
+        Where its path begins.
+
+    Raises
+    ------
+    StudyError
+        If there is no such file, it fails, or it holds nothing of that name.
+    """
     file, _, wanted = name.rpartition(":")
     path = (directory / file).resolve()
     if not path.is_file():
@@ -25,7 +40,7 @@ def from_file(name: str, directory: Path) -> type[Effect]:
         classes = [n for n, v in vars(module).items() if inspect.isclass(v) and v.__module__ == module.__name__]
         hint = did_you_mean(wanted, classes) or "Check the name after the colon."
         raise StudyError(f'effect "{name}"', f"no {wanted} in {path.name}", ", ".join(classes) or "a class", hint)
-    return checked(found, name)
+    return found
 
 
 def _load(path: Path, name: str) -> ModuleType:
@@ -48,14 +63,16 @@ def _load(path: Path, name: str) -> ModuleType:
     return module
 
 
+def is_effect(found: object) -> TypeGuard[type[Effect]]:
+    """Whether something is a class of effects."""
+    return inspect.isclass(found) and issubclass(found, Effect)
+
+
 def checked(found: object, name: str) -> type[Effect]:
     """`found` if it is an effect that a model can hold."""
     where = f'effect "{name}"'
-    if not (inspect.isclass(found) and issubclass(found, Effect)):
-        raise StudyError(where, f"{found!r} is no effect", "a subclass of FibreLaw, GuideLaw or another port", "")
-    title = getattr(found, "name", "")
-    if not isinstance(title, str) or title.count(".") != 1:
-        raise StudyError(where, f"its name is {title!r}", 'a name = "port.effect"', "Set the class attribute `name`.")
-    if not found.parameters:
-        raise StudyError(where, "it declares no parameter", "a field made with quantity(...)", "Declare its strength.")
+    if not is_effect(found):
+        raise StudyError(where, f"{found!r} is no effect", KINDS)
+    for refusal in refusals(found, where):
+        raise refusal
     return found
