@@ -57,7 +57,7 @@ ENTRY_POINTS = "fibrefit.effects"
 
 
 @dataclass(frozen=True)
-class Entry:
+class CatalogueEntry:
     """An effect, and what a search for what a model lacks has to know of it.
 
     Parameters
@@ -78,45 +78,45 @@ class Entry:
     alike: tuple[str, ...] = ()
 
 
-_ENTRIES: tuple[Entry, ...] = (
-    Entry(ViscousFriction),
-    Entry(StribeckFriction),
-    Entry(LoadDependentFriction),
-    Entry(QuadraticDrag),
-    Entry(AsymmetricFriction),
-    Entry(AsymmetricViscousFriction),
-    Entry(Presliding),
-    Entry(FrictionSpeedCurve, sought=None),
-    Entry(FrictionPowerLaw, sought=None),
-    Entry(Hardening),
-    Entry(ToeRegion),
-    Entry(MaxwellBranch),
-    Entry(RateDependentDamping),
-    Entry(RateDependentStiffness),
-    Entry(StiffnessSpeedCurve, sought=None),
-    Entry(StiffnessPowerLaw, sought=None),
-    Entry(DampingSpeedCurve, sought=None),
-    Entry(DampingPowerLaw, sought=None),
-    Entry(Hysteresis),
-    Entry(FreeLengthOffset),
-    Entry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
-    Entry(PulleyInertia, alike=("fibre.mass",)),
-    Entry(BearingFriction),
-    Entry(CapstanFriction),
-    Entry(Eccentricity),
-    Entry(Compliance),
-    Entry(ForceGain),
-    Entry(ForceOffset),
-    Entry(ForceDrift),
-    Entry(ForceDelay),
-    Entry(ForceLag),
-    Entry(GaugeResonance),
-    Entry(PositionGain),
-    Entry(DialGaugeForce),
-    Entry(InclinationError),
+_ENTRIES: tuple[CatalogueEntry, ...] = (
+    CatalogueEntry(ViscousFriction),
+    CatalogueEntry(StribeckFriction),
+    CatalogueEntry(LoadDependentFriction),
+    CatalogueEntry(QuadraticDrag),
+    CatalogueEntry(AsymmetricFriction),
+    CatalogueEntry(AsymmetricViscousFriction),
+    CatalogueEntry(Presliding),
+    CatalogueEntry(FrictionSpeedCurve, sought=None),
+    CatalogueEntry(FrictionPowerLaw, sought=None),
+    CatalogueEntry(Hardening),
+    CatalogueEntry(ToeRegion),
+    CatalogueEntry(MaxwellBranch),
+    CatalogueEntry(RateDependentDamping),
+    CatalogueEntry(RateDependentStiffness),
+    CatalogueEntry(StiffnessSpeedCurve, sought=None),
+    CatalogueEntry(StiffnessPowerLaw, sought=None),
+    CatalogueEntry(DampingSpeedCurve, sought=None),
+    CatalogueEntry(DampingPowerLaw, sought=None),
+    CatalogueEntry(Hysteresis),
+    CatalogueEntry(FreeLengthOffset),
+    CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
+    CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
+    CatalogueEntry(BearingFriction),
+    CatalogueEntry(CapstanFriction),
+    CatalogueEntry(Eccentricity),
+    CatalogueEntry(Compliance),
+    CatalogueEntry(ForceGain),
+    CatalogueEntry(ForceOffset),
+    CatalogueEntry(ForceDrift),
+    CatalogueEntry(ForceDelay),
+    CatalogueEntry(ForceLag),
+    CatalogueEntry(GaugeResonance),
+    CatalogueEntry(PositionGain),
+    CatalogueEntry(DialGaugeForce),
+    CatalogueEntry(InclinationError),
 )
 
-ENTRIES: dict[str, Entry] = {entry.effect.name: entry for entry in _ENTRIES}
+ENTRIES: dict[str, CatalogueEntry] = {entry.effect.name: entry for entry in _ENTRIES}
 CATALOGUE: dict[str, type[Effect]] = {name: entry.effect for name, entry in ENTRIES.items()}
 
 
@@ -132,9 +132,9 @@ class HasCapabilities(Protocol):
         """What it has."""
 
 
-def entry_of(effect: type[Effect]) -> Entry:
+def entry_of(effect: type[Effect]) -> CatalogueEntry:
     """Entry of an effect by its name; one that is not in the catalogue is tried everywhere, like most."""
-    return ENTRIES.get(effect.name) or Entry(effect)
+    return ENTRIES.get(effect.name) or CatalogueEntry(effect)
 
 
 def suits(effect: type[Effect], rig: HasCapabilities) -> bool:

@@ -14,7 +14,7 @@ from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.timebase import TimeBase
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
-from fibrefit.records.columns.grouping import Group, groups_of
+from fibrefit.records.columns.grouping import Group, grouped
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.columns.roles import Heading, find_column, guessed_roles, named_roles
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
@@ -28,7 +28,7 @@ from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
 
 
-def build(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
+def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
     """Table of a file.
 
     Parameters
@@ -55,7 +55,7 @@ def build(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
     where = path.name
     headings = [Heading(c.header, c.name, c.unit, c.clock) for c in raw.columns]
     named = named_roles(options.channels, headings, where)
-    groups = groups_of(raw.columns, headings, named.get("time"))
+    groups = grouped(raw.columns, headings, named.get("time"))
     notes = [*raw.notes, *raw.facts.notes]
     roles, doubts = _roles(named, groups, headings, options.roles, where)
     columns = _declared(raw.columns, headings, options.units, roles, where, notes)

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
-from fibrefit.records.build import build
+from fibrefit.records.build import build_table
 from fibrefit.records.clock.timebase import TimeBase
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL
@@ -51,7 +51,7 @@ def read_table(path: str | Path, options: ReadOptions | None = None) -> Table:
     """
     path, options = Path(path), options or ReadOptions()
     data = _bytes(path)
-    return build(_raw(data, path, options), path, hashlib.sha256(data).hexdigest(), options)
+    return build_table(_raw(data, path, options), path, hashlib.sha256(data).hexdigest(), options)
 
 
 def read_record(

@@ -57,7 +57,7 @@ def _study() -> dict[str, Any]:
     return schema
 
 
-def write(folder: Path = FOLDER) -> None:
+def write_schemas(folder: Path = FOLDER) -> None:
     """Write every schema into `folder`.
 
     Parameters
@@ -71,4 +71,4 @@ def write(folder: Path = FOLDER) -> None:
 
 
 if __name__ == "__main__":
-    write()
+    write_schemas()

@@ -1,7 +1,7 @@
 """What studies of all kinds of rig have in common: their records, channels and noise.
 
 Every constant may stand under ``[rig]`` or in a record, and a record overrides the rig. The fields are therefore
-optional for the file; `needed` marks those that `load_study` refuses to do without once both places have been read.
+optional for the file; `required` marks those that `load_study` refuses to do without once both places have been read.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fibrefit.study.quantity import (
 from fibrefit.study.table import Table
 
 
-def needed(description: str) -> Any:
+def required(description: str) -> Any:
     """Field that must stand under ``[rig]`` or in each record."""
     return Field(default=None, description=description, json_schema_extra={"x-needed": True})
 
@@ -30,7 +30,7 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
-class Record(Table):
+class RecordTable(Table):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
     file: StrictStr | None = optional("Measured data; relative to the study file.")
@@ -58,7 +58,7 @@ class Channels(Table):
     position: StrictStr | None = None
 
 
-class Noise(Table):
+class NoiseLevels(Table):
     """Standard deviation of each channel's noise; estimated from the records where absent."""
 
     force: ForceNoise | None = None

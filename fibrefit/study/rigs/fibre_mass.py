@@ -7,22 +7,22 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from fibrefit.study.quantity import Angle, Distance, Instant, Length, Mass, MassOrNone, Points, Position
-from fibrefit.study.rigs.common import Channels, Noise, Record, needed, optional
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import Table
 
 
-class FibreMass(Table):
+class FibreMassConstants(Table):
     """Constants of a weight on one fibre in an inclined guide."""
 
-    weight_mass: Mass = needed("Mass of the moving weight.")
-    inclination: Angle = needed("Angle of the guide to the horizontal; 90 deg is free fall.")
+    weight_mass: Mass = required("Mass of the moving weight.")
+    inclination: Angle = required("Angle of the guide to the horizontal; 90 deg is free fall.")
     fibre_length: Length | None = optional("Free length of the fibre.")
     fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
     masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
 
 
-class FibreMassRecord(FibreMass, Record):
+class FibreMassRecord(FibreMassConstants, RecordTable):
     """One drop: the weight is lifted, held, and let go."""
 
     lift: Distance | None = optional("Height above the point where the fibre is just taut.")
@@ -32,7 +32,7 @@ class FibreMassRecord(FibreMass, Record):
     )
 
 
-class FibreMassRig(FibreMass):
+class FibreMassRig(FibreMassConstants):
     """``[rig]`` of a fibre-mass rig."""
 
     kind: Literal["fibre_mass"]
@@ -44,5 +44,5 @@ class FibreMassStudy(Study):
     base_parameters: ClassVar[dict[str, str]] = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
     rig: FibreMassRig
     channels: Channels = Channels()
-    noise: Noise = Noise()
+    noise: NoiseLevels = NoiseLevels()
     records: tuple[FibreMassRecord, ...] = Field(min_length=1)

@@ -21,7 +21,7 @@ from fibrefit.study.quantity import (
     Points,
     refusal,
 )
-from fibrefit.study.rigs.common import Record, needed, optional
+from fibrefit.study.rigs.common import RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import Table
 
@@ -29,14 +29,14 @@ MOST = 20_000
 """Frequencies of one sweep."""
 
 
-class InvertedPendulum(Table):
+class InvertedPendulumConstants(Table):
     """Constants of an inverted pendulum held by two driven fibres."""
 
-    rod_length: Length = needed("Length of the pendulum, l.")
-    rod_mass: Mass = needed("Mass of the pendulum, m.")
-    moment_of_inertia: Inertia = needed("Moment of inertia about the pivot.")
-    attachment_height: Length = needed("Distance from the pivot to where the fibres are attached, d.")
-    anchor_distance: Length = needed("Distance from the pivot to each driven end, a.")
+    rod_length: Length = required("Length of the pendulum, l.")
+    rod_mass: Mass = required("Mass of the pendulum, m.")
+    moment_of_inertia: Inertia = required("Moment of inertia about the pivot.")
+    attachment_height: Length = required("Distance from the pivot to where the fibres are attached, d.")
+    anchor_distance: Length = required("Distance from the pivot to each driven end, a.")
     fibre_mass: MassOrNone | None = optional("Mass of one fibre.")
     preload: Load | None = optional("Tension of both fibres at rest; none when absent.")
     amplitude: Distance | None = optional("Amplitude of the driven ends, x0.")
@@ -44,11 +44,11 @@ class InvertedPendulum(Table):
     masses_per_fibre: Points | None = optional("Points of each fibre with a mass of its own; 2 when absent.")
 
 
-class InvertedPendulumRecord(InvertedPendulum, Record):
+class InvertedPendulumRecord(InvertedPendulumConstants, RecordTable):
     """One run at a frequency."""
 
 
-class InvertedPendulumRig(InvertedPendulum):
+class InvertedPendulumRig(InvertedPendulumConstants):
     """``[rig]`` of an inverted pendulum."""
 
     kind: Literal["inverted_pendulum"]
@@ -73,7 +73,7 @@ class PendulumNoise(Table):
     drive: LengthNoise | None = None
 
 
-class SweepCurve(InvertedPendulum):
+class SweepCurve(InvertedPendulumConstants):
     """One curve: constants that differ from those under ``[rig]``."""
 
     name: Annotated[StrictStr, Field(min_length=1)] = Field(description="Name of the curve in results.")

@@ -7,16 +7,16 @@ from typing import ClassVar, Literal
 from pydantic import Field, StrictStr
 
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
-from fibrefit.study.rigs.common import Channels, Noise, Record, needed, optional
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import Table
 
 
-class PulleyDrive(Table):
+class PulleyDriveConstants(Table):
     """Constants of a weight on an incline, pulled by a drive over a pulley."""
 
-    weight_mass: Mass = needed("Mass of the moving weight.")
-    inclination: Angle = needed("Angle of the incline to the horizontal.")
+    weight_mass: Mass = required("Mass of the moving weight.")
+    inclination: Angle = required("Angle of the incline to the horizontal.")
     fibre_length: Length | None = optional("Free length of the fibre.")
     fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
     masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
@@ -27,7 +27,7 @@ class PulleyDrive(Table):
     added_mass: MassOrNone | None = optional("Mass added to the weight.")
 
 
-class PulleyDriveRecord(PulleyDrive, Record):
+class PulleyDriveRecord(PulleyDriveConstants, RecordTable):
     """One movement of the drive."""
 
     excitation: Literal["rectangle", "trapezoid", "quasi_sine"] | None = optional("Shape of the drive's movement.")
@@ -36,7 +36,7 @@ class PulleyDriveRecord(PulleyDrive, Record):
     hold: Pause | None = optional("Time at rest between movements.")
 
 
-class PulleyDriveRig(PulleyDrive):
+class PulleyDriveRig(PulleyDriveConstants):
     """``[rig]`` of a pulley-drive rig."""
 
     kind: Literal["pulley_drive"]
@@ -48,7 +48,7 @@ class DriveChannels(Channels):
     drive: StrictStr | None = None
 
 
-class DriveNoise(Noise):
+class DriveNoise(NoiseLevels):
     """Noise of a rig with a measured drive."""
 
     drive: LengthNoise | None = None
