@@ -283,9 +283,10 @@ def public_names() -> dict[str, list[str]]:
     homes: dict[str, list[str]] = {}
     for module, tree in MODULES.items():
         for node in tree.body:
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-                if not node.name.startswith("_") and not (node.name == "command" and module.startswith("cli.")):
-                    homes.setdefault(node.name, []).append(module)
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                continue
+            if not node.name.startswith("_") and not (node.name == "command" and module.startswith("cli.")):
+                homes.setdefault(node.name, []).append(module)
     return homes
 
 
