@@ -51,13 +51,68 @@ ABOVE = {"", "__main__"}
 LONGEST_FUNCTION = 60
 LONGEST_FILE = 400
 MOST_FILES = 16
+MOST_ARGUMENTS = 6
+
+#: Still beyond that; nothing may be added here.
+MANY_ARGUMENTS = frozenset(
+    {
+        "discovery.engine.supermodel._grams",
+        "fitting.identify.identify",
+        "problem.inputs.errors_in_variables._linearised",
+        "sampling.sample._prepare",
+        "sampling.sample.sample_posterior",
+        "simulation.forward_sensitivity.carry_tangents",
+        "simulation.sensitivity.solve",
+        "simulation.switched._integrate",
+    }
+)
+
+#: Public names that still stand for two things; nothing may be added here.
+NAMED_TWICE = frozenset(
+    {
+        "advice",
+        "Candidate",
+        "ChannelGap",
+        "climb",
+        "Conditions",
+        "conditions_of",
+        "Course",
+        "Curve",
+        "curve_figure",
+        "distinct",
+        "eliminate",
+        "finite",
+        "FreeCurve",
+        "Gap",
+        "HeldOut",
+        "Model",
+        "Options",
+        "parted",
+        "Parting",
+        "Place",
+        "place",
+        "places",
+        "Round",
+        "run",
+        "second_opinion",
+        "SecondOpinion",
+        "spelt",
+        "stack",
+        "Start",
+        "Table",
+        "table",
+        "Unexplained",
+        "Weight",
+        "without",
+    }
+)
 
 #: Rooms of any size: one file a command, one a picture.
 ONE_FILE_A_THING = ("cli", "plots")
 
 
 def name_of(path: Path) -> str:
-    """Dotted name below the root: ``study/rigs.py`` is ``study.rigs``."""
+    """Dotted name below the root: ``study/load.py`` is ``study.load``."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -181,10 +236,72 @@ def test_size(module: str) -> None:
             assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
 
 
+@pytest.mark.parametrize("module", sorted(set(MODULES) - {"core.roles"}))
+def test_units_of_channels_stand_in_one_table(module: str) -> None:
+    for node in ast.walk(MODULES[module]):
+        if isinstance(node, ast.Dict):
+            pairs = [
+                (ast.unparse(key), ast.unparse(value)) for key, value in zip(node.keys, node.values, strict=True) if key
+            ]
+            twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
+            assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
+
+
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
 def test_library_never_prints(module: str) -> None:
     calls = {n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
     assert "print" not in calls
+
+
+def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
+    """Names of all arguments but the object a method is called on."""
+    told = node.args
+    return [arg.arg for arg in (*told.posonlyargs, *told.args, *told.kwonlyargs) if arg.arg not in ("self", "cls")]
+
+
+def public_entry_points() -> set[str]:
+    """Functions a user calls from the root: they may ask for more, by keyword."""
+    homes = next(
+        node.value
+        for node in MODULES[""].body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_HOMES"
+    )
+    return {home.removeprefix("fibrefit.").replace(":", ".") for home in ast.literal_eval(homes).values()}
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
+def test_no_function_asks_for_many_arguments(module: str) -> None:
+    for node in ast.walk(MODULES[module]):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            name = f"{module}.{node.name}"
+            few = len(arguments(node)) <= MOST_ARGUMENTS
+            assert few or name in MANY_ARGUMENTS | public_entry_points(), f"{name} has {len(arguments(node))} arguments"
+
+
+def public_names() -> dict[str, list[str]]:
+    """Modules in which each public function or class is defined; the commands of the command line are all called so."""
+    homes: dict[str, list[str]] = {}
+    for module, tree in MODULES.items():
+        for node in tree.body:
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                continue
+            if not node.name.startswith("_") and not (node.name == "command" and module.startswith("cli.")):
+                homes.setdefault(node.name, []).append(module)
+    return homes
+
+
+def test_a_public_name_stands_for_one_thing() -> None:
+    twice = {name: homes for name, homes in public_names().items() if len(homes) > 1 and name not in NAMED_TWICE}
+    assert not twice, twice
+
+
+def test_the_counts_see_what_is_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "class Report: ...\ndef f(self, a, b, *, c, d, e, g, h): ..."
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
+    monkeypatch.setitem(MODULES, "core.check", ast.parse(source))
+    assert public_names()["Report"] == ["core.check", "core.errors"]
+    with pytest.raises(AssertionError, match="core.errors.f has 7 arguments"):
+        test_no_function_asks_for_many_arguments("core.errors")
 
 
 def test_the_reader_of_imports_sees_a_forbidden_one(monkeypatch: pytest.MonkeyPatch) -> None:

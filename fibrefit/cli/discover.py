@@ -26,7 +26,12 @@ NOT_TRUSTED = 5
     "--only", multiple=True, metavar="EFFECT", help='Try only this effect or pattern ("guide.*"), repeatable.'
 )
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not try this effect or pattern, repeatable.")
-@click.option("--also", multiple=True, metavar="FILE.py:CLASS", help="Try an effect of your own too, repeatable.")
+@click.option(
+    "--also",
+    multiple=True,
+    metavar="FILE.py:CLASS",
+    help="Try an effect of your own too, repeatable; its path is relative to the study.",
+)
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
 @result_options
 @with_terminal

@@ -24,21 +24,49 @@ _INDENT = "  "
 
 @click.command("effects")
 @click.argument("name", required=False)
+@click.option("--check", is_flag=True, help="Say all that is wrong with the effect; exit code 4 if anything is.")
 @with_terminal
-def command(terminal: Terminal, name: str | None) -> None:
-    """List the effects, or tell all about NAME: law, parameters, units, source, and a small picture."""
+def command(terminal: Terminal, name: str | None, check: bool) -> int:
+    """List the effects, or tell all about NAME: law, parameters, units, source, and a small picture.
+
+    NAME is one of the list, or FILE.py:CLASS for an effect of your own. Such a path is relative to the current folder
+    here, and to the folder of the study wherever a study is worked on: in its effects, in --also, --only and --exclude.
+    """
     from fibrefit.core.errors import StudyError, UsageError
     from fibrefit.effects.catalogue import CATALOGUE, find_effect
 
+    if check:
+        if name is None:
+            raise UsageError("--check", "no effect", "fibrefit effects --check FILE.py:CLASS", "Name the effect.")
+        return _checked(terminal, name)
     if name is None:
         effects = sorted(CATALOGUE.values(), key=lambda effect: effect.name.partition(".")[0])
         terminal.answer(_list(effects), [_described(effect) for effect in effects])
-        return
+        return 0
     try:
         effect = find_effect(name)
     except StudyError as error:
         raise UsageError(error.where, error.got, error.expected, error.do) from None
-    terminal.answer(_page(effect, () if terminal.json else _picture(effect)), _described(effect))
+    terminal.answer(_page(effect, name, () if terminal.json else _picture(effect)), _described(effect))
+    return 0
+
+
+def _checked(terminal: Terminal, name: str) -> int:
+    """Tell all that is wrong with an effect; the exit code."""
+    import math
+
+    from fibrefit.core.errors import StudyError
+    from fibrefit.effects.catalogue import all_wrong
+    from fibrefit.rigs.catalogue import RIGS
+
+    declared = [condition for rig in RIGS.values() for condition in rig.conditions]
+    conditions = {c.name: 1.0 if math.isnan(c.typical) else c.typical for c in declared}
+    wrong = [str(error) for error in all_wrong(name, conditions)]
+    for line in () if terminal.json else wrong:
+        click.echo(f"error: {line}", err=True)
+    text = f"{name}: {len(wrong)} to mend." if wrong else f"{name} keeps the contract of a law."
+    terminal.answer(text, {"name": name, "passed": not wrong, "violations": wrong})
+    return StudyError.exit_code if wrong else 0
 
 
 def _list(effects: list[type[Effect]]) -> str:
@@ -69,8 +97,8 @@ def _picture(effect: type[Effect]) -> list[str]:
     ]
 
 
-def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
-    """All about one effect."""
+def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
+    """All about one effect, by the name it was asked for."""
     told = _sections(effect)
     lines = [
         effect.name,
@@ -84,14 +112,31 @@ def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
         lines += [f"{_INDENT}{effect.name}.{parameter.name}", _filled(_facts(effect, parameter), _INDENT * 2)]
-    lines += ["", _filled(f"Rigs: {', '.join(sorted(effect.rigs))}")]
+    lines += ["", _filled(f"Rigs: {', '.join(_rigs(effect))}")]
     if effect.needs:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
     lines += picture
     for title in ("Valid range", "Source"):
         if title in told:
             lines += ["", title, _filled(told[title], _INDENT)]
-    return "\n".join([*lines, "", f'To use it: effects = ["{effect.name}"] under [model].'])
+    return "\n".join([*lines, "", *_use(name)])
+
+
+def _use(name: str) -> list[str]:
+    """The line to write in a study."""
+    if ".py:" not in name:
+        return [f'To use it: effects = ["{name}"] under [model].']
+    beside = name.replace("\\", "/").rpartition("/")[2]
+    said = "To use it, under [model] of a study in the same folder; elsewhere with its path from the study's folder:"
+    return [_filled(said), f'{_INDENT}effects = ["{beside}"]']
+
+
+def _rigs(effect: type[Effect]) -> list[str]:
+    """Kinds of rig an effect makes sense on."""
+    from fibrefit.effects.catalogue import suits
+    from fibrefit.rigs.catalogue import RIGS
+
+    return sorted(kind for kind, rig in RIGS.items() if suits(effect, rig))
 
 
 def _facts(effect: type[Effect], parameter: Parameter) -> str:
@@ -116,7 +161,7 @@ def _described(effect: type[Effect]) -> dict[str, Any]:
         "law": told.get("Law", ""),
         "valid_range": told.get("Valid range", ""),
         "source": told.get("Source", ""),
-        "rigs": sorted(effect.rigs),
+        "rigs": _rigs(effect),
         "needs": list(effect.needs),
         "strength": list(effect.strength),
         "parameters": [

@@ -12,10 +12,62 @@ FILES = ("study.toml", "drop_10mm_90deg.csv")
 
 
 @click.command("init")
-@click.argument("directory", metavar="DIR", type=click.Path(file_okay=False, path_type=Path))
+@click.argument("place", metavar="[DIR | FILE.py]", required=False, type=click.Path(path_type=Path))
+@click.option("--effect", metavar="PORT.NAME", help="Write the file of an effect of your own, to be changed.")
+@click.option("--port", help="Where the effect acts, if NAME does not say: guide, fibre, pulley, drive, sensor or rig.")
 @with_terminal
-def command(terminal: Terminal, directory: Path) -> None:
-    """Write a study and a demonstration record into DIR, which is made if it does not exist."""
+def command(terminal: Terminal, place: Path | None, effect: str | None, port: str | None) -> None:
+    """Write a study and a demonstration record into DIR, which is made if it does not exist.
+
+    With --effect guide.my_drag, write FILE.py (my_drag.py when absent) with a law that can be used as it is, and every
+    hook of its port explained. Nothing is overwritten.
+    """
+    from fibrefit.core.errors import UsageError
+
+    if effect is not None:
+        _write_effect(terminal, effect if port is None or "." in effect else f"{port}.{effect}", place)
+    elif place is None:
+        raise UsageError("init", "no folder", "DIR, or --effect PORT.NAME", "Name the folder to write to.")
+    else:
+        _write_study(terminal, place)
+
+
+def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
+    from fibrefit.core.errors import UsageError, did_you_mean
+    from fibrefit.effects.catalogue import CATALOGUE
+    from fibrefit.effects.ports import PORTS
+    from fibrefit.effects.template import class_name, template
+    from fibrefit.store.files import write_whole
+
+    port, _, short = name.partition(".")
+    where = f"--effect {name}"
+    if port not in PORTS:
+        near = did_you_mean(port, PORTS) or "The name begins with the port the law acts on, or --port names it."
+        raise UsageError(where, f'no port "{port}"', f"PORT.NAME with a port of {', '.join(PORTS)}", near)
+    if not short.isidentifier() or not short.islower():
+        raise UsageError(where, f'"{short}"', "small letters, digits and underscores after the port", "Rename it.")
+    if name in CATALOGUE:
+        raise UsageError(where, "is in the catalogue already", "a name of its own", "Rename it.")
+    file = file or Path(f"{short}.py")
+    if file.suffix != ".py":
+        raise UsageError(str(file), "is no Python file", "a file ending in .py", "Rename it.")
+    if file.exists():
+        raise UsageError(str(file), "exists already", "a file that does not", "Name another one.")
+    try:
+        write_whole(file, template(name).encode())
+    except OSError as error:
+        raise UsageError(str(file), error.strerror or "cannot be written", "a folder to write to") from None
+    wanted = f"{file.as_posix()}:{class_name(short)}"
+    text = (
+        f"Wrote {file}, a law that can be used as it is.\n\n"
+        f"  fibrefit effects --check {wanted}    says what is wrong with it\n"
+        f"  fibrefit effects {wanted}    shows its page\n\n"
+        f'In a study beside it: effects = ["{file.name}:{class_name(short)}"] under [model].'
+    )
+    terminal.answer(text, {"effect": name, "file": str(file), "name": wanted})
+
+
+def _write_study(terminal: Terminal, directory: Path) -> None:
     from importlib import resources
 
     from fibrefit.core.errors import UsageError

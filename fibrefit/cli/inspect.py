@@ -104,10 +104,10 @@ def _records_of(study: Study) -> list[Seen]:
 
 def _seen(path: Path, arguments: dict[str, Any]) -> Seen:
     """What was understood of a file, and what still keeps it from being used as a record."""
-    from fibrefit.records import describe, read_table, record_of
+    from fibrefit.records import ReadOptions, describe, read_table, record_of
 
     try:
-        table = read_table(path, **arguments)
+        table = read_table(path, ReadOptions(**arguments))
     except FibrefitError as error:
         return Seen(_wrapped(f"Not understood: {error}"), {"file": path.name, "refused": str(error)}, refusal=error)
     lines, understood = describe(table), table.understood

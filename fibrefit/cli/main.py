@@ -15,7 +15,7 @@ from fibrefit.core.errors import FibrefitError, did_you_mean
 
 #: Every command and what its line in the help says; the module of the same name is imported when it is called.
 COMMANDS = {
-    "init": "Write a study that runs, with a demonstration record.",
+    "init": "Write a study that runs, or the file of an effect of your own.",
     "inspect": "Say what was understood of records or of a study.",
     "simulate": "Compute the response of the model to the conditions of each record.",
     "sweep": "Swing an inverted pendulum over the frequencies of its drive.",

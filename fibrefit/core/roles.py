@@ -1,4 +1,4 @@
-"""What a column of a record can stand for."""
+"""What a column of a record, and a state of a rig, can stand for: the one table of their units."""
 
 from __future__ import annotations
 
@@ -12,3 +12,6 @@ ROLES: dict[str, str] = {
     "force_2": "N",
 }
 """SI unit of each role."""
+
+STATES: dict[str, str] = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
+"""SI unit of each state of a rig that residuals and curves are drawn over."""

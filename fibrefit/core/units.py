@@ -97,6 +97,18 @@ def _in_base_units(text: str) -> tuple[float, str] | None:
     return float(base.magnitude), str(base.dimensionality)
 
 
+def is_si(unit: str) -> bool | None:
+    """Whether a unit is a product of SI units without a factor; None where it is not known.
+
+    Parameters
+    ----------
+    unit : str
+        As written, e.g. ``"N s/m"``; ``"-"`` for a pure number.
+    """
+    base = _in_base_units(unit)
+    return None if base is None else base[0] == 1.0
+
+
 @functools.cache
 def _si_of_dimension() -> dict[str, str]:
     found: dict[str, str] = {}

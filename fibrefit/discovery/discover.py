@@ -25,6 +25,7 @@ from fibrefit.discovery.search.inputs import with_inputs
 from fibrefit.discovery.search.search import Progress, Search
 from fibrefit.discovery.search.setup import begun
 from fibrefit.discovery.search.weighing import weights
+from fibrefit.effects.catalogue import look_alikes
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.fitting.identify import identify
@@ -143,7 +144,7 @@ def _outdone(
 def _untried(search: Search, best: Weighed) -> list[tuple[str, str]]:
     """Each effect with those that no record of the rig tells from it and that were not tried."""
     tried = {effect.name for effect in search.effects}
-    return [(effect.name, other) for effect in best.effects for other in effect.like if other not in tried]
+    return [(effect.name, other) for effect in best.effects for other in look_alikes(effect) if other not in tried]
 
 
 def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[Parting, ...]:

@@ -16,6 +16,7 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import Left, left_at
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
+from fibrefit.effects.catalogue import is_costly
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 
@@ -130,8 +131,8 @@ def looked(search: Search, parent: Weighed, what: str) -> Look:
         What is said of it while it goes on.
     """
     effects = search.extensions(parent)
-    found = search.tried(parent, [effect for effect in effects if not effect.costly], what)
-    costly = [effect for effect in effects if effect.costly]
+    found = search.tried(parent, [effect for effect in effects if not is_costly(effect)], what)
+    costly = [effect for effect in effects if is_costly(effect)]
     look = _same_noise(search, parent, found)
     if costly and not _explains(look):
         found = [*look.found, *look.search.tried(look.parent, costly, what)]

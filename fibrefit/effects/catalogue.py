@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
-import inspect
-import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
-from types import ModuleType
+from typing import Protocol
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.effects.contract import violations
+from fibrefit.effects.declared import KINDS
 from fibrefit.effects.drive.compliance import Compliance
-from fibrefit.effects.fibre.damping_power_law import DampingPowerLaw
-from fibrefit.effects.fibre.damping_speed_curve import DampingSpeedCurve
 from fibrefit.effects.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre.hardening import Hardening
 from fibrefit.effects.fibre.hysteresis import Hysteresis
@@ -22,19 +20,24 @@ from fibrefit.effects.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
 from fibrefit.effects.fibre.rate_dependent_damping import RateDependentDamping
 from fibrefit.effects.fibre.rate_dependent_stiffness import RateDependentStiffness
-from fibrefit.effects.fibre.stiffness_power_law import StiffnessPowerLaw
-from fibrefit.effects.fibre.stiffness_speed_curve import StiffnessSpeedCurve
 from fibrefit.effects.fibre.toe_region import ToeRegion
+from fibrefit.effects.functions_of_speed import (
+    DampingPowerLaw,
+    DampingSpeedCurve,
+    FrictionPowerLaw,
+    FrictionSpeedCurve,
+    StiffnessPowerLaw,
+    StiffnessSpeedCurve,
+)
 from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
-from fibrefit.effects.guide.friction_power_law import FrictionPowerLaw
-from fibrefit.effects.guide.friction_speed_curve import FrictionSpeedCurve
 from fibrefit.effects.guide.load_dependent_friction import LoadDependentFriction
 from fibrefit.effects.guide.presliding import Presliding
 from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide.stribeck_friction import StribeckFriction
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.effects.law import Effect
+from fibrefit.effects.own import checked, from_file, is_effect
 from fibrefit.effects.pulley.bearing_friction import BearingFriction
 from fibrefit.effects.pulley.capstan_friction import CapstanFriction
 from fibrefit.effects.pulley.eccentricity import Eccentricity
@@ -52,45 +55,113 @@ from fibrefit.effects.sensor.position_gain import PositionGain
 ENTRY_POINTS = "fibrefit.effects"
 """Group under which an installed package offers effects of its own."""
 
-_CLASSES: tuple[type[Effect], ...] = (
-    ViscousFriction,
-    StribeckFriction,
-    LoadDependentFriction,
-    QuadraticDrag,
-    AsymmetricFriction,
-    AsymmetricViscousFriction,
-    Presliding,
-    FrictionSpeedCurve,
-    FrictionPowerLaw,
-    Hardening,
-    ToeRegion,
-    MaxwellBranch,
-    RateDependentDamping,
-    RateDependentStiffness,
-    StiffnessSpeedCurve,
-    StiffnessPowerLaw,
-    DampingSpeedCurve,
-    DampingPowerLaw,
-    Hysteresis,
-    FreeLengthOffset,
-    PointMasses,
-    PulleyInertia,
-    BearingFriction,
-    CapstanFriction,
-    Eccentricity,
-    Compliance,
-    ForceGain,
-    ForceOffset,
-    ForceDrift,
-    ForceDelay,
-    ForceLag,
-    GaugeResonance,
-    PositionGain,
-    DialGaugeForce,
-    InclinationError,
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """An effect, and what a search for what a model lacks has to know of it.
+
+    Parameters
+    ----------
+    effect : Effect class
+    sought : frozenset of Capability or None
+        What a rig must have, besides what the effect acts on, for a search to try it without being asked; None where
+        only a person asks for it.
+    costly : bool
+        Whether it is tried only where all others leave more than noise: it takes longer than all of them.
+    alike : tuple of str
+        Effects that records do not tell from it where a search does not try them.
+    """
+
+    effect: type[Effect]
+    sought: frozenset[Capability] | None = frozenset()
+    costly: bool = False
+    alike: tuple[str, ...] = ()
+
+
+_ENTRIES: tuple[CatalogueEntry, ...] = (
+    CatalogueEntry(ViscousFriction),
+    CatalogueEntry(StribeckFriction),
+    CatalogueEntry(LoadDependentFriction),
+    CatalogueEntry(QuadraticDrag),
+    CatalogueEntry(AsymmetricFriction),
+    CatalogueEntry(AsymmetricViscousFriction),
+    CatalogueEntry(Presliding),
+    CatalogueEntry(FrictionSpeedCurve, sought=None),
+    CatalogueEntry(FrictionPowerLaw, sought=None),
+    CatalogueEntry(Hardening),
+    CatalogueEntry(ToeRegion),
+    CatalogueEntry(MaxwellBranch),
+    CatalogueEntry(RateDependentDamping),
+    CatalogueEntry(RateDependentStiffness),
+    CatalogueEntry(StiffnessSpeedCurve, sought=None),
+    CatalogueEntry(StiffnessPowerLaw, sought=None),
+    CatalogueEntry(DampingSpeedCurve, sought=None),
+    CatalogueEntry(DampingPowerLaw, sought=None),
+    CatalogueEntry(Hysteresis),
+    CatalogueEntry(FreeLengthOffset),
+    CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
+    CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
+    CatalogueEntry(BearingFriction),
+    CatalogueEntry(CapstanFriction),
+    CatalogueEntry(Eccentricity),
+    CatalogueEntry(Compliance),
+    CatalogueEntry(ForceGain),
+    CatalogueEntry(ForceOffset),
+    CatalogueEntry(ForceDrift),
+    CatalogueEntry(ForceDelay),
+    CatalogueEntry(ForceLag),
+    CatalogueEntry(GaugeResonance),
+    CatalogueEntry(PositionGain),
+    CatalogueEntry(DialGaugeForce),
+    CatalogueEntry(InclinationError),
 )
 
-CATALOGUE: dict[str, type[Effect]] = {effect.name: effect for effect in _CLASSES}
+ENTRIES: dict[str, CatalogueEntry] = {entry.effect.name: entry for entry in _ENTRIES}
+CATALOGUE: dict[str, type[Effect]] = {name: entry.effect for name, entry in ENTRIES.items()}
+
+
+class HasCapabilities(Protocol):
+    """A rig, as far as an effect must know it."""
+
+    @property
+    def kind(self) -> str:
+        """Name in a study."""
+
+    @property
+    def capabilities(self) -> frozenset[Capability]:
+        """What it has."""
+
+
+def entry_of(effect: type[Effect]) -> CatalogueEntry:
+    """Entry of an effect by its name; one that is not in the catalogue is tried everywhere, like most."""
+    return ENTRIES.get(effect.name) or CatalogueEntry(effect)
+
+
+def suits(effect: type[Effect], rig: HasCapabilities) -> bool:
+    """Whether an effect makes sense on a rig."""
+    return effect.acts_on <= rig.capabilities
+
+
+def is_sought(effect: type[Effect], rig: HasCapabilities) -> bool:
+    """Whether a search on that rig tries an effect without being asked to."""
+    sought = entry_of(effect).sought
+    return suits(effect, rig) and sought is not None and sought <= rig.capabilities
+
+
+def is_costly(effect: type[Effect]) -> bool:
+    """Whether a search tries an effect only where all others leave more than noise."""
+    return entry_of(effect).costly
+
+
+def look_alikes(effect: type[Effect]) -> tuple[str, ...]:
+    """Names of effects that records do not tell from one."""
+    return entry_of(effect).alike
+
+
+def unsuited(effect: type[Effect], rig: HasCapabilities) -> tuple[str, str]:
+    """What is wrong with an effect on a rig that it does not suit, and what was expected."""
+    lacking = " and ".join(capability.value for capability in Capability if capability in effect.acts_on)
+    return f"makes no sense on the rig {rig.kind}", f"a rig with {lacking}"
 
 
 def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
@@ -113,23 +184,50 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
         Where there is no such effect, or what was found is none.
     """
     if ".py:" in name:
-        return _from_file(name, Path(directory))
+        return _named_anew(checked(from_file(name, Path(directory)), name), name)
     if name in CATALOGUE:
         return CATALOGUE[name]
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in offered:
-        return _checked(offered[name].load(), name)
+        return _named_anew(checked(offered[name].load(), name), name)
     hint = did_you_mean(name, [*CATALOGUE, *offered])
     raise StudyError(
         f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
     )
 
 
+def all_wrong(name: str, conditions: Mapping[str, float], directory: Path | str = ".") -> tuple[StudyError, ...]:
+    """All that is wrong with an effect, of the catalogue or a user's own, as errors that are not raised.
+
+    Parameters
+    ----------
+    name, directory
+        As for `find_effect`.
+    conditions : mapping of str to float, in SI units
+        Those of all rigs.
+
+    Raises
+    ------
+    StudyError
+        Where there is no such effect.
+    """
+    where = f'effect "{name}"'
+    found = from_file(name, Path(directory)) if ".py:" in name else find_effect(name)
+    if not is_effect(found):
+        return (StudyError(where, f"{found!r} is no effect", KINDS),)
+    wrong = violations(found, conditions, where)
+    try:
+        _named_anew(found, name)
+    except StudyError as taken:
+        return (taken, *wrong)
+    return wrong
+
+
 LIST_THEM = "`fibrefit effects` lists the catalogue."
 
 
 def select_effects(
-    names: Iterable[str], kind: str, directory: Path | str = ".", points: int | None = None
+    names: Iterable[str], rig: HasCapabilities, directory: Path | str = ".", points: int | None = None
 ) -> tuple[type[Effect], ...]:
     """Effects of a model, fit for its rig and for each other.
 
@@ -137,8 +235,7 @@ def select_effects(
     ----------
     names : iterable of str
         As for `find_effect`.
-    kind : str
-        Kind of rig.
+    rig : Rig
     directory : path
         Directory of the study.
     points : int, optional
@@ -160,9 +257,8 @@ def select_effects(
     known = [effect.name for effect in effects]
     for effect in effects:
         where = f'effect "{effect.name}"'
-        if kind not in effect.rigs:
-            fitting = ", ".join(sorted(effect.rigs))
-            raise StudyError(where, f"makes no sense on the rig {kind}", f"one of {fitting}", "Take it off the list.")
+        if not suits(effect, rig):
+            raise StudyError(where, *unsuited(effect, rig), "Take it off the list.")
         if known.count(effect.name) > 1:
             raise StudyError(where, "named twice", "each effect once", "Take one of the two off the list.")
         for other in effect.excludes:
@@ -174,51 +270,8 @@ def select_effects(
     return effects
 
 
-def _from_file(name: str, directory: Path) -> type[Effect]:
-    """Effect of a user's own: the class after the colon in the file before it."""
-    file, _, wanted = name.rpartition(":")
-    path = (directory / file).resolve()
-    if not path.is_file():
-        raise StudyError(f'effect "{name}"', f"no file {path}", "a Python file beside the study", "Check the path.")
-    module = _load(path, name)
-    found = getattr(module, wanted, None)
-    if found is None:
-        classes = [n for n, v in vars(module).items() if inspect.isclass(v) and v.__module__ == module.__name__]
-        hint = did_you_mean(wanted, classes) or "Check the name after the colon."
-        raise StudyError(f'effect "{name}"', f"no {wanted} in {path.name}", ", ".join(classes) or "a class", hint)
-    return _checked(found, name)
-
-
-def _load(path: Path, name: str) -> ModuleType:
-    title = f"fibrefit_user_{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
-    if title in sys.modules:
-        # A second class of the same file must be of the same module: JAX tells pytrees apart by their class.
-        return sys.modules[title]
-    spec = importlib.util.spec_from_file_location(title, path)
-    if spec is None or spec.loader is None:
-        raise StudyError(f'effect "{name}"', f"{path.name} is not a Python file", "a file ending in .py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[title] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        del sys.modules[title]
-        raise StudyError(
-            f'effect "{name}"', f"{path.name} fails with {type(error).__name__}: {error}", do="Run the file by itself."
-        ) from error
-    return module
-
-
-def _checked(found: object, name: str) -> type[Effect]:
-    """`found` if it is an effect that a model can hold."""
-    where = f'effect "{name}"'
-    if not (inspect.isclass(found) and issubclass(found, Effect)):
-        raise StudyError(where, f"{found!r} is no effect", "a subclass of FibreLaw, GuideLaw or another port", "")
-    title = getattr(found, "name", "")
-    if not isinstance(title, str) or title.count(".") != 1:
-        raise StudyError(where, f"its name is {title!r}", 'a name = "port.effect"', "Set the class attribute `name`.")
-    if not found.parameters:
-        raise StudyError(where, "it declares no parameter", "a field made with quantity(...)", "Declare its strength.")
-    if title in CATALOGUE and CATALOGUE[title] is not found:
-        raise StudyError(where, f'the name "{title}" is taken', "a name of its own", "Change the attribute `name`.")
+def _named_anew(found: type[Effect], name: str) -> type[Effect]:
+    if getattr(found, "name", "") in CATALOGUE and CATALOGUE[found.name] is not found:
+        taken = f'the name "{found.name}" is taken'
+        raise StudyError(f'effect "{name}"', taken, "a name of its own", "Change the attribute `name`.")
     return found

@@ -16,13 +16,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter, inverse_of
 
 Memory = tuple[jax.Array, ...]
 Channels = dict[str, jax.Array]
-EVERY_RIG = frozenset({"fibre_mass", "pulley_drive", "inverted_pendulum", "guided_mass"})
-FIBRE_RIGS = frozenset({"fibre_mass", "pulley_drive", "inverted_pendulum"})
-GUIDE_RIGS = frozenset({"fibre_mass", "pulley_drive", "guided_mass"})
 
 
 def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
@@ -49,18 +47,12 @@ class Effect(eqx.Module):
         Made from the fields declared with `quantity`, in their order; ``parameter.name`` is the field's name.
     strength : tuple of str
         The parameters at whose null values the effect vanishes; the first one unless said.
-    rigs : frozenset of str
-        Kinds of rig the effect makes sense for.
+    acts_on : frozenset of Capability
+        What a rig must have for the effect to make sense on it.
     needs : tuple of str
         Effects that must be present too.
     excludes : tuple of str
         Effects that must not.
-    like : tuple of str
-        Effects that records do not tell from it where a search does not try them.
-    sought : frozenset of str
-        Kinds of rig on which a search for what a model lacks tries it without being asked to.
-    costly : bool
-        Whether that search tries it only where all others leave more than noise: it takes longer than all of them.
     singular : float
         Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
@@ -72,12 +64,9 @@ class Effect(eqx.Module):
     name: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     strength: ClassVar[tuple[str, ...]] = ()
-    rigs: ClassVar[frozenset[str]] = EVERY_RIG
+    acts_on: ClassVar[frozenset[Capability]] = frozenset()
     needs: ClassVar[tuple[str, ...]] = ()
     excludes: ClassVar[tuple[str, ...]] = ()
-    like: ClassVar[tuple[str, ...]] = ()
-    sought: ClassVar[frozenset[str]] = EVERY_RIG
-    costly: ClassVar[bool] = False
     singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()
@@ -116,7 +105,7 @@ class FibreLaw(Effect):
         Whether they jump when the fibre goes slack.
     """
 
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     memory: ClassVar[tuple[str, ...]] = ()
     forgets: ClassVar[bool] = False
 
@@ -158,7 +147,7 @@ class GuideLaw(Effect):
         Whether the weight moves before it breaks away, held by bristles.
     """
 
-    rigs: ClassVar[frozenset[str]] = GUIDE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE})
     creeps: ClassVar[bool] = False
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
@@ -201,7 +190,7 @@ class PulleyLaw(Effect):
         Whether its bearing holds it at rest.
     """
 
-    rigs: ClassVar[frozenset[str]] = frozenset({"pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PULLEY})
     turns: ClassVar[bool] = False
     rubs: ClassVar[bool] = False
 
@@ -227,7 +216,7 @@ class DriveLaw(Effect):
         Whether the end of the fibre moves by itself.
     """
 
-    rigs: ClassVar[frozenset[str]] = frozenset({"pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.DRIVE})
     yields: ClassVar[bool] = False
 
     def travel(self, position: jax.Array, rate: jax.Array, radius: jax.Array) -> tuple[jax.Array, jax.Array]:

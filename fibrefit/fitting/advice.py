@@ -8,13 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.units import format_quantity
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.problem.statement.problem import Problem
 
-MENU: dict[str, dict[str, tuple[float, ...]]] = {
-    "fibre_mass": {"lift": (0.005, 0.01, 0.02), "inclination": (np.pi / 6, np.pi / 4, np.pi / 2)},
-}
-"""Conditions a further record could have, by kind of rig, in SI units."""
 WORTHWHILE = 0.8
 """A record is advised if it brings the largest relative error below this share of what it is."""
 
@@ -54,22 +51,28 @@ def advice(
 
 
 def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray, covariance: np.ndarray) -> str:
-    menu = MENU.get(problem.model.rig.kind)
+    menu = problem.model.rig.menu(problem.observations.experiment.conditions)
     shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
-    if menu is None or not shared:
+    if not menu or not shared:
         return ""
     before = _relative_errors(normal, shared, values)
-    best, gain, said = np.inf, np.inf, ""
-    for first in menu["lift"]:
-        for second in menu["inclination"]:
-            more = _information(problem, jnp.asarray(values), jnp.asarray([first, second]))
-            after = _relative_errors(normal + np.asarray(more), shared, values)
-            if (worst := float(np.max(after / before.max()))) < best:
-                best, gain = worst, float(after.max() / before.max())
-                said = f"A further record with lift {1e3 * first:.3g} mm at {np.degrees(second):.3g} deg"
-    if not gain < WORTHWHILE:
-        return "No further drop of the usual kind would help much: the parameter needs another kind of test."
-    return f"{said} would bring the largest relative error down to {100 * gain:.0f} % of what it is."
+    best, chosen = np.inf, menu[0]
+    for conditions in menu:
+        more = _information(problem, jnp.asarray(values), {name: jnp.asarray(x) for name, x in conditions.items()})
+        after = _relative_errors(normal + np.asarray(more), shared, values)
+        if (gain := float(after.max() / before.max())) < best:
+            best, chosen = gain, conditions
+    if not best < WORTHWHILE:
+        return "No further record of the usual kind would help much: the parameter needs another kind of test."
+    units = {condition.name: condition.unit for condition in problem.model.rig.conditions}
+    said = ", ".join(f"{name.replace('_', ' ')} {_shown(x, units[name])}" for name, x in chosen.items())
+    return (
+        f"A further record with {said} would bring the largest relative error down to {100 * best:.0f} % of what it is."
+    )
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"{np.degrees(value):.3g} deg" if unit == "rad" else format_quantity(value, unit, 3)
 
 
 def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:
@@ -80,11 +83,11 @@ def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) 
 
 
 @eqx.filter_jit
-def _information(problem: Problem, values: jax.Array, conditions: jax.Array) -> jax.Array:
+def _information(problem: Problem, values: jax.Array, conditions: dict[str, jax.Array]) -> jax.Array:
     """Normal matrix of the shared values from one more record like the first, its own nuisances eliminated."""
     data = problem.observations
     changed = dict(data.experiment.conditions)
-    for name, value in zip(("lift", "inclination"), conditions, strict=True):
+    for name, value in conditions.items():
         changed[name] = changed[name].at[0].set(value)
     planned = data._replace(experiment=data.experiment._replace(conditions=changed))
     slopes = eqx.tree_at(lambda p: p.observations, problem, planned).linearised(values).slopes[0]

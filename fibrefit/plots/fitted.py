@@ -13,8 +13,8 @@ from fibrefit.plots.records import Compared
 if TYPE_CHECKING:
     from fibrefit.fitting.result import Identification
 
-CONDITIONS = {"lift": "m", "inclination": "rad", "added_mass": "kg"}
-"""Conditions worth a word beside a record's name, with their SI unit."""
+CONDITIONS = ("lift", "inclination", "added_mass")
+"""Conditions worth a word beside a record's name."""
 
 
 class Fitted:
@@ -33,6 +33,7 @@ class Fitted:
         self.counts = np.asarray(data.experiment.count)
         self._times = np.asarray(data.experiment.times)
         self._conditions = {name: np.asarray(values) for name, values in data.experiment.conditions.items()}
+        self._units = {condition.name: condition.unit for condition in found.problem.model.rig.conditions}
         self._measured = {
             name: np.where(np.asarray(data.weight[name]) > 0.0, np.asarray(data.measured[name]), np.nan)
             for name in self.channels
@@ -64,8 +65,13 @@ class Fitted:
     def conditions(self, record: int) -> str:
         """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
         said = []
-        for name, unit in CONDITIONS.items():
+        for name in CONDITIONS:
             values = self._conditions.get(name)
             if values is not None and values[record] != 0.0:
-                said.append(f"{name.replace('_', ' ')} {spelt(format_quantity(float(values[record]), unit))}")
+                said.append(
+                    f"{name.replace('_', ' ')} {spelt(format_quantity(float(values[record]), self._units[name]))}"
+                )
         return ", ".join(said)
+
+    def _shown(self, condition: str, value: float) -> str:
+        return spelt(format_quantity(value, self._units[condition]))

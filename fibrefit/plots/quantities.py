@@ -6,9 +6,6 @@ import numpy as np
 
 from fibrefit.core.units import shown_unit
 
-#: SI unit of each channel.
-CHANNEL_UNITS = {"force": "N", "force_1": "N", "force_2": "N", "position": "m", "drive": "m", "angle": "rad"}
-
 
 def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
     """Unit for an axis on which `values` (in SI) are drawn, and what it is worth in SI."""

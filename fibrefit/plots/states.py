@@ -8,13 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
+from fibrefit.core.roles import STATES
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, legend, new_figure, place, title
 from fibrefit.problem.diagnose.phases import HELD, TAUT
 
-STATES = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
-"""States shown where the rig has them, with their SI units."""
 TURNING = {"position": "rad", "speed": "rad/s"}
 """The units of those that are angles, on a rig that turns."""
 OF_FIBRE = ("stretch", "stretch rate", "tension")

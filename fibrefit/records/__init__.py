@@ -3,6 +3,7 @@
 from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.timebase import Gap, TimeBase
 from fibrefit.records.describe import describe
+from fibrefit.records.options import ReadOptions
 from fibrefit.records.read import read_record, read_table, record_of
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
@@ -11,6 +12,7 @@ __all__ = [
     "ROLES",
     "Column",
     "Gap",
+    "ReadOptions",
     "Record",
     "Table",
     "TimeBase",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,42 +14,21 @@ from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.timebase import TimeBase
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
-from fibrefit.records.columns.grouping import Group, groups_of
+from fibrefit.records.columns.grouping import Group, grouped
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.columns.roles import USUAL, Heading, find_column, guessed_roles, named_roles
+from fibrefit.records.columns.roles import Heading, find_column, guessed_roles, named_roles
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.options import ReadOptions
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
 
 
-@dataclass(frozen=True, slots=True)
-class Wishes:
-    """What the user says about the columns.
-
-    Parameters
-    ----------
-    channels : mapping of str to str
-        Header by role.
-    units : mapping of str to str
-        Unit by header or role, where the file has none or a wrong one.
-    rate : float or None
-        Sampling rate in Hz.
-    roles : tuple of str
-        Roles to look for among the columns that are not named.
-    """
-
-    channels: Mapping[str, str] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    rate: float | None = None
-    roles: tuple[str, ...] = USUAL
-
-
-def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
+def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
     """Table of a file.
 
     Parameters
@@ -60,7 +39,7 @@ def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
         The file.
     sha256 : str
         Of its bytes.
-    wishes : Wishes
+    options : ReadOptions
         What the user says.
 
     Returns
@@ -75,12 +54,12 @@ def build(raw: Raw, path: Path, sha256: str, wishes: Wishes) -> Table:
     """
     where = path.name
     headings = [Heading(c.header, c.name, c.unit, c.clock) for c in raw.columns]
-    named = named_roles(wishes.channels, headings, where)
-    groups = groups_of(raw.columns, headings, named.get("time"))
+    named = named_roles(options.channels, headings, where)
+    groups = grouped(raw.columns, headings, named.get("time"))
     notes = [*raw.notes, *raw.facts.notes]
-    roles, doubts = _roles(named, groups, headings, wishes.roles, where)
-    columns = _declared(raw.columns, headings, wishes.units, roles, where, notes)
-    timed = [time_base(raw, columns, group, wishes.rate, where) for group in groups]
+    roles, doubts = _roles(named, groups, headings, options.roles, where)
+    columns = _declared(raw.columns, headings, options.units, roles, where, notes)
+    timed = [time_base(raw, columns, group, options.rate, where) for group in groups]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     finished = {i: _finished(columns[i], bases[g], g, notes) for g, group in enumerate(groups) for i in group.members}

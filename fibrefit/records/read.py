@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core import units as registry
-from fibrefit.core.errors import DataError, UsageError
+from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
-from fibrefit.records.build import Wishes, build
+from fibrefit.records.build import build_table
 from fibrefit.records.clock.timebase import TimeBase
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL
 from fibrefit.records.files.decode import decode
 from fibrefit.records.files.lvm import is_lvm, read_lvm
-from fibrefit.records.files.text import Hints, read_text
+from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
 
@@ -26,35 +27,15 @@ from fibrefit.records.table import Column, Table
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
 
 
-def read_table(
-    path: str | Path,
-    *,
-    columns: Sequence[str] | None = None,
-    channels: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    rate: float | None = None,
-    roles: Sequence[str] | None = None,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-) -> Table:
+def read_table(path: str | Path, options: ReadOptions | None = None) -> Table:
     """Read what a measurement file says, without choosing from it.
 
     Parameters
     ----------
     path : str or Path
         Text of any logger, LVM, MATLAB, TDMS or MDF4.
-    columns : sequence of str, optional
-        Headings in order, for a file without any (``"time [s]"``, ``"force [N]"``).
-    channels : mapping of str to str, optional
-        Header by role (``{"force": "F_Seil [N]"}``), or ``"column 2"``.
-    units : mapping of str to str, optional
-        Unit by role or header, where the file has none or a wrong one.
-    rate : float, optional
-        Sampling rate in Hz, where the file does not tell.
-    roles : sequence of str, optional
-        Roles to look for among columns nobody named; force, position, drive and angle by default.
-    delimiter, decimal : str, optional
-        Characters between columns and before decimals, where the file can be read in two ways.
+    options : ReadOptions, optional
+        What the file does not say itself.
 
     Returns
     -------
@@ -68,18 +49,9 @@ def read_table(
     UsageError
         If an argument makes no sense.
     """
-    path = Path(path)
-    if rate is not None and not (np.isfinite(rate) and rate > 0):
-        raise UsageError("rate", f"{rate}", "a positive number in Hz")
-    if decimal is not None and decimal not in (".", ","):
-        raise UsageError("decimal", f'"{decimal}"', '"." or ","')
-    if delimiter is not None and len(delimiter) != 1:
-        raise UsageError("delimiter", f'"{delimiter}"', "one character")
+    path, options = Path(path), options or ReadOptions()
     data = _bytes(path)
-    wishes = Wishes(channels or {}, units or {}, rate, tuple(roles or USUAL))
-    hints = Hints(tuple(columns or ()), frozenset((channels or {}).values()), delimiter, decimal)
-    raw = _raw(data, path, hints)
-    return build(raw, path, hashlib.sha256(data).hexdigest(), wishes)
+    return build_table(_raw(data, path, options), path, hashlib.sha256(data).hexdigest(), options)
 
 
 def read_record(
@@ -99,11 +71,11 @@ def read_record(
     Parameters
     ----------
     path : str or Path
-        As for `read_table`; so are the arguments not listed here.
+        Text of any logger, LVM, MATLAB, TDMS or MDF4.
     name : str, optional
         Name of the record; that of the file by default.
     channels, units, columns, rate, roles, delimiter, decimal
-        See `read_table`.
+        What the file does not say itself, see `ReadOptions`.
 
     Returns
     -------
@@ -123,17 +95,9 @@ def read_record(
     >>> record = fibrefit.read_record("drop_10mm_90deg.csv")
     >>> record.channels["force"].max(), record.rate
     """
-    table = read_table(
-        path,
-        columns=columns,
-        channels=channels,
-        units=units,
-        rate=rate,
-        roles=roles,
-        delimiter=delimiter,
-        decimal=decimal,
-    )
-    return record_of(table, channels=channels or {}, name=name)
+    wanted = tuple(roles or USUAL)
+    options = ReadOptions(channels or {}, units or {}, tuple(columns or ()), rate, wanted, delimiter, decimal)
+    return record_of(read_table(path, options), channels=options.channels, name=name)
 
 
 def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: str | None = None) -> Record:
@@ -193,7 +157,7 @@ def _bytes(path: Path) -> bytes:
         raise DataError(str(path), error.strerror or "cannot be read", "a measurement file") from None
 
 
-def _raw(data: bytes, path: Path, hints: Hints) -> Raw:
+def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     """Columns of a file, by the reader its first bytes call for."""
     where = path.name
     if data[:4] == b"TDSm":
@@ -207,9 +171,9 @@ def _raw(data: bytes, path: Path, hints: Hints) -> Raw:
     if data[:6] == b"MATLAB" or b"\x89HDF\r\n\x1a\n" in data[:1024] or path.suffix.casefold() == ".mat":
         from fibrefit.records.files.matlab import read_matlab
 
-        return read_matlab(path, where, hints.wanted)
+        return read_matlab(path, where, options.wanted)
     text = decode(data, where)
-    return read_lvm(text, where) if is_lvm(text) else read_text(text, where, hints)
+    return read_lvm(text, where) if is_lvm(text) else read_text(text, where, options)
 
 
 def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str) -> int:

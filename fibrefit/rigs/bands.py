@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from fibrefit.effects.law import Effect
 
 
-class Bands(eqx.Module):
+class SpeedBands(eqx.Module):
     """Bands of speed of the weight, as a mode: the number of limits below it.
 
     Parameters
@@ -21,7 +21,7 @@ class Bands(eqx.Module):
     laws: tuple[Effect, ...] = ()
 
     @classmethod
-    def of(cls, laws: tuple[Effect, ...]) -> Bands | None:
+    def of(cls, laws: tuple[Effect, ...]) -> SpeedBands | None:
         """Bands for some laws; None where none of them bends."""
         bent = tuple(law for law in laws if law.speeds)
         return cls(bent) if bent else None

@@ -38,7 +38,7 @@ class ChainState(NamedTuple):
     memories: tuple[Memories, ...]
 
 
-class Chain(eqx.Module):
+class PointChain(eqx.Module):
     """Points and segments of one fibre.
 
     Law
@@ -63,7 +63,7 @@ class Chain(eqx.Module):
     points: int = eqx.field(static=True)
 
     @classmethod
-    def of(cls, fibre: Fibre, gravity: jax.Array) -> Chain | None:
+    def of(cls, fibre: Fibre, gravity: jax.Array) -> PointChain | None:
         """The chain of a fibre whose laws give it a mass; None where there is none in the model."""
         laws = laws_of(PointMasses, fibre.laws)
         return cls(fibre, laws[0].fibre_mass, gravity, laws[0].points) if laws else None

@@ -9,13 +9,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
-from fibrefit.rigs.bands import Bands
-from fibrefit.rigs.chain import Chain, ChainState, End
+from fibrefit.rigs.bands import SpeedBands
+from fibrefit.rigs.chain import ChainState, End, PointChain
 from fibrefit.rigs.fibre import Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
 
 
 class FibreMassState(NamedTuple):
@@ -90,7 +91,7 @@ class FibreMass(eqx.Module):
         """Margins of each mode."""
         now, drive = self._sliding(state, mode)
         fibre = self.fibre.margin(state.position, state.velocity, state.memories, mode.fibre)
-        bands = Bands.of(self.guide.laws)
+        bands = SpeedBands.of(self.guide.laws)
         band = None if bands is None else bands.margin(mode.band, state.velocity)
         segments = None
         if (chain := self._chain()) is not None:
@@ -106,7 +107,7 @@ class FibreMass(eqx.Module):
         memories, taut = self.fibre.switch(*here, mode.fibre, crossed.fibre)
         velocity = self.guide.stop(mode.guide, crossed.guide, state.velocity)
         state, mode = state._replace(velocity=velocity, memories=memories), mode._replace(fibre=taut)
-        if (bands := Bands.of(self.guide.laws)) is not None:
+        if (bands := SpeedBands.of(self.guide.laws)) is not None:
             mode = mode._replace(band=bands.switch(mode.band, velocity, crossed.band))
         if (chain := self._chain()) is not None:
             ends = _ends(state.position, velocity)
@@ -123,14 +124,14 @@ class FibreMass(eqx.Module):
         points: Any = None if chain is None else chain.at_rest(*_ends(position, nil))
         state = FibreMassState(position, nil, self.fibre.memories(position), bristle, points)
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
-        band = None if Bands.of(self.guide.laws) is None else jnp.int32(0)
+        band = None if SpeedBands.of(self.guide.laws) is None else jnp.int32(0)
         segments = None if chain is None else chain.modes(points, *_ends(position, nil))
         mode = FibreMassMode(taut, jnp.int32(0), band, segments)
         stopped = jax.tree.map(lambda _: jnp.array(False), mode)._replace(guide=jnp.array(True))
         return self.switch(state, mode, stopped, None)
 
-    def _chain(self) -> Chain | None:
-        return Chain.of(self.fibre, self.pull_of_gravity / self.mass)
+    def _chain(self) -> PointChain | None:
+        return PointChain.of(self.fibre, self.pull_of_gravity / self.mass)
 
     def _tensions(self, state: FibreMassState, mode: FibreMassMode) -> tuple[jax.Array, jax.Array]:
         """At the frame and at the weight, in N."""
@@ -176,7 +177,7 @@ CONDITIONS = (
 )
 
 
-def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> FibreMass:
+def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> FibreMass:
     """System of one record."""
     mass = conditions["weight_mass"] + conditions["added_mass"]
     return FibreMass(
@@ -187,17 +188,17 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
     )
 
 
-def start(system: FibreMass, values: Values, conditions: Values, inputs: Any) -> Start:
+def _start(system: FibreMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests `lift` above the taut point until it is released."""
     return Start(*system.at_rest(-conditions["lift"]), values["release"])
 
 
-def observe(system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> dict[str, jax.Array]:
+def _observe(system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> dict[str, jax.Array]:
     """Force at the frame in N, position of the weight in m."""
     return {"force": system.tension(state, mode), "position": state.position}
 
 
-def fibres(
+def _fibres(
     system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any
 ) -> tuple[tuple[jax.Array, jax.Array], ...]:
     """Stretch in m and its rate in m/s."""
@@ -209,11 +210,15 @@ FIBRE_MASS = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset(
+        {Capability.FIBRE, Capability.GUIDE, Capability.INCLINE, Capability.TAUT_POINT, Capability.FALL}
+    ),
     channels=("force", "position"),
     inputs=(),
-    build=build,
-    start=start,
-    observe=observe,
-    fibres=fibres,
+    build=_build,
+    start=_start,
+    observe=_observe,
+    fibres=_fibres,
     directions=("down", "up"),
+    further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),
 )

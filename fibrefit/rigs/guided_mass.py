@@ -8,9 +8,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, GuideLaw, fast, laws_of
-from fibrefit.rigs.bands import Bands
+from fibrefit.rigs.bands import SpeedBands
 from fibrefit.rigs.guide import CREEPING, Guide, Sliding
 from fibrefit.rigs.rig import Rig, Start, Values
 
@@ -68,7 +69,7 @@ class GuidedMass(eqx.Module):
     def margins(self, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> GuidedMassMode:
         """Margins of each mode."""
         now, drive = self._sliding(state, inputs)
-        bands = Bands.of(self.guide.laws)
+        bands = SpeedBands.of(self.guide.laws)
         band = None if bands is None else bands.margin(mode.band, state.velocity)
         return GuidedMassMode(self.guide.margin(drive, mode.guide, now), band)
 
@@ -78,7 +79,7 @@ class GuidedMass(eqx.Module):
         """State and mode after the switches `crossed`."""
         velocity = self.guide.stop(mode.guide, crossed.guide, state.velocity)
         state = state._replace(velocity=velocity)
-        if (bands := Bands.of(self.guide.laws)) is not None:
+        if (bands := SpeedBands.of(self.guide.laws)) is not None:
             mode = mode._replace(band=bands.switch(mode.band, velocity, crossed.band))
         now, drive = self._sliding(state, inputs)
         return state, mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, now))
@@ -94,7 +95,7 @@ class GuidedMass(eqx.Module):
             state = state._replace(bristle=jnp.where(velocity == 0.0, resting, bent))
             now, drive = self._sliding(state, inputs)
         direction = jnp.sign(velocity).astype(jnp.int32)
-        bands = Bands.of(self.guide.laws)
+        bands = SpeedBands.of(self.guide.laws)
         band = None if bands is None else bands.switch(jnp.int32(0), velocity, jnp.array(True))
         still = self.guide.settle(drive, jnp.int32(0), jnp.array(True), now)
         moving = jnp.where(jnp.abs(still) == CREEPING, CREEPING * direction, direction)
@@ -115,19 +116,19 @@ PARAMETERS = (
 CONDITIONS = (Parameter("gain", "-", "force on the mass per measured force", 1.0, lower=0.0),)
 
 
-def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> GuidedMass:
+def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> GuidedMass:
     """System of one record."""
     guide = Guide(values["friction"], laws_of(GuideLaw, laws))
     return GuidedMass(values["mass"], conditions["gain"], values["force_offset"], guide)
 
 
-def start(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
+def _start(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The mass is where it was measured at the first sample, and as fast."""
     position, velocity = inputs["anchor"]
     return Start(*system.begin(position, velocity, inputs))
 
 
-def observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> dict[str, jax.Array]:
+def _observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> dict[str, jax.Array]:
     """Position in m."""
     return {"position": state.position}
 
@@ -137,10 +138,11 @@ GUIDED_MASS = Rig(
     parameters=PARAMETERS,
     nuisances=(),
     conditions=CONDITIONS,
+    capabilities=frozenset({Capability.GUIDE}),
     channels=("position",),
     inputs=("force",),
-    build=build,
-    start=start,
-    observe=observe,
+    build=_build,
+    start=_start,
+    observe=_observe,
     anchor="position",
 )

@@ -9,9 +9,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, fast, laws_of
-from fibrefit.rigs.chain import Chain, ChainState, End
+from fibrefit.rigs.chain import ChainState, End, PointChain
 from fibrefit.rigs.fibre import LOADED, SLACK, Fibre, Memories
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
 
@@ -191,8 +192,8 @@ class InvertedPendulum(eqx.Module):
         ends = self._ends(1.0, first, inputs), self._ends(-1.0, second, inputs)
         return mode._replace(chain_1=chain.modes(state.chain_1, *ends[0]), chain_2=chain.modes(state.chain_2, *ends[1]))
 
-    def _chain(self) -> Chain | None:
-        return Chain.of(self.fibre, jnp.zeros(()))
+    def _chain(self) -> PointChain | None:
+        return PointChain.of(self.fibre, jnp.zeros(()))
 
     def _ends(self, side: float, leg: Leg, inputs: Any) -> tuple[End, End]:
         """A fibre from its driven end to the rod, along the line it has where the rod stands upright."""
@@ -258,7 +259,7 @@ CONDITIONS = (
 )
 
 
-def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> InvertedPendulum:
+def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> InvertedPendulum:
     """System of one record."""
     return InvertedPendulum(
         moment_of_inertia=conditions["moment_of_inertia"],
@@ -270,13 +271,13 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
     )
 
 
-def start(system: InvertedPendulum, values: Values, conditions: Values, inputs: Any) -> Start:
+def _start(system: InvertedPendulum, values: Values, conditions: Values, inputs: Any) -> Start:
     """The pendulum is where it is at the first sample; unless said, upright and at rest."""
     nil = jnp.zeros(())
     return Start(*system.begin(values.get("start_angle", nil), values.get("start_rate", nil), inputs))
 
 
-def observe(
+def _observe(
     system: InvertedPendulum, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
 ) -> dict[str, jax.Array]:
     """Angle in rad, force of each fibre in N."""
@@ -284,7 +285,7 @@ def observe(
     return {"angle": state.angle, "force_1": force_1, "force_2": force_2}
 
 
-def fibres(
+def _fibres(
     system: InvertedPendulum, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
 ) -> tuple[tuple[jax.Array, jax.Array], ...]:
     """Stretch in m and its rate in m/s, of both fibres."""
@@ -296,10 +297,11 @@ INVERTED_PENDULUM = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset({Capability.FIBRE, Capability.TAUT_POINT}),
     channels=("angle", "force_1", "force_2"),
     inputs=("drive",),
-    build=build,
-    start=start,
-    observe=observe,
-    fibres=fibres,
+    build=_build,
+    start=_start,
+    observe=_observe,
+    fibres=_fibres,
 )

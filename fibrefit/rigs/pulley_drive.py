@@ -9,15 +9,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
-from fibrefit.rigs.bands import Bands
-from fibrefit.rigs.chain import Chain, End
+from fibrefit.rigs.bands import SpeedBands
+from fibrefit.rigs.chain import End, PointChain
 from fibrefit.rigs.fibre import LOADED, Fibre, Memories
 from fibrefit.rigs.guide import Guide, Sliding
 from fibrefit.rigs.mount import Mount
 from fibrefit.rigs.pulley import Path, Pulley
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
 
 
 class Rim(NamedTuple):
@@ -241,8 +242,8 @@ class PulleyDrive(eqx.Module):
         nowhere = jax.tree.map(lambda _: jnp.array(False), mode)
         return state, self._settle(state, mode, nowhere, inputs)
 
-    def _chain(self) -> Chain | None:
-        return Chain.of(self.fibre, jnp.zeros(()))
+    def _chain(self) -> PointChain | None:
+        return PointChain.of(self.fibre, jnp.zeros(()))
 
     def _ends(self, state: PulleyDriveState, near: Side) -> tuple[End, End]:
         """The fibre from the drive to the weight."""
@@ -250,8 +251,8 @@ class PulleyDrive(eqx.Module):
         far = End(-y, -cosine * state.velocity)
         return End(far.place - near.length, far.rate - near.rate), far
 
-    def _bands(self) -> Bands | None:
-        return Bands.of((*self.guide.laws, *self.pulley.laws))
+    def _bands(self) -> SpeedBands | None:
+        return SpeedBands.of((*self.guide.laws, *self.pulley.laws))
 
     def _share(self) -> jax.Array:
         """Share of the fibre that `near` stands for."""
@@ -329,7 +330,7 @@ CONDITIONS = (
 )
 
 
-def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> PulleyDrive:
+def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> PulleyDrive:
     """System of one record."""
     mass = conditions["weight_mass"] + conditions["added_mass"]
     return PulleyDrive(
@@ -348,20 +349,20 @@ def build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_
     )
 
 
-def start(system: PulleyDrive, values: Values, conditions: Values, inputs: Any) -> Start:
+def _start(system: PulleyDrive, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests under the `start_tension`, or if it is not given, as if there were no friction."""
     balance = system.pull_of_gravity / system.path.follow(jnp.zeros(()))[1]
     tension = values.get("start_tension", balance)
     return Start(*system.at_rest(tension, inputs))
 
 
-def observe(system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> dict[str, jax.Array]:
+def _observe(system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> dict[str, jax.Array]:
     """Force at the drive in N, position of the weight in m."""
     near, far = system.sides(state, mode, inputs)
     return {"force": system.tensions(near, far, state, mode)[0], "position": state.position}
 
 
-def fibres(
+def _fibres(
     system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any
 ) -> tuple[tuple[jax.Array, jax.Array], ...]:
     """Stretch in m and its rate in m/s, of the fibre at the gauge as if it were the whole."""
@@ -374,11 +375,15 @@ PULLEY_DRIVE = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
+    capabilities=frozenset(
+        {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE}
+    ),
     channels=("force", "position"),
     inputs=("drive",),
-    build=build,
-    start=start,
-    observe=observe,
-    fibres=fibres,
+    build=_build,
+    start=_start,
+    observe=_observe,
+    fibres=_fibres,
     directions=("up", "down"),
+    further=(Variation("added_mass", (0.0, 1.0, 2.0), of="weight_mass"), Variation("inclination")),
 )

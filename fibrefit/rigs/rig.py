@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import jax
+import numpy as np
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect
 
@@ -26,6 +29,23 @@ class Start(NamedTuple):
     time: jax.Array | None = None
 
 
+class Variation(NamedTuple):
+    """How a condition of a further record could differ from those of the records at hand.
+
+    Parameters
+    ----------
+    condition : str
+    factors : tuple of float
+        On the smallest value stated where below 1, on the largest otherwise.
+    of : str
+        Condition whose values they multiply; the same where empty.
+    """
+
+    condition: str
+    factors: tuple[float, ...] = (0.5, 1.0, 2.0)
+    of: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Rig:
     """One kind of rig.
@@ -40,6 +60,8 @@ class Rig:
         Unknown for each record and found without being asked for.
     conditions : tuple of Parameter
         What must be known of a record; `typical` is the value assumed where a study is silent, NaN if it must speak.
+    capabilities : frozenset of Capability
+        What it has that laws act on.
     channels, inputs : tuple of str
         Measured channels that are explained, and those that drive the rig.
     build : callable ``(values, conditions, laws, tension_law) -> System``
@@ -54,12 +76,15 @@ class Rig:
         Stretch [m] and its rate [m/s] of each fibre at one instant, negative while slack; None where there is no fibre.
     directions : tuple of str
         Words for the + and the - direction of the position.
+    further : tuple of Variation
+        Conditions in which a further record could differ; none where the rig allows no choice.
     """
 
     kind: str
     parameters: tuple[Parameter, ...]
     nuisances: tuple[Parameter, ...]
     conditions: tuple[Parameter, ...]
+    capabilities: frozenset[Capability]
     channels: tuple[str, ...]
     inputs: tuple[str, ...]
     build: Callable[[Values, Values, tuple[Effect, ...], str], Any]
@@ -68,3 +93,26 @@ class Rig:
     anchor: str | None = None
     fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
     directions: tuple[str, str] = ("forwards", "back")
+    further: tuple[Variation, ...] = ()
+
+    def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
+        """Conditions that further records could be measured under: all combinations of the `further` ones.
+
+        Parameters
+        ----------
+        stated : mapping of str to (n_record,) in SI units
+            Conditions of the records at hand.
+
+        Returns
+        -------
+        tuple of dict of str to float
+            In SI units, within the ranges of the conditions; empty where there is no choice.
+        """
+        axes = {variation.condition: self._around(variation, stated) for variation in self.further}
+        return tuple(dict(zip(axes, values, strict=True)) for values in product(*axes.values())) if axes else ()
+
+    def _around(self, variation: Variation, stated: Mapping[str, Any]) -> list[float]:
+        (declared,) = (p for p in self.conditions if p.name == variation.condition)
+        known = np.asarray(stated[variation.of or variation.condition])
+        values = [factor * (known.min() if factor < 1.0 else known.max()) for factor in variation.factors]
+        return sorted({float(np.clip(value, declared.lower, declared.upper)) for value in values})

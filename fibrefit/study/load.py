@@ -16,8 +16,9 @@ from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
+from fibrefit.study.rigs.catalogue import STUDIES
 from fibrefit.study.series import read_series
-from fibrefit.study.study import SCHEMA, STUDIES, Study
+from fibrefit.study.study import SCHEMA, Study
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:

@@ -25,7 +25,7 @@ class Files(Table):
     decimal: Literal[".", ","] | None = Field(default=None, description="Character before decimals.")
 
 
-class Reading(Table):
+class ReadingParts(Table):
     """The parts of a study that tell how to read a file; all that counts for bare files."""
 
     channels: dict[Literal[tuple(ROLES)], StrictStr] = Field(default_factory=dict)  # type: ignore[valid-type]
@@ -54,7 +54,7 @@ def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
     raw: dict[str, Any] = {}
     place = Places(Path("command line"), None, apply_overrides(raw, overrides))
     try:
-        reading = Reading.model_validate(raw)
+        reading = ReadingParts.model_validate(raw)
     except ValidationError as error:
         raise explained(error, raw, place) from None
     return reading_arguments(reading.channels, reading.units, reading.files)
@@ -84,7 +84,7 @@ def reading_arguments(
     return {
         "channels": {role: header for role, header in channels.items() if header},
         "units": dict(units),
-        "columns": files.columns or None,
+        "columns": files.columns,
         "delimiter": files.delimiter,
         "decimal": files.decimal,
         "rate": rate,

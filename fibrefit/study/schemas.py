@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import operator
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
-from fibrefit.study.study import FibreMassStudy, GuidedMassStudy, InvertedPendulumStudy, PulleyDriveStudy
+from fibrefit.study.rigs.catalogue import STUDIES
 from fibrefit.study.summaries.files import SUMMARIES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -36,7 +38,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 def _study() -> dict[str, Any]:
     """Schema of the study: the models', and the two other ways to write what they hold."""
-    kinds: TypeAdapter[Any] = TypeAdapter(FibreMassStudy | PulleyDriveStudy | InvertedPendulumStudy | GuidedMassStudy)
+    kinds: TypeAdapter[Any] = TypeAdapter(functools.reduce(operator.or_, STUDIES.values()))
     schema = kinds.json_schema(by_alias=True, mode="validation")
     table = {"$ref": "#/$defs/ParameterTable"}
     group = {"$ref": "#/$defs/ParameterGroup"}
@@ -55,7 +57,7 @@ def _study() -> dict[str, Any]:
     return schema
 
 
-def write(folder: Path = FOLDER) -> None:
+def write_schemas(folder: Path = FOLDER) -> None:
     """Write every schema into `folder`.
 
     Parameters
@@ -69,4 +71,4 @@ def write(folder: Path = FOLDER) -> None:
 
 
 if __name__ == "__main__":
-    write()
+    write_schemas()

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, StrictStr
 
-import fibrefit.study.rigs as rigs
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
@@ -17,7 +16,6 @@ from fibrefit.core.units import to_si
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.reading import Files, reading_arguments
-from fibrefit.study.sweep import SweepSettings
 from fibrefit.study.table import Table
 from fibrefit.study.toml import to_toml
 
@@ -37,7 +35,14 @@ class Study(Table):
     """A study as `load_study` returns it: complete, in SI, immutable.
 
     Each record carries the constants of the rig that it did not override, so nothing needs to be looked up under `rig`.
+
+    Attributes
+    ----------
+    base_parameters : dict of str to str
+        Parameters of the base model of the rig, with their SI units.
     """
+
+    base_parameters: ClassVar[dict[str, str]] = {}
 
     schema_name: Literal["fibrefit/study/1"] = Field(alias="schema")
     name: StrictStr = Field(min_length=1)
@@ -118,7 +123,7 @@ class Study(Table):
         StudyError
             For a misspelt base parameter, or a quantity of one that does not fit.
         """
-        base = rigs.BASE_PARAMETERS[self.kind]
+        base = self.base_parameters
         for name in self.parameters:
             if name in base:
                 self._setting(name, base[name])
@@ -184,49 +189,3 @@ def _relative(path: Path, folder: Path) -> str:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:
         return path.resolve().as_posix()
-
-
-class FibreMassStudy(Study):
-    """Study of a fibre-mass rig."""
-
-    rig: rigs.FibreMassRig
-    channels: rigs.Channels = rigs.Channels()
-    noise: rigs.Noise = rigs.Noise()
-    records: tuple[rigs.FibreMassRecord, ...] = Field(min_length=1)
-
-
-class PulleyDriveStudy(Study):
-    """Study of a pulley-drive rig."""
-
-    rig: rigs.PulleyDriveRig
-    channels: rigs.DriveChannels = rigs.DriveChannels()
-    noise: rigs.DriveNoise = rigs.DriveNoise()
-    records: tuple[rigs.PulleyDriveRecord, ...] = Field(min_length=1)
-
-
-class InvertedPendulumStudy(Study):
-    """Study of an inverted pendulum; without records it can still be swept."""
-
-    rig: rigs.InvertedPendulumRig
-    channels: rigs.PendulumChannels = rigs.PendulumChannels()
-    noise: rigs.PendulumNoise = rigs.PendulumNoise()
-    sweep: SweepSettings = Field(default=SweepSettings(), description="What `fibrefit sweep` goes through.")
-    records: tuple[rigs.InvertedPendulumRecord, ...] = ()
-
-
-class GuidedMassStudy(Study):
-    """Study of a guided mass."""
-
-    rig: rigs.GuidedMassRig
-    channels: rigs.Channels = rigs.Channels()
-    noise: rigs.Noise = rigs.Noise()
-    records: tuple[rigs.GuidedMassRecord, ...] = Field(min_length=1)
-
-
-#: The study of each kind of rig.
-STUDIES: dict[str, type[Study]] = {
-    "fibre_mass": FibreMassStudy,
-    "pulley_drive": PulleyDriveStudy,
-    "inverted_pendulum": InvertedPendulumStudy,
-    "guided_mass": GuidedMassStudy,
-}

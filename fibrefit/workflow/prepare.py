@@ -24,7 +24,7 @@ def model_of(study: Study) -> Model:
         If an effect is unknown or does not suit the rig.
     """
     points = getattr(study.rig, "masses_per_fibre", None)
-    effects = select_effects(study.model.effects, study.kind, study.source.parent, points)
+    effects = select_effects(study.model.effects, RIGS[study.kind], study.source.parent, points)
     return Model(RIGS[study.kind], effects, study.model.tension_law)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.roles import ROLES
 from fibrefit.report.sweep import sweep_report
 from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
 from fibrefit.simulation.model import Model
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 KIND = "inverted_pendulum"
-CHANNELS = (("angle", "rad"), ("force_1", "N"), ("force_2", "N"))
+CHANNELS = tuple((name, ROLES[name]) for name in ("angle", "force_1", "force_2"))
 
 
 @dataclass(frozen=True)

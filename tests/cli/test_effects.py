@@ -72,8 +72,57 @@ def test_a_misspelt_effect_suggests_its_neighbour(fibrefit: Run) -> None:
 def test_an_effect_of_ones_own(fibrefit: Run) -> None:
     Path("mine.py").write_text(OWN)
     page = fibrefit("effects", "mine.py:Glue").out
+    assert page.rstrip().endswith('effects = ["mine.py:Glue"]')
+    assert 'effects = ["mine.py:Glue"]' in fibrefit("effects", "./mine.py:Glue").out
     assert "A guide that sticks." in page
     assert "guide.glue.strength_of_glue" in page
+
+
+def test_a_law_that_is_begun_keeps_the_contract(fibrefit: Run) -> None:
+    done = fibrefit("init", "--effect", "guide.my_drag")
+    assert done.code == 0
+    assert 'effects = ["my_drag.py:MyDrag"]' in done.out
+    assert fibrefit("effects", "--check", "my_drag.py:MyDrag").code == 0
+    again = fibrefit("init", "--effect", "guide.my_drag")
+    assert again.code == 2
+    assert "exists already" in again.err
+    assert fibrefit("init", "other.py", "--effect", "my_drag", "--port", "fibre", "--json").document == {
+        "effect": "fibre.my_drag",
+        "file": "other.py",
+        "name": "other.py:MyDrag",
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--effect", "gide.drag"], 'Did you mean "guide"?'),
+        (["--effect", "drag"], "PORT.NAME"),
+        (["--effect", "guide.My-Drag"], "small letters"),
+        (["--effect", "guide.quadratic_drag"], "in the catalogue already"),
+        (["drag.txt", "--effect", "guide.drag"], "no Python file"),
+        ([], "no folder"),
+    ],
+)
+def test_what_cannot_be_begun(fibrefit: Run, words: list[str], says: str) -> None:
+    done = fibrefit("init", *words)
+    assert done.code == 2
+    assert says in done.err
+
+
+def test_all_that_is_wrong_with_a_law_is_said(fibrefit: Run) -> None:
+    assert fibrefit("init", "--effect", "guide.drag").code == 0
+    text = Path("drag.py").read_text()
+    Path("drag.py").write_text(text.replace("    def force(", "    def forse(").replace("N s^3/m^3", "quux"))
+    done = fibrefit("effects", "--check", "drag.py:Drag")
+    assert done.code == 4
+    assert done.err.count("error: ") == 2
+    told = fibrefit("effects", "--check", "drag.py:Drag", "--json")
+    assert told.code == 4
+    assert len(told.document["violations"]) == 2
+    assert not told.document["passed"]
+    assert fibrefit("effects", "--check").code == 2
+    assert fibrefit("effects", "--check", "guide.quadratic_drag").code == 0
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.catalogue import CATALOGUE, is_sought, suits
 from fibrefit.effects.fibre.point_masses import point_masses
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.discovery.candidates import candidates_of
 from tests.discovery.conftest import DATA
@@ -16,6 +17,7 @@ from tests.discovery.conftest import DATA
 OWN = '''
 from typing import ClassVar
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import GuideLaw, quantity
 
 
@@ -30,7 +32,7 @@ class Elsewhere(Rub):
     """A law for another rig."""
 
     name: ClassVar[str] = "guide.elsewhere"
-    rigs: ClassVar[frozenset[str]] = frozenset({"guided_mass"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.PULLEY})
     more: float = quantity("N", "how much more", 1.0)
 '''
 
@@ -47,7 +49,7 @@ def own(tmp_path: Path) -> Study:
 
 def test_the_whole_catalogue_as_far_as_it_suits_the_rig(study: Study) -> None:
     tried = candidates_of(study)
-    assert set(tried) == {name for name, effect in CATALOGUE.items() if study.kind in effect.rigs & effect.sought}
+    assert set(tried) == {name for name, effect in CATALOGUE.items() if is_sought(effect, RIGS[study.kind])}
     assert all(tried[name] is CATALOGUE[name] for name in tried if name != "fibre.mass")
 
 
@@ -90,7 +92,7 @@ def test_what_needs_another_is_not_tried_without_it(study: Study) -> None:
 
 
 def test_leaving_out_what_does_not_suit_the_rig_does_no_harm(study: Study) -> None:
-    elsewhere = {name for name, effect in CATALOGUE.items() if study.kind not in effect.rigs}
+    elsewhere = {name for name, effect in CATALOGUE.items() if not suits(effect, RIGS[study.kind])}
     assert candidates_of(study, exclude=tuple(elsewhere)) == candidates_of(study)
 
 
@@ -129,7 +131,7 @@ def test_leaving_out_what_does_not_suit_the_rig_does_no_harm(study: Study) -> No
         (
             {"only": ("mine.py:Elsewhere",)},
             UsageError,
-            'only "mine.py:Elsewhere": makes no sense on the rig fibre_mass; expected one of guided_mass. '
+            'only "mine.py:Elsewhere": makes no sense on the rig fibre_mass; expected a rig with a guide and a pulley. '
             "Take it off the list.",
         ),
         ({"also": ("mine.py:Rab",)}, StudyError, 'Did you mean "Rub"?'),

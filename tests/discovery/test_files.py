@@ -11,8 +11,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.catalogue import CATALOGUE, is_sought, suits
 from fibrefit.problem.task import Task
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import load_study
 from fibrefit.study.schemas import schemas
@@ -122,9 +123,9 @@ def test_the_final_study_starts_where_the_search_ended(discovery: Make, elsewher
 def test_values_of_every_effect_survive_the_round_trip(task: Task, discovery: Make, elsewhere: Path, name: str) -> None:
     effect = CATALOGUE[name]
     made = discovery()
-    if made.study.kind not in effect.rigs:
+    if not suits(effect, RIGS[made.study.kind]):
         pytest.skip("for another rig")
-    made = discovery(options=Options(also=() if made.study.kind in effect.sought else (name,)))
+    made = discovery(options=Options(also=() if is_sought(effect, RIGS[made.study.kind]) else (name,)))
     effect = made.candidates[name]
     added = (*(CATALOGUE[other] for other in effect.needs), effect)
     finding = replace(named(task), added=added, after=identified(task, added))

@@ -12,6 +12,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.effects import catalogue
 from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects
 from fibrefit.effects.law import GuideLaw
+from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import drop, respond
 
 MINE = '''
@@ -100,12 +101,12 @@ def test_refusals(mine: Path, name: str, message: str) -> None:
 )
 def test_refusals_of_selections(names: list[str], kind: str, message: str) -> None:
     with pytest.raises(StudyError, match=message):
-        select_effects(names, kind)
+        select_effects(names, RIGS[kind])
 
 
 def test_selection_keeps_the_order() -> None:
     names = ["sensor.force_delay", "guide.viscous_friction", "guide.asymmetric_viscous_friction"]
-    assert [effect.name for effect in select_effects(names, "fibre_mass")] == names
+    assert [effect.name for effect in select_effects(names, RIGS["fibre_mass"])] == names
 
 
 def test_an_installed_package_offers_effects(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,8 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import StudyError
 from fibrefit.core.units import expression
-from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects
+from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects, suits
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
@@ -33,12 +34,17 @@ def on(kind: str, effects: Iterable[type[Effect]]) -> list[Any]:
     return [
         pytest.param(kind, (*(CATALOGUE[other] for other in effect.needs), effect), id=f"{kind}-{effect.name}")
         for effect in effects
-        if kind in effect.rigs
+        if suits(effect, RIGS[kind])
     ]
 
 
-PULLEYS = [effect for effect in CATALOGUE.values() if "fibre_mass" not in effect.rigs]
-OTHERS = [effect for effect in CATALOGUE.values() if "fibre_mass" in effect.rigs]
+def rigs_of(effect: type[Effect]) -> list[str]:
+    """Kinds of rig an effect makes sense on."""
+    return [kind for kind, rig in RIGS.items() if suits(effect, rig)]
+
+
+PULLEYS = [effect for effect in CATALOGUE.values() if not suits(effect, RIGS["fibre_mass"])]
+OTHERS = [effect for effect in CATALOGUE.values() if suits(effect, RIGS["fibre_mass"])]
 ON_RIGS = [*on("fibre_mass", OTHERS), *on("pulley_drive", PULLEYS)]
 ON_RIGS += [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in on("pulley_drive", OTHERS)]
 ON_RIGS += [
@@ -148,18 +154,21 @@ def test_declarations(effect: type[Effect]) -> None:
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_name_finds_its_effect_again(effect: type[Effect]) -> None:
     assert find_effect(effect.name) is effect
-    for kind in effect.rigs & set(RIGS):
+    for kind in rigs_of(effect):
         names = [parameter.name for parameter in Model(RIGS[kind], (effect,)).parameters]
         assert [f"{effect.name}.{p.name}" for p in effect.parameters] == names[-len(effect.parameters) :]
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_effect_fits_its_rigs_and_no_others(effect: type[Effect]) -> None:
-    everywhere = {"fibre_mass", "pulley_drive", "inverted_pendulum", "guided_mass"}
-    assert effect.rigs
-    assert effect.rigs <= everywhere
-    for kind in effect.rigs:
-        assert select_effects([*effect.needs, effect.name], kind)[-1] is effect
+    assert rigs_of(effect)
+    for kind, rig in RIGS.items():
+        names = [*effect.needs, effect.name]
+        if suits(effect, rig):
+            assert select_effects(names, rig)[-1] is effect
+        else:
+            with pytest.raises(StudyError, match=f"makes no sense on the rig {kind}"):
+                select_effects(names, rig)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -270,7 +279,7 @@ def test_a_typical_effect_does_leave_a_trace(kind: str, effects: tuple[type[Effe
     "kind", ["fibre_mass", *(pytest.param(kind, marks=pytest.mark.slow) for kind in RIGS if kind != "fibre_mass")]
 )
 def test_all_effects_at_once_leave_no_trace_at_their_nulls(kind: str) -> None:
-    effects = tuple(effect for effect in CATALOGUE.values() if kind in effect.rigs)
+    effects = tuple(effect for effect in CATALOGUE.values() if suits(effect, RIGS[kind]))
     found, without = respond(records(kind), effects, **dotted(effects, "null")), respond(records(kind))
     for role, reading in without.items():
         assert np.array_equal(found[role], reading)

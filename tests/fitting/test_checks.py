@@ -237,4 +237,4 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     assert "fibrefit discover" in ask((), "the gap is noise")[0]
     assert "rests tell the noise" in ask((), "the noise is known")[0]
     (further,) = ask(TIED)
-    assert further.startswith(("A further record with lift", "No further drop"))
+    assert further.startswith(("A further record with lift", "No further record"))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from layouts import LAYOUTS, de, f, german, rows, t, u
 
-from fibrefit.records import describe, read_record, read_table
+from fibrefit.records import ReadOptions, describe, read_record, read_table
 
 #: Processor seconds a file of 100 000 rows may take; a tenth of that is typical of an idle machine, CI is not one.
 SLOWEST = 4.0
@@ -24,7 +24,7 @@ def said(lines: list[str]) -> str:
 def test_width(layout, write: Callable) -> None:
     options = {key: value for key, value in layout.options.items() if key not in ("scale", "epoch")}
     path = write(layout.content, f"a file with a rather long name for a file{layout.suffix}")
-    for lines in (describe(read_table(path, **options)), describe(read_record(path, **options))):
+    for lines in (describe(read_table(path, ReadOptions(**options))), describe(read_record(path, **options))):
         assert lines
         assert max(map(len, lines)) <= 80
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from layouts import LAYOUTS, RATE, Layout, N, f, u
 
-from fibrefit.records import read_record, read_table
+from fibrefit.records import ReadOptions, read_record, read_table
 
 #: One rounding of the conversion to SI.
 LAST_BITS = 1e-15
@@ -37,4 +37,4 @@ def test_layout(layout: Layout, write) -> None:
     np.testing.assert_allclose(record.channels["position"], [float(u(i)) / 1e3 for i in range(N)], rtol=LAST_BITS)
     for role in layout.holds:
         assert record.valid[role].all()
-    assert read_table(path, **options).understood["layout"]["format"] in ("text", "LVM")
+    assert read_table(path, ReadOptions(**options)).understood["layout"]["format"] in ("text", "LVM")

@@ -9,6 +9,7 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.effects.catalogue import CATALOGUE, select_effects
 from fibrefit.effects.fibre.point_masses import point_masses
+from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import STEP, deviation, drive, drop, pendulum, respond
 from tests.validation.reference import FORCE, POSITION, index, names, table
 
@@ -74,8 +75,8 @@ def test_other_rigs_have_such_fibres_too(kind: str) -> None:
 
 
 def test_the_study_says_how_many_points() -> None:
-    (default,) = select_effects(["fibre.mass"], "fibre_mass")
-    (chosen,) = select_effects(["fibre.mass"], "fibre_mass", points=7)
+    (default,) = select_effects(["fibre.mass"], RIGS["fibre_mass"])
+    (chosen,) = select_effects(["fibre.mass"], RIGS["fibre_mass"], points=7)
     assert default is CATALOGUE["fibre.mass"]
     assert (default.points, chosen.points) == (2, 7)
     assert chosen is point_masses(7)
@@ -84,4 +85,4 @@ def test_the_study_says_how_many_points() -> None:
 
 def test_a_rim_that_moves_by_itself_and_points_exclude_each_other() -> None:
     with pytest.raises(StudyError, match='"fibre.mass": stands beside "pulley.inertia"; expected one of the two'):
-        select_effects(["fibre.mass", "pulley.inertia"], "pulley_drive")
+        select_effects(["fibre.mass", "pulley.inertia"], RIGS["pulley_drive"])

@@ -8,7 +8,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.study.reading import reading_of
 from tests.study.conftest import Loader
 
-NOTHING = {"channels": {}, "units": {}, "columns": None, "delimiter": None, "decimal": None, "rate": None}
+NOTHING = {"channels": {}, "units": {}, "columns": (), "delimiter": None, "decimal": None, "rate": None}
 
 
 def test_the_arguments_of_a_study(load: Loader) -> None:

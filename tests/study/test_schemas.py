@@ -33,7 +33,7 @@ def test_files_and_code_agree(name: str) -> None:
 
 
 def test_the_command_writes_them(tmp_path: Path) -> None:
-    schemas.write(tmp_path)
+    schemas.write_schemas(tmp_path)
     for name in NAMES:
         assert (tmp_path / name).read_bytes() == (schemas.FOLDER / name).read_bytes()
 

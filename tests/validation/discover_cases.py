@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.catalogue import CATALOGUE, suits
 from fibrefit.rigs.catalogue import RIGS
 from tests.independent.laws import DRIVE, DROP, EFFECTS, applicable
 from tests.independent.make import hide, write
@@ -111,7 +111,7 @@ def _seed(*words: str) -> int:
 
 def _names(rig: str) -> tuple[str, ...]:
     """Effects that both simulators know and that make sense for the rig."""
-    return tuple(name for name in applicable(rig) if name in CATALOGUE and rig in CATALOGUE[name].rigs)
+    return tuple(name for name in applicable(rig) if name in CATALOGUE and suits(CATALOGUE[name], RIGS[rig]))
 
 
 def _pairs(names: Sequence[str]) -> list[tuple[str, str]]:

@@ -8,16 +8,18 @@ from functools import partial
 
 import numpy as np
 
+from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
 from fibrefit.discovery.engine.marginal import Heights, Weighed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
 from fibrefit.discovery.search.search import Search
+from fibrefit.effects.catalogue import suits
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import HELD
 
-SI = {"position": "m", "speed": "m/s", "tension": "N", "stretch": "m", "stretch rate": "m/s", "force": "N"}
+SI = ROLES | STATES
 """SI unit of each variable."""
 READ_IN = {"m": ("mm", 1e3)}
 """Unit a person reads an SI unit in, and its factor, where it is another."""
@@ -66,8 +68,8 @@ def probe_all(search: Search, parent: Weighed, found: Identification, worth: flo
         Logarithm of the Bayes factor from which a probe is fitted in full.
     """
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
-    kind = found.problem.model.rig.kind
-    probes = [probe for probe in PROBES if probe.variable in ranges and kind in probe.rigs]
+    rig = found.problem.model.rig
+    probes = [probe for probe in PROBES if probe.variable in ranges and suits(probe, rig)]
     if not probes:
         return []
     frame = frame_of(search.task, (*parent.effects, *probes), parent.frame.reactions)

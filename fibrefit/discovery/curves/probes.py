@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import (
-    FIBRE_RIGS,
-    GUIDE_RIGS,
     Channels,
     Effect,
     FibreLaw,
@@ -147,7 +146,7 @@ class ForceErrorOfForce(Curve, SensorLaw):
     """A force gauge that is not linear."""
 
     name: ClassVar[str] = "probe.force_error_of_force"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     variable: ClassVar[str] = "force"
     says: ClassVar[str] = "an error of the force gauge that depends on the force"
 
@@ -160,7 +159,7 @@ class PositionErrorOfPosition(Curve, SensorLaw):
     """A displacement gauge that is not linear."""
 
     name: ClassVar[str] = "probe.position_error_of_position"
-    rigs: ClassVar[frozenset[str]] = GUIDE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE})
     variable: ClassVar[str] = "position"
     says: ClassVar[str] = "an error of the displacement gauge that depends on the position"
     unit: ClassVar[str] = "m"

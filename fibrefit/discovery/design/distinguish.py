@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any
 
 import equinox as eqx
@@ -133,15 +132,6 @@ def detectable(search: Search) -> tuple[Direction, ...]:
     return tuple(found[effect.name] for effect in search.effects if effect.name in found)
 
 
-CONDITIONS: dict[str, dict[str, tuple[float, ...]]] = {
-    "fibre_mass": {
-        "lift": (0.005, 0.01, 0.02, 0.04),
-        "inclination": (np.pi / 6, np.pi / 4, np.pi / 2),
-        "added_mass": (0.0, 5.035),
-    },
-    "pulley_drive": {"added_mass": (0.0, 2.5, 5.035, 10.0), "inclination": (np.pi / 12, np.pi / 6, np.pi / 4)},
-}
-"""Conditions a further record could have, by kind of rig, in SI units."""
 FACTORS = (0.5, 2.0)
 """On pace and size of an input."""
 
@@ -154,8 +144,7 @@ def menu_of(task: Task) -> list[Choice]:
     task : Task
     """
     rig = task.problem.model.rig
-    known = CONDITIONS.get(rig.kind, {})
-    menu = [Choice(0, dict(zip(known, values, strict=True))) for values in product(*known.values())] if known else []
+    menu = [Choice(0, conditions) for conditions in rig.menu(task.problem.observations.experiment.conditions)]
     for record in range(len(task.problem.layout.records) if rig.inputs else 0):
         menu += [Choice(record, {}, pace=factor) for factor in FACTORS]
         menu += [Choice(record, {}, size=factor) for factor in FACTORS]

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import jax
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import FibreLaw, quantity
 
 
@@ -32,7 +33,7 @@ class FreeLengthOffset(FibreLaw):
 
     name: ClassVar[str] = "fibre.free_length_offset"
     # On the drive rig the tension at the start is known, and the zero of position is not: nothing would change.
-    rigs: ClassVar[frozenset[str]] = frozenset({"fibre_mass", "inverted_pendulum"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
     length_offset: jax.Array = quantity(
         "m", "excess of the free length over the nominal one", 2e-4, lower=-0.02, upper=0.02
     )

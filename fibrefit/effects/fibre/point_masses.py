@@ -35,8 +35,6 @@ class PointMasses(FibreLaw):
 
     name: ClassVar[str] = "fibre.mass"
     excludes: ClassVar[tuple[str, ...]] = ("pulley.inertia", "pulley.bearing_friction", "drive.compliance")
-    sought: ClassVar[frozenset[str]] = frozenset({"fibre_mass"})
-    costly: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
     singular: ClassVar[float] = 0.1
     points: ClassVar[int] = 2

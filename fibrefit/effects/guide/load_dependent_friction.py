@@ -7,6 +7,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import GuideLaw, quantity
 
 
@@ -32,7 +33,7 @@ class LoadDependentFriction(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.load_dependent_friction"
-    rigs: ClassVar[frozenset[str]] = frozenset({"fibre_mass", "pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     load_coefficient: jax.Array = quantity(
         "-", "friction of the guide per tension of the fibre", 0.05, lower=0.0, upper=0.9
     )

@@ -32,7 +32,6 @@ class PulleyInertia(PulleyLaw):
     """
 
     name: ClassVar[str] = "pulley.inertia"
-    like: ClassVar[tuple[str, ...]] = ("fibre.mass",)
     turns: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
     singular: ClassVar[float] = 0.1

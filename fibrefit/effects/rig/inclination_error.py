@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import jax
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import RigLaw, quantity
 
 
@@ -31,7 +32,7 @@ class InclinationError(RigLaw):
     """
 
     name: ClassVar[str] = "rig.inclination_error"
-    rigs: ClassVar[frozenset[str]] = frozenset({"fibre_mass", "pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})
     angle: jax.Array = quantity("rad", "error of the noted inclination", 0.01, lower=-0.1, upper=0.1)
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import jax
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import GuideLaw, quantity
 
 
@@ -34,7 +35,7 @@ class DialGaugeForce(GuideLaw):
 
     name: ClassVar[str] = "sensor.dial_gauge_force"
     strength: ClassVar[tuple[str, ...]] = ("gauge_force", "gauge_spring")
-    rigs: ClassVar[frozenset[str]] = frozenset({"fibre_mass", "pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     gauge_force: jax.Array = quantity("N", "push of the dial gauge at the zero of position", 1.0, lower=0.0, upper=50.0)
     gauge_spring: jax.Array = quantity("N/m", "rate of its spring", 30.0, lower=0.0, upper=5e3)
 

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import FIBRE_RIGS, SensorLaw, quantity
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import SensorLaw, quantity
 
 
 class ForceDelay(SensorLaw):
@@ -31,7 +32,7 @@ class ForceDelay(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.force_delay"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
     delay: jax.Array = quantity("s", "time by which the force reading is late", 1e-3, lower=0.0, upper=0.05)
 

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import FIBRE_RIGS, Channels, SensorLaw, of_force, quantity
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import Channels, SensorLaw, of_force, quantity
 
 
 class ForceDrift(SensorLaw):
@@ -31,7 +32,7 @@ class ForceDrift(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.force_drift"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     drift: jax.Array = quantity("N/s", "drift of the force gauge", 0.2, lower=-50.0, upper=50.0)
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

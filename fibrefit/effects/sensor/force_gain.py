@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import FIBRE_RIGS, Channels, SensorLaw, of_force, quantity
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import Channels, SensorLaw, of_force, quantity
 
 
 class ForceGain(SensorLaw):
@@ -31,7 +32,7 @@ class ForceGain(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.force_gain"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     gain: jax.Array = quantity("-", "gain of the force gauge", 1.02, lower=0.5, upper=2.0, null=1.0)
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

@@ -7,7 +7,8 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import FIBRE_RIGS, SensorLaw, quantity
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import SensorLaw, quantity
 
 
 class ForceLag(SensorLaw):
@@ -32,7 +33,7 @@ class ForceLag(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.force_lag"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
     time_constant: jax.Array = quantity("s", "time constant of the force amplifier", 1e-3, lower=0.0, upper=0.5)
 

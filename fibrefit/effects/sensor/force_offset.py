@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import FIBRE_RIGS, Channels, SensorLaw, of_force, quantity
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import Channels, SensorLaw, of_force, quantity
 
 
 class ForceOffset(SensorLaw):
@@ -31,7 +32,7 @@ class ForceOffset(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.force_offset"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     offset: jax.Array = quantity("N", "reading of the force gauge at zero force", 0.5, lower=-100.0, upper=100.0)
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

@@ -8,8 +8,9 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import inverse_of
-from fibrefit.effects.law import FIBRE_RIGS, SensorLaw, quantity
+from fibrefit.effects.law import SensorLaw, quantity
 
 
 class GaugeResonance(SensorLaw):
@@ -37,7 +38,7 @@ class GaugeResonance(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.gauge_resonance"
-    rigs: ClassVar[frozenset[str]] = FIBRE_RIGS
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
     natural_frequency: jax.Array = quantity(
         "Hz", "natural frequency of the force gauge", 200.0, lower=5.0, null=math.inf, reciprocal=True

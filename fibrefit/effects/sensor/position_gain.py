@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import jax
 
+from fibrefit.core.capability import Capability
 from fibrefit.effects.law import Channels, SensorLaw, quantity
 
 
@@ -31,7 +32,7 @@ class PositionGain(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.position_gain"
-    rigs: ClassVar[frozenset[str]] = frozenset({"fibre_mass", "pulley_drive"})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     gain: jax.Array = quantity("-", "gain of the position channel", 1.01, lower=0.5, upper=2.0, null=1.0)
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fibrefit.core.roles import ROLES
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.result import InputError
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.varpro import expected_gap, joint
-from fibrefit.problem.formulate.formulate import UNITS
 from fibrefit.problem.inputs.errors_in_variables import Waves, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -84,7 +84,7 @@ def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optim
         whole, found.linear.slopes, counts, layout.local_columns, layout.size, prior=found.prior
     )
     errors = {
-        name: InputError(rms, _mean_rms(task.input_noise[name], task), UNITS[name])
+        name: InputError(rms, _mean_rms(task.input_noise[name], task), ROLES[name])
         for name, rms in found.error_rms.items()
     }
     return Optimum(found.problem, found.values, linear, scores, expected, errors, found.promised, found.waves)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.roles import ROLES
 from fibrefit.problem.formulate.starting import Starting, starting_fibre_mass
 from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
 from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
@@ -22,7 +23,6 @@ from fibrefit.simulation.model import Model
 from fibrefit.simulation.windows import WindowedModel
 from fibrefit.study import ParameterSetting, Study
 
-UNITS = {"force": "N", "position": "m", "angle": "rad", "force_1": "N", "force_2": "N", "drive": "m"}
 STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]]], Starting]] = {
     "fibre_mass": starting_fibre_mass,
     "pulley_drive": starting_pulley_drive,
@@ -77,7 +77,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         noise=noise,
         input_noise=_input_noise(study, traces, model),
         noise_given=given,
-        units={channel: UNITS[channel] for channel in model.rig.channels},
+        units={channel: ROLES[channel] for channel in model.rig.channels},
     )
 
 

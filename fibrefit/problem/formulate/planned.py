@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.formulate.formulate import UNITS, first_size, stated_of
+from fibrefit.core.roles import ROLES
+from fibrefit.problem.formulate.formulate import first_size, stated_of
 from fibrefit.problem.formulate.traces import conditions_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -66,7 +67,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
         noise=noise,
         input_noise={},
         noise_given=model.rig.channels,
-        units={channel: UNITS[channel] for channel in model.rig.channels},
+        units={channel: ROLES[channel] for channel in model.rig.channels},
     )
 
 

@@ -117,7 +117,7 @@ class Readings:
     placed: bool = True
 
 
-def counted(n: int, rate: float, source: str) -> TimeBase:
+def counted_times(n: int, rate: float, source: str) -> TimeBase:
     """Times counted from zero at a known rate.
 
     Parameters

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
-from fibrefit.records.clock.timebase import Readings, TimeBase, counted, from_readings
+from fibrefit.records.clock.timebase import Readings, TimeBase, counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -93,7 +93,7 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
 def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:
     own = columns[group.members[0]] if group.members else None
     if own is not None and own.rate is not None:
-        base = counted(group.rows, own.rate, "counted at the rate in the header")
+        base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate
     if found is None:
@@ -115,7 +115,7 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         )
         return from_readings(readings, rate=found)
     _refuse_uncertain_count(raw, group, where)
-    return counted(group.rows, found, source)
+    return counted_times(group.rows, found, source)
 
 
 def _counter(columns: Sequence[RawColumn], group: Group) -> RawColumn | None:

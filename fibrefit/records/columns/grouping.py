@@ -35,7 +35,7 @@ class Group:
     rows: int
 
 
-def groups_of(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int | None) -> list[Group]:
+def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int | None) -> list[Group]:
     """Groups of columns.
 
     Parameters

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
+from fibrefit.records.options import ReadOptions
 
 #: Fewer samples tell neither a rate nor a layout.
 FEWEST_ROWS = 3
@@ -29,27 +29,7 @@ FEWEST_ROWS = 3
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
-@dataclass(frozen=True, slots=True)
-class Hints:
-    """What the user says about a text file.
-
-    Parameters
-    ----------
-    columns : tuple of str
-        Headings in order, for a file without any.
-    wanted : frozenset of str
-        Headings named as channels.
-    delimiter, decimal : str or None
-        Settled beforehand.
-    """
-
-    columns: tuple[str, ...] = ()
-    wanted: frozenset[str] = frozenset()
-    delimiter: str | None = None
-    decimal: str | None = None
-
-
-def read_text(text: Text, where: str, hints: Hints) -> Raw:
+def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     """Columns of a text file.
 
     Parameters
@@ -58,7 +38,7 @@ def read_text(text: Text, where: str, hints: Hints) -> Raw:
         Its lines.
     where : str
         File to name in messages.
-    hints : Hints
+    options : ReadOptions
         What the user says.
 
     Returns
@@ -72,16 +52,16 @@ def read_text(text: Text, where: str, hints: Hints) -> Raw:
         If the layout is not understood, or can be read in two ways.
     """
     lines = list(text.lines)
-    delimiter = hints.delimiter
+    delimiter = options.delimiter
     for i in range(min(3, len(lines))):
         match = _SEP_LINE.fullmatch(lines[i])
         if match is not None:
             delimiter, lines[i] = delimiter or match.group(1), ""
-    dialect, kinds = vote(lines, where, delimiter=delimiter, mark=hints.decimal)
+    dialect, kinds = vote(lines, where, delimiter=delimiter, mark=options.decimal)
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
     above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
-    header = _header(above, dialect, empty, hints, where, lines[rows.first - 1])
+    header = _header(above, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes = _columns(rows, kinds, header, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
@@ -111,19 +91,19 @@ def _unbroken(above: Sequence[str]) -> list[str]:
 
 
 def _header(
-    above: Sequence[str], dialect: Dialect, empty: Sequence[bool], hints: Hints, where: str, sample: str
+    above: Sequence[str], dialect: Dialect, empty: Sequence[bool], options: ReadOptions, where: str, sample: str
 ) -> Header:
     """Header of the table, or names the user gave; refused where there are neither."""
     width = dialect.width
     used = width - 1 if width > 1 and empty[-1] else width
-    if hints.columns:
-        if len(hints.columns) not in (used, width):
-            _refuse_two_readings(sample, dialect, len(hints.columns), where)
-            got = f"{count(used, 'column')}, and {len(hints.columns)} {are(len(hints.columns))} named"
+    if options.columns:
+        if len(options.columns) not in (used, width):
+            _refuse_two_readings(sample, dialect, len(options.columns), where)
+            got = f"{count(used, 'column')}, and {len(options.columns)} {are(len(options.columns))} named"
             raise DataError(where, got, "one name for each column", "")
-        names = (*hints.columns, *[""] * (width - len(hints.columns)))
+        names = (*options.columns, *[""] * (width - len(options.columns)))
         return Header(names, (None,) * width, None, None)
-    header = find_header(above, dialect, empty, hints.wanted)
+    header = find_header(above, dialect, empty, options.wanted)
     if header is not None:
         return header
     counts = [n for line in above if (n := _count_words(line, dialect)) > 1 or (n == 1 and width == 2)]
@@ -131,7 +111,7 @@ def _header(
         _refuse_two_readings(sample, dialect, words, where)
     if dialect.delimiter == "," and dialect.mark == "." and "." not in sample:
         _refuse_two_readings(sample, dialect, width // 2, where)
-    if any(re.fullmatch(r"column \d+", name, re.IGNORECASE) for name in hints.wanted):
+    if any(re.fullmatch(r"column \d+", name, re.IGNORECASE) for name in options.wanted):
         return Header(tuple(f"column {i + 1}" for i in range(width)), (None,) * width, None, None)
     if counts:
         got = f"{count(used, 'column')} of numbers, and no line above has {count(used, 'heading')}"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -99,7 +100,10 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     first, last = _block(lines, classes)
     stray = tuple(i + 1 for i in range(first) if classes[i] == FULL)
     _refuse_second_table(lines, first, last, where)
-    first, cells, numbers, unplaced, skipped = _collect(lines, classes, first, last, dialect, kinds, where)
+    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _looks_like_a_row(lines[first - 1]):
+        first -= 1
+    row_of = partial(_row, dialect=dialect, kinds=kinds)
+    cells, numbers, unplaced, skipped = _collect(lines, classes, range(first, last + 1), row_of, where)
     if not cells:
         raise DataError(where, "no rows of numbers", "a table of measured values")
     return Rows(
@@ -129,19 +133,17 @@ def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str
 
 
 def _collect(
-    lines: Sequence[str], classes: list[str], first: int, last: int, dialect: Dialect, kinds: Sequence[str], where: str
-) -> tuple[int, list[list[str]], list[int], list[int], list[int]]:
+    lines: Sequence[str], classes: list[str], block: range, row_of: Callable[[str], list[str] | None], where: str
+) -> tuple[list[list[str]], list[int], list[int], list[int]]:
     """Rows of a block with their lines, and the lines in it that are none."""
-    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _looks_like_a_row(lines[first - 1]):
-        first -= 1
-    heading = {line.strip() for line in lines[:first]} - {""}
+    heading = {line.strip() for line in lines[: block.start]} - {""}
     rows: list[list[str]] = []
     numbers: list[int] = []
     unplaced: list[int] = []
     skipped: list[int] = []
-    for i in range(first, last + 1):
+    for i in block:
         known = classes[i] != FULL and lines[i].strip() in heading
-        row = _row(lines[i], dialect, kinds) if classes[i] in (FULL, PARTIAL, HOLLOW) and not known else None
+        row = row_of(lines[i]) if classes[i] in (FULL, PARTIAL, HOLLOW) and not known else None
         if row is not None:
             rows.append(row)
             numbers.append(i + 1)
@@ -155,7 +157,7 @@ def _collect(
     if len(rows) > 3 and set(rows[0]) <= {str(len(rows) - 1), ""}:  # how many rows follow
         skipped.insert(0, numbers.pop(0))
         rows.pop(0)
-    return first, rows, numbers, unplaced, skipped
+    return rows, numbers, unplaced, skipped
 
 
 def _looks_like_a_row(line: str) -> bool:

@@ -7,9 +7,10 @@ from fnmatch import fnmatchcase
 from importlib.metadata import entry_points
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
-from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect
+from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
 from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
 from fibrefit.effects.law import Effect
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study
 
 Candidates = dict[str, type[Effect]]
@@ -68,7 +69,7 @@ def _offered(study: Study, present: Iterable[str]) -> Candidates:
     """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
-    fitting = {name: effect for name, effect in known.items() if study.kind in effect.rigs & effect.sought}
+    fitting = {name: effect for name, effect in known.items() if is_sought(effect, RIGS[study.kind])}
     return {name: _pointed(effect, study) for name, effect in fitting.items() if effect.name not in present}
 
 
@@ -97,9 +98,8 @@ def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type
     where = f'{option} "{name}"'
     if effect.name in present:
         raise UsageError(where, "is in the model already", "an effect that may be missing", "Take it off the list.")
-    if study.kind not in effect.rigs:
-        fitting = ", ".join(sorted(effect.rigs))
-        raise UsageError(where, f"makes no sense on the rig {study.kind}", f"one of {fitting}", "Take it off the list.")
+    if not suits(effect, RIGS[study.kind]):
+        raise UsageError(where, *unsuited(effect, RIGS[study.kind]), "Take it off the list.")
     return _pointed(effect, study)
 
 

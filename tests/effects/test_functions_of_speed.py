@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.effects.catalogue import CATALOGUE
-from fibrefit.effects.speed_curve import MEDIUM, REFERENCE, SLOW, TOP, monotone, power
+from fibrefit.effects.functions_of_speed import MEDIUM, REFERENCE, SLOW, TOP, monotone, power
 from fibrefit.fitting.identify import identify
 from tests.fitting import made
 

@@ -1,0 +1,58 @@
+"""What a user says about a file that it does not say itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError
+from fibrefit.records.columns.roles import USUAL
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """How a file is to be read, where it can be read in two ways or does not tell.
+
+    Parameters
+    ----------
+    channels : mapping of str to str
+        Header by role (``{"force": "F_Seil [N]"}``), or ``"column 2"``.
+    units : mapping of str to str
+        Unit by role or header, where the file has none or a wrong one.
+    columns : sequence of str
+        Headings in order, for a file without any (``"time [s]"``, ``"force [N]"``).
+    rate : float or None
+        Sampling rate in Hz, where the file does not tell.
+    roles : sequence of str
+        Roles to look for among columns nobody named.
+    delimiter, decimal : str or None
+        Characters between columns and before decimals.
+
+    Raises
+    ------
+    UsageError
+        If one makes no sense.
+    """
+
+    channels: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    columns: Sequence[str] = ()
+    rate: float | None = None
+    roles: Sequence[str] = USUAL
+    delimiter: str | None = None
+    decimal: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate is not None and not (np.isfinite(self.rate) and self.rate > 0):
+            raise UsageError("rate", f"{self.rate}", "a positive number in Hz")
+        if self.decimal is not None and self.decimal not in (".", ","):
+            raise UsageError("decimal", f'"{self.decimal}"', '"." or ","')
+        if self.delimiter is not None and len(self.delimiter) != 1:
+            raise UsageError("delimiter", f'"{self.delimiter}"', "one character")
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Headings named as channels."""
+        return frozenset(self.channels.values())

@@ -1,0 +1,65 @@
+"""What studies of all kinds of rig have in common: their records, channels and noise.
+
+Every constant may stand under ``[rig]`` or in a record, and a record overrides the rig. The fields are therefore
+optional for the file; `required` marks those that `load_study` refuses to do without once both places have been read.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import Field, StrictStr, model_validator
+
+from fibrefit.study.quantity import (
+    Duration,
+    ForceNoise,
+    Frequency,
+    LengthNoise,
+    refusal,
+)
+from fibrefit.study.table import Table
+
+
+def required(description: str) -> Any:
+    """Field that must stand under ``[rig]`` or in each record."""
+    return Field(default=None, description=description, json_schema_extra={"x-needed": True})
+
+
+def optional(description: str) -> Any:
+    """Field that may be absent."""
+    return Field(default=None, description=description)
+
+
+class RecordTable(Table):
+    """What all records have in common: a measured file, or the conditions of one that is planned."""
+
+    file: StrictStr | None = optional("Measured data; relative to the study file.")
+    name: StrictStr | None = optional("Name in results; the file's name when absent.")
+    sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
+    duration: Duration | None = optional("Length of a planned record.")
+
+    @property
+    def label(self) -> str:
+        """Name of the record in results and messages."""
+        return self.name or self.file or ""
+
+    @model_validator(mode="after")
+    def _measured_or_planned(self) -> Self:
+        if self.file is None and None in (self.name, self.sampling_rate, self.duration):
+            raise refusal("no file", "a file, or name, sampling_rate and duration of a planned record", "")
+        return self
+
+
+class Channels(Table):
+    """Column header of each role; found by the headers' own words where absent."""
+
+    time: StrictStr | None = None
+    force: StrictStr | None = None
+    position: StrictStr | None = None
+
+
+class NoiseLevels(Table):
+    """Standard deviation of each channel's noise; estimated from the records where absent."""
+
+    force: ForceNoise | None = None
+    position: LengthNoise | None = None

@@ -1,0 +1,48 @@
+"""A weight in an inclined guide that falls into a fibre."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from fibrefit.study.quantity import Angle, Distance, Instant, Length, Mass, MassOrNone, Points, Position
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.study import Study
+from fibrefit.study.table import Table
+
+
+class FibreMassConstants(Table):
+    """Constants of a weight on one fibre in an inclined guide."""
+
+    weight_mass: Mass = required("Mass of the moving weight.")
+    inclination: Angle = required("Angle of the guide to the horizontal; 90 deg is free fall.")
+    fibre_length: Length | None = optional("Free length of the fibre.")
+    fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
+    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
+
+
+class FibreMassRecord(FibreMassConstants, RecordTable):
+    """One drop: the weight is lifted, held, and let go."""
+
+    lift: Distance | None = optional("Height above the point where the fibre is just taut.")
+    release: Instant | None = optional("When the weight was let go; found from the data when absent.")
+    position_zero: Position | None = optional(
+        "Reading of the position where the fibre is just taut; found when absent."
+    )
+
+
+class FibreMassRig(FibreMassConstants):
+    """``[rig]`` of a fibre-mass rig."""
+
+    kind: Literal["fibre_mass"]
+
+
+class FibreMassStudy(Study):
+    """Study of a fibre-mass rig."""
+
+    base_parameters: ClassVar[dict[str, str]] = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
+    rig: FibreMassRig
+    channels: Channels = Channels()
+    noise: NoiseLevels = NoiseLevels()
+    records: tuple[FibreMassRecord, ...] = Field(min_length=1)

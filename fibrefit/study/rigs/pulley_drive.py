@@ -1,0 +1,64 @@
+"""A weight on an incline, pulled by a drive over a pulley."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field, StrictStr
+
+from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.study import Study
+from fibrefit.study.table import Table
+
+
+class PulleyDriveConstants(Table):
+    """Constants of a weight on an incline, pulled by a drive over a pulley."""
+
+    weight_mass: Mass = required("Mass of the moving weight.")
+    inclination: Angle = required("Angle of the incline to the horizontal.")
+    fibre_length: Length | None = optional("Free length of the fibre.")
+    fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
+    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
+    pulley_diameter: Length | None = optional("Diameter of the pulley.")
+    wrap_angle: Turn | None = optional("Angle over which the fibre lies on the pulley.")
+    lateral_offset: Distance | None = optional("Distance of the weight from the plane of the pulley.")
+    guide_distance: Length | None = optional("Distance along the guide to the foot of the pulley.")
+    added_mass: MassOrNone | None = optional("Mass added to the weight.")
+
+
+class PulleyDriveRecord(PulleyDriveConstants, RecordTable):
+    """One movement of the drive."""
+
+    excitation: Literal["rectangle", "trapezoid", "quasi_sine"] | None = optional("Shape of the drive's movement.")
+    amplitude: Length | None = optional("Travel of the drive.")
+    rate: Speed | None = optional("Speed of the drive.")
+    hold: Pause | None = optional("Time at rest between movements.")
+
+
+class PulleyDriveRig(PulleyDriveConstants):
+    """``[rig]`` of a pulley-drive rig."""
+
+    kind: Literal["pulley_drive"]
+
+
+class DriveChannels(Channels):
+    """Channels of a rig with a measured drive."""
+
+    drive: StrictStr | None = None
+
+
+class DriveNoise(NoiseLevels):
+    """Noise of a rig with a measured drive."""
+
+    drive: LengthNoise | None = None
+
+
+class PulleyDriveStudy(Study):
+    """Study of a pulley-drive rig."""
+
+    base_parameters: ClassVar[dict[str, str]] = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
+    rig: PulleyDriveRig
+    channels: DriveChannels = DriveChannels()
+    noise: DriveNoise = DriveNoise()
+    records: tuple[PulleyDriveRecord, ...] = Field(min_length=1)
