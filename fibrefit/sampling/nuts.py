@@ -1,9 +1,9 @@
-"""A second opinion: the No-U-Turn sampler, which needs the gradient and nothing of the ensembles."""
+"""Cross-check with the No-U-Turn sampler (NUTS), which needs the gradient and nothing of the ensembles."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.posterior import Posterior
 
@@ -22,15 +23,15 @@ CHAINS = 4
 
 @dataclass(frozen=True)
 class SecondOpinion:
-    """Draws of another sampler.
+    """Draws of NUTS, compared with those of the ensembles.
 
     Parameters
     ----------
     points : (n_chain, n_draw, n)
     divergent : int
-        Moves whose energy was not kept.
+        Number of divergent transitions.
     scores : (n,)
-        Difference of the means of both samplers over its Monte-Carlo error.
+        Difference of the means of both samplers over its Monte-Carlo standard error.
     spread : (n,)
         Ratio of the standard deviations.
     """
@@ -59,16 +60,18 @@ class SecondOpinion:
         most = float(np.abs(self.scores[worst]))
         passed = self.agrees
         says = (
-            f"The ensembles and NUTS {'agree' if passed else 'do not agree'}: their means differ by {most:.2g} "
-            f"Monte-Carlo errors at most ({names[worst]})."
+            f"The means of the ensembles and of NUTS {'agree' if passed else 'differ'}: by {most:.2g} Monte-Carlo "
+            f"standard errors at most ({names[worst]})."
         )
         if self.divergent:
-            says += f" {self.divergent} of NUTS's moves lost their energy."
-        return Check("NUTS finds the same posterior", passed, says, most)
+            says += f" {self.divergent} transitions of NUTS were divergent."
+        return Check(
+            "NUTS finds the same posterior", passed, says, most, identifier="nuts", quantity="agreement with NUTS"
+        )
 
 
 def second_opinion(
-    posterior: Posterior, draws: int = 200, seed: int = 0, progress: Callable[[str, float | None], None] | None = None
+    posterior: Posterior, draws: int = 200, seed: int = 0, progress: Progress | None = None
 ) -> SecondOpinion:
     """Sample the heaviest mode again with NUTS and compare.
 
@@ -79,7 +82,7 @@ def second_opinion(
         Of each of four chains, after as many for adaptation.
     seed : int
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Raises
     ------
@@ -92,7 +95,7 @@ def second_opinion(
     found = []
     for chain in range(CHAINS):
         if progress:
-            progress("second opinion", chain / CHAINS)
+            progress("cross-check with NUTS", chain / CHAINS)
         key = jax.random.key(seed * CHAINS + chain)
         found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, draws, key)))
     points = np.stack([points for points, _ in found])

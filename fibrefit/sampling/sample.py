@@ -153,7 +153,7 @@ def _concluded(
     target, course = ready.target, modes[0].course
     assert course is not None  # the heaviest one is always sampled
     summary = marginals(target, course, settings.interval, ready.widening)
-    loudness = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
+    ratio = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
     checks = judge.assess(target, modes, summary, place(ready.density, ready.values), settings)
     return Posterior(
         target=target,
@@ -165,7 +165,7 @@ def _concluded(
         checks=(
             *checks,
             parting_check(target.names, ready.parting),
-            judge.loudness(task.problem.model.rig.channels, loudness),
+            judge.residual_size(task.problem.model.rig.channels, ratio),
         ),
         parting=ready.parting,
         start=start,

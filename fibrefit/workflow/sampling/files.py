@@ -12,7 +12,6 @@ from fibrefit.sampling.nuts import SecondOpinion
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
-    CheckSummary,
     ForesightSummary,
     Measure,
     ModeSummary,
@@ -21,7 +20,7 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
     SecondOpinionSummary,
 )
-from fibrefit.workflow.fit_files import finite
+from fibrefit.workflow.fit_files import check_summary, finite
 from fibrefit.workflow.sampling.found import Findings
 
 
@@ -30,18 +29,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
     posterior, course = found.posterior, found.posterior.course
     records = posterior.density.problem.layout.records
     evidence = posterior.log_evidence
-    checks = tuple(
-        CheckSummary(
-            name=check.name,
-            passed=check.passed,
-            says=check.says,
-            statistic=finite(check.statistic),
-            threshold=finite(check.threshold),
-            unit=check.unit,
-            fatal=check.fatal,
-        )
-        for check in found.checks
-    )
+    checks = tuple(map(check_summary, found.checks))
     return PosteriorSummary(
         status=found.status,
         study=found.study.name,

@@ -64,10 +64,12 @@ class Start:
     def check(self) -> Check:
         """Whether the fit came to an end that can be built on."""
         passed = self.status != "failed"
-        says = f"The fit the walkers began around ended {self.status}." + (
+        says = f"The status of the fit the walkers are initialised around is {self.status}." + (
             "" if passed else " See what fibrefit fit says of this study."
         )
-        return Check("the fit before it held", passed, says)
+        return Check(
+            "the initial fit is usable", passed, says, identifier="initial_fit", quantity="status of the initial fit"
+        )
 
 
 def begin(
