@@ -99,7 +99,8 @@ def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: P
     plain = " ".join(text.split())
     for part in (
         "23 identifications: 2 ok, 1 suspect, 20 not possible.",
-        "FAILED identifications: 20 of 23 items could not be carried out: bad 0, bad 1, bad 2, bad 3, bad 4 and 15 more.",
+        "FAILED identifications: 20 of 23 items could not be carried out: bad 0, bad 1, bad 2, bad 3, bad 4 and 15 "
+        "more.",
         "and 8 more: see results.csv.",
         "run the same again with --resume",
         "stiffness 34.21",
