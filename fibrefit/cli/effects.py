@@ -71,15 +71,15 @@ def _picture(effect: type[Effect]) -> list[str]:
 
 def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
     """All about one effect."""
-    told = _sections(effect)
+    sections = _sections(effect)
     lines = [
         effect.name,
         "=" * len(effect.name),
         "",
-        _filled(told[""]),
+        _filled(sections[""]),
         "",
         "Law",
-        _filled(told.get("Law", ""), _INDENT),
+        _filled(sections.get("Law", ""), _INDENT),
     ]
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
@@ -89,8 +89,8 @@ def _page(effect: type[Effect], picture: Sequence[str] = ()) -> str:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
     lines += picture
     for title in ("Valid range", "Source"):
-        if title in told:
-            lines += ["", title, _filled(told[title], _INDENT)]
+        if title in sections:
+            lines += ["", title, _filled(sections[title], _INDENT)]
     return "\n".join([*lines, "", f'To use it: effects = ["{effect.name}"] under [model].'])
 
 
@@ -109,13 +109,13 @@ def _facts(effect: type[Effect], parameter: Parameter) -> str:
 
 def _described(effect: type[Effect]) -> dict[str, Any]:
     """Effect as data, for programs."""
-    told = _sections(effect)
+    sections = _sections(effect)
     return {
         "name": effect.name,
-        "says": told[""],
-        "law": told.get("Law", ""),
-        "valid_range": told.get("Valid range", ""),
-        "source": told.get("Source", ""),
+        "says": sections[""],
+        "law": sections.get("Law", ""),
+        "valid_range": sections.get("Valid range", ""),
+        "source": sections.get("Source", ""),
         "rigs": sorted(effect.rigs),
         "needs": list(effect.needs),
         "strength": list(effect.strength),

@@ -110,7 +110,7 @@ def walkers_mix(names: Sequence[str], course: Course, settings: Settings) -> Che
 
 def one_mode(modes: Sequence[Mode], target: Target) -> Check:
     """Whether a second mode has a weight worth naming."""
-    others = [mode for mode in modes[1:] if not mode.left]
+    others = [mode for mode in modes[1:] if not mode.absorbed]
     weight = max((mode.weight for mode in others), default=0.0)
     passed = weight < SECOND_MODE
     if not others:

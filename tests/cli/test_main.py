@@ -47,6 +47,12 @@ def test_every_command_has_help(fibrefit: Run, command: str) -> None:
         assert option in done.out
 
 
+def test_confuse_is_the_earlier_name_of_distinguish(fibrefit: Run) -> None:
+    old, new = (fibrefit(name, "--help").out for name in ("confuse", "distinguish"))
+    assert old.replace("fibrefit confuse", "fibrefit distinguish") == new
+    assert "distinguish" in new
+
+
 def test_the_version(fibrefit: Run) -> None:
     done = fibrefit("--version")
     assert done.code == 0

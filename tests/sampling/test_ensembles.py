@@ -14,7 +14,7 @@ from scipy.stats import kstest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.sampling.chains import checkpoint
-from fibrefit.sampling.chains.ensembles import Course, Progress, next_look, run
+from fibrefit.sampling.chains.ensembles import Course, SamplerProgress, next_look, run
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, correlated, normal, target
 
@@ -81,7 +81,7 @@ class StopError(Exception):
 
 
 def stopped(after: int, file: Path, resume: bool) -> None:
-    def progress(told: Progress) -> None:
+    def progress(told: SamplerProgress) -> None:
         if told.steps >= after:
             raise StopError
 
@@ -196,7 +196,7 @@ def test_a_density_that_is_nil_everywhere_is_refused() -> None:
 
 
 def test_a_budget_is_kept_and_told() -> None:
-    told: list[Progress] = []
+    told: list[SamplerProgress] = []
     found = course(0, settings={"max_steps": 40, "ess": 1e9}, progress=told.append)
     assert found.points.shape[1] == 40
     assert not found.converged

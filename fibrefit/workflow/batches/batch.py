@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.progress import Progress
 from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
-Progress = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def batch_studies(
         since is taken up.
     engine : Engine, optional
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------

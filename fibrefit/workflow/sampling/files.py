@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.report.posterior import advice
-from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import SecondOpinion
@@ -51,7 +51,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         modes=tuple(_mode(posterior, mode) for mode in posterior.modes),
         covered={channel: band.covered for channel, band in found.bands.items()},
         log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
-        foresight=_foresight(found.foresight),
+        foresight=_cross_validation(found.cross_validation),
         compared=found.compared,
         second_opinion=None if found.opinion is None else _opinion(posterior, found.opinion),
         fit_status=found.start.status,
@@ -100,13 +100,13 @@ def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
     return ModeSummary(weight=mode.weight, sampled=mode.course is not None, parameters=values)
 
 
-def _foresight(found: Foresight) -> ForesightSummary | None:
+def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
     if not (len(found.blocks) and np.isfinite(found.total)):
         return None
     return ForesightSummary(
         total=Measure(value=found.total, error=found.error),
         blocks=len(found.blocks),
-        unsure=found.unsure,
+        unsure=found.unreliable,
         effective_parameters=found.effective_parameters,
     )
 
@@ -128,7 +128,7 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
         name: {key: Variable(*entry) for key, entry in group.items()}
         for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
     }
-    ahead = found.foresight
+    ahead = found.cross_validation
     groups["foresight"] = {
         "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
         "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import Waves
@@ -78,7 +78,7 @@ def begin(
     fit: Fit | None,
     seed: int,
     folder: Path | None,
-    progress: Callable[[str, float | None], None],
+    progress: Progress,
 ) -> Start:
     """Where the walkers begin: where they began before, around the fit that is given, or around one made now; kept.
 
