@@ -32,7 +32,9 @@ def sweep_checks(curves: Sequence[Curve]) -> tuple[CheckSummary, ...]:
     runs = sum(len(branch.time) for branch in branches)
     chattered = sum(int(branch.trouble.sum()) for branch in branches)
     restless = sum(int(((branch.periods == 0) & ~branch.overturned).sum()) for branch in branches)
-    jumped = sum(len(jumps(curve.frequencies, branch.swing)) for curve in curves for branch in curve.branches.values())
+    jumped = sum(
+        len(jumps(curve.frequencies, branch.amplitude)) for curve in curves for branch in curve.branches.values()
+    )
     step = float(np.max(np.diff(curves[0].frequencies)))
     return (
         CheckSummary(
@@ -76,11 +78,11 @@ def status_of(checks: Sequence[CheckSummary]) -> Literal["ok", "suspect", "faile
 
 def _branch(frequencies: np.ndarray, branch: Branch) -> BranchSummary:
     standing = ~branch.overturned
-    farthest = branch.farthest
+    max_angle = branch.max_angle
     place = {frequency: i for i, frequency in enumerate(frequencies)}
     found = []
-    for jump in jumps(frequencies, branch.swing):
-        first, last = farthest[place[jump.lower]], farthest[place[jump.upper]]
+    for jump in jumps(frequencies, branch.amplitude):
+        first, last = max_angle[place[jump.lower]], max_angle[place[jump.upper]]
         found.append(
             JumpSummary(
                 from_hz=jump.lower,
@@ -93,8 +95,8 @@ def _branch(frequencies: np.ndarray, branch: Branch) -> BranchSummary:
         )
     known = np.isfinite(branch.multiplier)
     return BranchSummary(
-        peak=_peak(frequencies, branch.swing, standing),
-        farthest=_peak(frequencies, farthest, standing),
+        peak=_peak(frequencies, branch.amplitude, standing),
+        farthest=_peak(frequencies, max_angle, standing),
         largest_force_n=float(branch.highest[standing, 1:].max()) if standing.any() else None,
         jumps=tuple(found),
         overturned_hz=ranges(frequencies, branch.overturned),
