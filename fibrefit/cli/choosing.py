@@ -79,8 +79,8 @@ def asked(candidates: Sequence[Candidate]) -> str | None:
 def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
     """What each candidate is called, and the name by which the search knows it from those before it.
 
-    A search takes the first candidate that holds the effect it is told. Candidates that no effect tells from an
-    earlier one are left out.
+    A search takes the first candidate that holds the effect it is given. Candidates that no effect distinguishes from
+    an earlier one are omitted.
     """
     offered: dict[str, str] = {}
     seen: set[str] = set()
@@ -97,13 +97,13 @@ def listed_steps(terminal: Terminal) -> Iterator[Progress]:
     """Say each step of the work once, on a line of its own: a moving bar would hide the questions."""
     last = ""
 
-    def tell(doing: str, share: float | None) -> None:
+    def say(doing: str, share: float | None) -> None:
         nonlocal last
         if doing != last:
             terminal.remark(f"... {doing}")
             last = doing
 
-    yield tell
+    yield say
 
 
 def _list(candidates: Sequence[Candidate], offered: dict[str, str]) -> None:

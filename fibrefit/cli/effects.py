@@ -26,7 +26,7 @@ _INDENT = "  "
 @click.argument("name", required=False)
 @with_terminal
 def command(terminal: Terminal, name: str | None) -> None:
-    """List the effects, or tell all about NAME: law, parameters, units, source, and a small picture."""
+    """List the effects, or describe NAME: law, parameters, units, source, and a small picture."""
     from fibrefit.core.errors import StudyError, UsageError
     from fibrefit.effects.catalogue import CATALOGUE, find_effect
 
@@ -50,7 +50,7 @@ def _list(effects: list[type[Effect]]) -> str:
         for effect in group:
             lead = f"{_INDENT}{effect.name:<{width}}  "
             lines.append(_filled(_sections(effect)[""], lead, " " * len(lead)))
-    return "\n".join([*lines[1:], "", "fibrefit effects NAME tells more."])
+    return "\n".join([*lines[1:], "", "fibrefit effects NAME says more."])
 
 
 def _picture(effect: type[Effect]) -> list[str]:

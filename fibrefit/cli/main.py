@@ -72,7 +72,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
 @click.group(
     cls=Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="fibrefit COMMAND --help tells the rest. Exit codes: 0 good, 1 fault of the program, 2 usage, "
+    epilog="fibrefit COMMAND --help says the rest. Exit codes: 0 good, 1 fault of the program, 2 usage, "
     "3 data not understood, 4 study not valid, 5 the result failed its checks, 130 interrupted.",
 )
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Version.")

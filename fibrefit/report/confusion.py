@@ -16,7 +16,7 @@ MOST_PAIRS = 12
 
 
 class DirectionLike(Protocol):
-    """What is told of one effect."""
+    """What is reported of one effect."""
 
     effect: str
     parameter: str

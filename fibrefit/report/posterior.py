@@ -134,7 +134,7 @@ def _row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
 
 def _priors(summary: PosteriorSummary) -> list[str]:
     everything = {**summary.parameters}
-    told = [
+    strong = [
         f"The prior of {name} matters: {found.prior}; posterior / prior width {100 * found.prior_share:.0f} %."
         for name, found in everything.items()
         if found.prior_share is not None and found.prior_share >= MATTERS
@@ -143,7 +143,7 @@ def _priors(summary: PosteriorSummary) -> list[str]:
     lines = [paragraph(f"Priors: {assumed}.")] if assumed else []
     shares = [found.prior_share for found in everything.values() if found.prior_share is not None]
     most = f" ({100 * max(shares):.2g} % or less for all)" if shares else ""
-    return lines + (items(told) or [paragraph(f"Prior influence is negligible: posterior / prior width{most}.")])
+    return lines + (items(strong) or [paragraph(f"Prior influence is negligible: posterior / prior width{most}.")])
 
 
 def _sampling(summary: PosteriorSummary) -> list[str]:

@@ -14,7 +14,7 @@ COLUMNS = paragraph(
     "from rest: started from rest at each frequency; sweep up, sweep down: continued from the frequency before."
 )
 NO_MORE = 4
-"""Ranges or jumps told of one branch; the rest are counted."""
+"""Ranges or jumps listed of one branch; the rest are counted."""
 
 
 def sweep_report(summary: SweepSummary) -> str:

@@ -119,13 +119,13 @@ def confuse_study(
     --------
     >>> print(fibrefit.distinguish(fibrefit.load_study("configs/drop_series")).report())
     """
-    tell = progress or (lambda what, share: None)
+    on_progress = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     task = task_of(study)
-    fit = None if is_planned(study) else identify(task, 1, progress=tell)
-    search = laid_out(task, fit, tuple(candidates.values()), tell)
+    fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
+    search = laid_out(task, fit, tuple(candidates.values()), on_progress)
     base = search.base
-    tell("comparing the sensitivities to the effects", None)
+    on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     gate = lambda parameters: search.gate(parameters, louder)  # noqa: E731
     found = confusion(base.frame, search.ground, base.fit.local, search.effects, gate)

@@ -248,7 +248,7 @@ class PosteriorSummary(Part):
     walkers: int
     draws: int
     steps: int | None = Field(default=None, description="Of each ensemble, warm-up included.")
-    warm_up: int | None = Field(default=None, description="Steps left out.")
+    warm_up: int | None = Field(default=None, description="Steps discarded as warm-up.")
     ended: Literal["converged", "budget"] | None = Field(default=None, description="What ended the run.")
     acceptance: float | None = Field(default=None, description="Share of moves accepted.")
     modes: tuple[ModeSummary, ...] = ()

@@ -30,10 +30,10 @@ def share_of(progress: SamplerProgress, settings: Settings) -> float | None:
     """Share of the run that is finished, as far as it can be estimated."""
     if math.isnan(progress.seconds_left):
         return None
-    left = progress.seconds_left
+    remaining = progress.seconds_left
     if settings.max_seconds is not None:
-        left = min(left, max(settings.max_seconds - progress.seconds, 0.0))
-    return progress.seconds / max(progress.seconds + left, 1e-9)
+        remaining = min(remaining, max(settings.max_seconds - progress.seconds, 0.0))
+    return progress.seconds / max(progress.seconds + remaining, 1e-9)
 
 
 def line_of(progress: SamplerProgress, settings: Settings) -> str:

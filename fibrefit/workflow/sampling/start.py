@@ -129,11 +129,11 @@ def start_of(found: Identification) -> Start:
 
 def _read(path: Path) -> Start:
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        basins = tuple(np.array(basin, dtype=float) for basin in told["basins"])
-        values, plain = (np.array(told[name], dtype=float) for name in ("values", "plain"))
-        waves = {name: np.array(rows, dtype=float) for name, rows in told["waves"].items()}
-        return Start(tuple(told["names"]), values, plain, basins, str(told["status"]), waves)
+        kept = json.loads(path.read_text(encoding="utf-8"))
+        basins = tuple(np.array(basin, dtype=float) for basin in kept["basins"])
+        values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
+        waves = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
+        return Start(tuple(kept["names"]), values, plain, basins, str(kept["status"]), waves)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
