@@ -51,7 +51,8 @@ def confusion_report(name: str, found: object, split: SplitLike | None, remarks:
     lines = [name, "=" * WIDTH]
     for remark in remarks:
         lines += ["", *textwrap.wrap(remark, WIDTH)]
-    lines += ["", "Smallest strength that these records would show", "-" * 47]
+    limits = "Detection limits: smallest strength that these records would show"
+    lines += ["", limits, "-" * len(limits)]
     lines += [strength_line(one) for one in found.directions]  # type: ignore[attr-defined]
     pairs = found.pairs(ALIKE)  # type: ignore[attr-defined]
     heading = "Confounded pairs: |cosine| of their sensitivities (1: not separable)"

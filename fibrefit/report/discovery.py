@@ -46,12 +46,12 @@ def discovery_report(summary: DiscoverySummary) -> str:
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
-        section("How much it matters", items(found.says for found in summary.weights)),
+        section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(places)),
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
-        section("Smallest strength that these records would show", _detectable(summary)),
+        section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
         section("What to doubt", doubts(summary)),
@@ -85,10 +85,11 @@ def _opening(summary: DiscoverySummary) -> str:
         said.append(summary.reason)
     after = summary.gap.total
     before = summary.before.gap.total if summary.before else None
+    expected = "1" if summary.expected_gap is None else f"{summary.expected_gap:.2f}"
     if summary.added and before is not None and after is not None:
-        said.append(f"The gap falls from {before:.2f} to {after:.2f} times the noise.")
+        said.append(f"The normalised residual RMS (gap) falls from {before:.2f} to {after:.2f}, expected {expected}.")
     elif after is not None:
-        said.append(f"The gap is {after:.2f} times the noise.")
+        said.append(f"The normalised residual RMS (gap) is {after:.2f}, expected {expected}.")
     if summary.verdict == "unexplained" and summary.added:
         said.append(f"{' and '.join(summary.added)} helped, but that is not the whole of it.")
     if summary.provenance is not None and summary.provenance.seconds is not None:

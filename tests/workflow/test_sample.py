@@ -127,7 +127,7 @@ def test_a_checkpoint_goes_on_and_ends_the_same(study: Study, fit: Fit, sampled:
 
 
 @pytest.mark.slow
-def test_the_better_model_foretells_better(study: Study, kept: Path) -> None:
+def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
     """The same data; the fibre is held too stiff by a tenth."""
     held = load_study(study.source, [f'parameters.stiffness.fixed="{1.1 * made.TRUTH["stiffness"]} N/m"'])
     options = Options(compare=(str(kept),))
