@@ -22,7 +22,7 @@ CHAINS = 4
 
 
 @dataclass(frozen=True)
-class SecondOpinion:
+class CrossCheck:
     """Draws of NUTS, compared with those of the ensembles.
 
     Parameters
@@ -70,9 +70,7 @@ class SecondOpinion:
         )
 
 
-def second_opinion(
-    posterior: Posterior, draws: int = 200, seed: int = 0, progress: Progress | None = None
-) -> SecondOpinion:
+def cross_check(posterior: Posterior, draws: int = 200, seed: int = 0, progress: Progress | None = None) -> CrossCheck:
     """Sample the heaviest mode again with NUTS and compare.
 
     Parameters
@@ -99,7 +97,7 @@ def second_opinion(
         key = jax.random.key(seed * CHAINS + chain)
         found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, draws, key)))
     points = np.stack([points for points, _ in found])
-    return SecondOpinion(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
+    return CrossCheck(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
 
 
 def require_nuts() -> Any:

@@ -105,11 +105,11 @@ def fit_study(
     ----------
     study : Study
     starts : int
-        Number of starts of the search.
+        Starts of the multistart.
     seed : int
         Of the scatter of starts; the same seed gives the same result.
     robust : bool
-        Let residuals beyond three times the noise count less (soft L1).
+        Soft-L1 loss for residuals beyond three times the noise.
     profile : bool
         Replace the normal intervals of shared parameters by profile-likelihood ones.
     progress : callable, optional

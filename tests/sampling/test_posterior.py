@@ -168,9 +168,9 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
 @pytest.mark.slow
 def test_nuts_agrees(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
-    from fibrefit.sampling.nuts import second_opinion
+    from fibrefit.sampling.nuts import cross_check
 
-    other = second_opinion(posterior, 200)
+    other = cross_check(posterior, 200)
     assert other.divergent == 0
     assert other.agrees, other.scores
     # Of 800 draws, correlated.
@@ -187,8 +187,8 @@ def test_readings_of_a_draw_are_the_problems_own(posterior: Posterior) -> None:
 
 
 def test_nuts_without_its_package_says_what_to_install(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fibrefit.sampling.nuts import second_opinion
+    from fibrefit.sampling.nuts import cross_check
 
     monkeypatch.setitem(sys.modules, "blackjax", None)
     with pytest.raises(UsageError, match=r"Install it: pip install 'fibrefit\[nuts\]'"):
-        second_opinion(posterior)
+        cross_check(posterior)

@@ -30,10 +30,10 @@ def test_a_budget_in_seconds_bounds_what_is_left() -> None:
 
 
 def test_listeners_are_told_both() -> None:
-    told: list[tuple[str, float | None]] = []
-    followed(lambda *words: told.append(words), Settings())(SamplerProgress(1, 10, 1.0, 1.0, 0.5, 1.1, 10.0))
-    assert told[0][0].startswith("step 1")
-    assert told[0][1] == 0.5
+    said: list[tuple[str, float | None]] = []
+    followed(lambda *words: said.append(words), Settings())(SamplerProgress(1, 10, 1.0, 1.0, 0.5, 1.1, 10.0))
+    assert said[0][0].startswith("step 1")
+    assert said[0][1] == 0.5
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from fibrefit.report.posterior import advice
 from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.mode.modes import Mode
-from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
@@ -53,11 +53,11 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
         foresight=_cross_validation(found.cross_validation),
         compared=found.compared,
-        second_opinion=None if found.opinion is None else _opinion(posterior, found.opinion),
+        second_opinion=None if found.cross_check is None else _cross_check(posterior, found.cross_check),
         fit_status=found.start.status,
         remarks=posterior.remarks,
         checks=checks,
-        advice=advice(checks, course.converged, found.opinion is not None),
+        advice=advice(checks, course.converged, found.cross_check is not None),
         provenance=origin,
     )
 
@@ -111,7 +111,7 @@ def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
     )
 
 
-def _opinion(posterior: Posterior, found: SecondOpinion) -> SecondOpinionSummary:
+def _cross_check(posterior: Posterior, found: CrossCheck) -> SecondOpinionSummary:
     names = posterior.target.names
     return SecondOpinionSummary(
         agrees=found.agrees,

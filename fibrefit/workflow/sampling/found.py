@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.sampling.compare import CrossValidation
-from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
 from fibrefit.study import Study
@@ -55,7 +55,8 @@ class Findings:
         Posterior predictive bands of the records.
     cross_validation : CrossValidation
         Predictive performance on blocks left out.
-    opinion : SecondOpinion or None
+    cross_check : CrossCheck or None
+        With NUTS.
     rivals : tuple of Rival
     options : Options
     """
@@ -65,14 +66,17 @@ class Findings:
     posterior: Posterior
     bands: Mapping[str, Bands]
     cross_validation: CrossValidation
-    opinion: SecondOpinion | None
+    cross_check: CrossCheck | None
     rivals: tuple[Rival, ...]
     options: Options
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
         """All checks: the posterior's checks, the fit before it, and the cross-check with NUTS."""
-        more = (self.start.check(), *((self.opinion.check(self.posterior.target.names),) if self.opinion else ()))
+        more = (
+            self.start.check(),
+            *((self.cross_check.check(self.posterior.target.names),) if self.cross_check else ()),
+        )
         return (*self.posterior.checks, *more)
 
     @property

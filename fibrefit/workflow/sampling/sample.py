@@ -15,7 +15,7 @@ from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.compare import CrossValidation, cross_validate
-from fibrefit.sampling.nuts import require_nuts, second_opinion
+from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
 from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
@@ -244,8 +244,8 @@ def _evaluated(found: Sampled, on_progress: Progress) -> Sampled:
     posterior, seed = found.posterior, found.posterior.settings.seed
     on_progress("predicting the records", None)
     bands, ahead = predict(posterior, seed=seed), cross_validate(posterior, seed=seed)
-    opinion = second_opinion(posterior, seed=seed, progress=on_progress) if found.options.nuts else None
-    return replace(found, bands=bands, cross_validation=ahead, opinion=opinion)
+    nuts = cross_check(posterior, seed=seed, progress=on_progress) if found.options.nuts else None
+    return replace(found, bands=bands, cross_validation=ahead, cross_check=nuts)
 
 
 def _ignored(doing: str, share: float | None) -> None:
