@@ -25,17 +25,19 @@ if TYPE_CHECKING:
     from fibrefit.records.read import read_record
     from fibrefit.study.load import load_study
     from fibrefit.workflow.confuse import confuse_study as confuse
+    from fibrefit.workflow.confuse import confuse_study as distinguish
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
     from fibrefit.workflow.sweep import sweep_study as sweep
 
-__all__ = ["confuse", "discover", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
+__all__ = ["confuse", "discover", "distinguish", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
 
 #: Where each public function lives; it is imported when it is first asked for.
 _HOMES = {
     "confuse": "fibrefit.workflow.confuse:confuse_study",
+    "distinguish": "fibrefit.workflow.confuse:confuse_study",
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
     "fit": "fibrefit.workflow.fit:fit_study",
     "load_study": "fibrefit.study.load:load_study",

@@ -14,9 +14,9 @@
 # %% [markdown]
 # # Posterior plots
 #
-# A fit ends with a value and an error bar for each parameter. The posterior tells more: how the parameters hang
-# together, what they say of quantities nobody measured, and how well the model foretells a measurement. It takes
-# the colour of the noise into account, and it says when it should not be believed.
+# A fit ends with a value and an error bar for each parameter. The posterior says more: how the parameters hang
+# together, what they say of quantities nobody measured, and how well the model predicts a measurement. It takes
+# the noise spectrum into account, and it says when it should not be believed.
 
 # %%
 import numpy as np
@@ -29,8 +29,7 @@ posterior = fibrefit.sample(study, start=fit)
 print(posterior.report())
 
 # %% [markdown]
-# Four ensembles of walkers, none of which knows of the others, ran until they agreed. The report ends with the
-# checks; as a word:
+# Four independent ensembles of walkers ran until they converged. The report ends with the checks; as a word:
 
 # %%
 print("status:", posterior.status)
@@ -51,14 +50,14 @@ print(f"correlation of damping and friction: {np.corrcoef(damping, friction)[0, 
 # %% [markdown]
 # ## Have the chains arrived?
 #
-# On the left the way of each ensemble, on the right how often its draws have each rank among all draws: even, if
-# all have been everywhere equally often.
+# On the left the trace of each ensemble, on the right how often its draws have each rank among all draws: uniform,
+# if the ensembles agree.
 
 # %%
 posterior.plot_traces()
 
 # %% [markdown]
-# ## What the data have taught
+# ## Prior and posterior
 #
 # The prior, in orange, is so much wider that it looks flat.
 
@@ -66,7 +65,7 @@ posterior.plot_traces()
 posterior.plot_prior()
 
 # %% [markdown]
-# ## What it foretells
+# ## Posterior predictive check
 #
 # Nine tenths of the samples should lie in the band of new measurements, whatever the phase of the motion.
 
@@ -97,8 +96,9 @@ for name, values in derived.items():
 # %% [markdown]
 # ## Beside the fit
 #
-# Where the noise wanders, plain least squares wastes much of what the records know: it gives every sample the same
-# weight. The fit therefore ends with a whitened step, and its error bars should be those of the posterior.
+# Where the noise is autocorrelated, ordinary least squares (OLS) wastes much of what the records hold: it gives every
+# sample the same weight. The fit therefore ends with a step of generalised least squares (GLS), and its error bars
+# should be those of the posterior.
 
 # %%
 for name, estimate in fit.parameters.items():

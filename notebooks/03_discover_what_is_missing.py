@@ -27,7 +27,7 @@ for channel, gap in first.identification.gap.items():
 print("status:", first.status)
 
 # %% [markdown]
-# The values alone would not have told: they look plausible, and their error bars are small. The residuals do:
+# The values alone would not have shown it: they look plausible, and their error bars are small. The residuals do:
 # they are no noise.
 
 # %%
@@ -55,7 +55,7 @@ figures.only("gap", "places", "candidates")
 figures.only("record drop_20mm_90deg.csv", "states", "map", "spectrum")
 
 # %% [markdown]
-# ## What it had cost
+# ## What it does to the parameters
 #
 # Parameters of a model that lacks something carry what it lacks, as well as they can.
 
@@ -72,7 +72,7 @@ for name, after in found.parameters.items():
 
 
 # %%
-def foreseen(parameters, effects):
+def predicted(parameters, effects):
     """Gap in a record that was kept aside, times the noise."""
     units = {name: "" if value.unit == "-" else f" {value.unit}" for name, value in parameters.items()}
     held = [f'parameters.{name}.fixed="{value.value!r}{units[name]}"' for name, value in parameters.items()]
@@ -80,7 +80,7 @@ def foreseen(parameters, effects):
     return {name: gap.ratio for name, gap in fibrefit.fit(aside, starts=1).identification.gap.items()}
 
 
-before, after = foreseen(first.parameters, ()), foreseen(found.parameters, found.added)
+before, after = predicted(first.parameters, ()), predicted(found.parameters, found.added)
 for channel in before:
     print(f"{channel}: {before[channel]:.2f} -> {after[channel]:.2f} times the noise")
 

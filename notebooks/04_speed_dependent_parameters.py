@@ -16,7 +16,7 @@
 #
 # The same rig, but its guide has been greased. Something in it now depends on how fast the weight moves: the friction
 # of the guide may grow with speed, or fall as sliding sets in, or it may be the fibre whose damping depends on the
-# rate of stretch. Which of them is it, and how sure can we be?
+# elongation rate. Which of them is it, and how sure can we be?
 
 # %%
 import numpy as np
@@ -42,8 +42,8 @@ for name, fit in fits.items():
 
 # %%
 for name, fit in fits.items():
-    told = [f"{key.rpartition('.')[2]} {value.value:.5g} {value.unit}" for key, value in fit.parameters.items()]
-    print(f"{name:<22} {', '.join(told)}")
+    values = [f"{key.rpartition('.')[2]} {value.value:.5g} {value.unit}" for key, value in fit.parameters.items()]
+    print(f"{name:<22} {', '.join(values)}")
 
 # %%
 fits["base model"].plot().only("record drop_20mm_90deg.csv")
@@ -55,8 +55,8 @@ fits["viscous guide"].plot().only("record drop_20mm_90deg.csv")
 # ## Is there more to it?
 #
 # Two effects explain the records at least as well as one of them. Whether the second is worth having, the posterior
-# tells: how well does each model foretell stretches of the records that were left out, and how likely does it make
-# what was measured?
+# says: how well does each model predict stretches of the records that were left out (cross-validation), and how likely
+# does it make what was measured?
 
 # %%
 viscous = fibrefit.sample(studies["viscous guide"], start=fits["viscous guide"])
@@ -64,9 +64,9 @@ viscous.save("results/viscous", force=True)
 both_study = fibrefit.load_study(STUDY, ['model.effects=["guide.viscous_friction", "fibre.rate_dependent_damping"]'])
 both = fibrefit.sample(both_study, compare=["results/viscous"])
 (against,) = both.compared
-print(f"left-out stretches: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f} in favour of two effects")
+print(f"delta elpd_loo: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f} in favour of two effects")
 if against.log_evidence is not None:
-    print(f"log marginal likelihood: {against.log_evidence.value:+.1f} in favour of two effects")
+    print(f"log Bayes factor: {against.log_evidence.value:+.1f} in favour of two effects")
 
 # %% [markdown]
 # A factor for the fibre that depends on its rate would be, if there were one:
@@ -94,5 +94,5 @@ viscous.plot_corner("damping", "friction", "guide.viscous_friction.viscous_coeff
 
 # %% [markdown]
 # Damping of the fibre and viscous friction of the guide both take energy in proportion to a speed. That the drops
-# under 45 degrees and from another height tell them apart can be asked before anything is measured:
-# `fibrefit confuse`.
+# under 45 degrees and from another height distinguish them can be checked before anything is
+# measured: `fibrefit distinguish`.

@@ -60,3 +60,7 @@ def test_a_study_and_a_record_are_read() -> None:
 
 def test_types_are_shipped() -> None:
     assert (ROOT / "fibrefit" / "py.typed").exists()
+
+
+def test_distinguish_and_confuse_are_one() -> None:
+    assert fibrefit.distinguish is fibrefit.confuse

@@ -22,12 +22,12 @@ NOT_TRUSTED = 5
 @click.option(
     "--each",
     type=click.Choice(["record", "study"]),
-    help="What is identified alone [the records of one study, or each of several studies].",
+    help="What is identified by itself [the records of one study, or each of several studies].",
 )
 @click.option("--jobs", type=click.IntRange(1), help="Processes on this machine [one a core].")
 @click.option("--scheduler", metavar="ADDRESS", help="A running Dask scheduler, such as tcp://host:8786.")
 @click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of each search.")
-@click.option("--robust", is_flag=True, help="Let residuals far beyond the noise count less.")
+@click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")
 @result_options
 @with_terminal

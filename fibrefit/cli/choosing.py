@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.progress import Progress
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import did_you_mean
+from fibrefit.core.progress import Progress
 
 if TYPE_CHECKING:
     from fibrefit.discovery.model.finding import Candidate
@@ -39,10 +39,10 @@ class Person:
             self.chosen.append(name)
         return name
 
-    def told(self, kept: Sequence[str]) -> list[str]:
-        """What is to be said of effects that were chosen but are not among those `kept`."""
-        lost = [name for name in self.chosen if name not in kept]
-        return [f"{name} was chosen but not kept: without it the records are explained as well." for name in lost]
+    def remarks(self, kept: Sequence[str]) -> list[str]:
+        """A sentence for each effect that was chosen but is not among those `kept`."""
+        dropped = [name for name in self.chosen if name not in kept]
+        return [f"{name} was chosen but not kept: without it the records are explained as well." for name in dropped]
 
 
 def asked(candidates: Sequence[Candidate]) -> str | None:
@@ -79,8 +79,8 @@ def asked(candidates: Sequence[Candidate]) -> str | None:
 def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
     """What each candidate is called, and the name by which the search knows it from those before it.
 
-    A search takes the first candidate that holds the effect it is told. Candidates that no effect tells from an
-    earlier one are left out.
+    A search takes the first candidate that holds the effect it is given. Candidates that no effect distinguishes from
+    an earlier one are omitted.
     """
     offered: dict[str, str] = {}
     seen: set[str] = set()
@@ -93,17 +93,17 @@ def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
 
 
 @contextmanager
-def told_steps(terminal: Terminal) -> Iterator[Progress]:
+def listed_steps(terminal: Terminal) -> Iterator[Progress]:
     """Say each step of the work once, on a line of its own: a moving bar would hide the questions."""
     last = ""
 
-    def tell(doing: str, share: float | None) -> None:
+    def say(doing: str, share: float | None) -> None:
         nonlocal last
         if doing != last:
             terminal.remark(f"... {doing}")
             last = doing
 
-    yield tell
+    yield say
 
 
 def _list(candidates: Sequence[Candidate], offered: dict[str, str]) -> None:

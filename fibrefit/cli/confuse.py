@@ -1,46 +1,7 @@
-"""``fibrefit confuse``: which effects the records of a study could tell apart."""
+"""``fibrefit confuse``: the earlier name of ``fibrefit distinguish``."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from fibrefit.cli.distinguish import command
 
-import click
-
-from fibrefit.cli.options import named_directory, result_options, study_from, study_options
-from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
-
-
-@click.command("confuse")
-@study_options
-@click.option("--only", multiple=True, metavar="EFFECT", help='Only this effect or pattern ("guide.*"), repeatable.')
-@click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
-@result_options
-@with_terminal
-def command(
-    terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
-    out: Path | None,
-    force: bool,
-    seed: int,
-    only: tuple[str, ...],
-    exclude: tuple[str, ...],
-) -> None:
-    """Say which effects the records of STUDY could tell apart, and from which strength each would show.
-
-    The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
-    parameters have initial values.
-    """
-    study = study_from(files, rig, overrides)
-    folder = named_directory(study, out, "confuse", repr((only, exclude)))
-    from fibrefit.store import ResultDirectory
-    from fibrefit.workflow.confuse import confuse_study
-
-    ResultDirectory(folder, force=force).check()
-    with shown_progress(terminal) as progress:
-        found = confuse_study(study, only=only, exclude=exclude, progress=progress)
-        found.save(folder, force=force)
-    terminal.answer(found.report(), found.told())
-    terminal.remark(f"\nWritten to {folder}: confusion.json, figures.")
+__all__ = ["command"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.choosing import Person, told_steps
+from fibrefit.cli.choosing import Person, listed_steps
 from fibrefit.cli.options import named_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
@@ -62,13 +62,13 @@ def command(
         return _answered(terminal, known)
     ResultDirectory(folder, force=force).check()
     person = Person() if interactive else None
-    with told_steps(terminal) if interactive else shown_progress(terminal) as progress:
+    with listed_steps(terminal) if interactive else shown_progress(terminal) as progress:
         found = discover_study(study, **tried, seed=seed, choose=person, progress=progress)
         progress("drawing and writing", None)
         found.save(folder, force=force)
     summary = found.summary()
     code = _answered(terminal, summary)
-    for text in person.told(summary.added) if person else ():
+    for text in person.remarks(summary.added) if person else ():
         terminal.remark(f"\n{text}")
     terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml of the final model, figures.")
     return code

@@ -27,7 +27,7 @@ _INDENT = "  "
 @click.option("--check", is_flag=True, help="Say all that is wrong with the effect; exit code 4 if anything is.")
 @with_terminal
 def command(terminal: Terminal, name: str | None, check: bool) -> int:
-    """List the effects, or tell all about NAME: law, parameters, units, source, and a small picture.
+    """List the effects, or describe NAME: law, parameters, units, source, and a small picture.
 
     NAME is one of the list, or FILE.py:CLASS for an effect of your own. Such a path is relative to the current folder
     here, and to the folder of the study wherever a study is worked on: in its effects, in --also, --only and --exclude.
@@ -78,7 +78,7 @@ def _list(effects: list[type[Effect]]) -> str:
         for effect in group:
             lead = f"{_INDENT}{effect.name:<{width}}  "
             lines.append(_filled(_sections(effect)[""], lead, " " * len(lead)))
-    return "\n".join([*lines[1:], "", "fibrefit effects NAME tells more."])
+    return "\n".join([*lines[1:], "", "fibrefit effects NAME says more."])
 
 
 def _picture(effect: type[Effect]) -> list[str]:
@@ -99,15 +99,15 @@ def _picture(effect: type[Effect]) -> list[str]:
 
 def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
     """All about one effect, by the name it was asked for."""
-    told = _sections(effect)
+    sections = _sections(effect)
     lines = [
         effect.name,
         "=" * len(effect.name),
         "",
-        _filled(told[""]),
+        _filled(sections[""]),
         "",
         "Law",
-        _filled(told.get("Law", ""), _INDENT),
+        _filled(sections.get("Law", ""), _INDENT),
     ]
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
@@ -117,8 +117,8 @@ def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
     lines += picture
     for title in ("Valid range", "Source"):
-        if title in told:
-            lines += ["", title, _filled(told[title], _INDENT)]
+        if title in sections:
+            lines += ["", title, _filled(sections[title], _INDENT)]
     return "\n".join([*lines, "", *_use(name)])
 
 
@@ -154,13 +154,13 @@ def _facts(effect: type[Effect], parameter: Parameter) -> str:
 
 def _described(effect: type[Effect]) -> dict[str, Any]:
     """Effect as data, for programs."""
-    told = _sections(effect)
+    sections = _sections(effect)
     return {
         "name": effect.name,
-        "says": told[""],
-        "law": told.get("Law", ""),
-        "valid_range": told.get("Valid range", ""),
-        "source": told.get("Source", ""),
+        "says": sections[""],
+        "law": sections.get("Law", ""),
+        "valid_range": sections.get("Valid range", ""),
+        "source": sections.get("Source", ""),
         "rigs": _rigs(effect),
         "needs": list(effect.needs),
         "strength": list(effect.strength),

@@ -1,4 +1,4 @@
-"""What a person, or a program that asked for JSON, is told when a command fails."""
+"""What a person, or a program that asked for JSON, gets when a command fails."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def report_error(error: FibrefitError | str, hint: str, code: int, args: Sequenc
     error : FibrefitError or str
         The message.
     hint : str
-        Where more is to be learnt; may be empty.
+        Where to find more; may be empty.
     code : int
         Exit code.
     args : sequence of str
@@ -69,10 +69,10 @@ def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) 
     """Give a program that asked for JSON its one document, also when there is no result."""
     if "--json" not in args:
         return
-    told = {"message": str(error)}
+    content = {"message": str(error)}
     if isinstance(error, FibrefitError):
-        told |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
-    click.echo(json.dumps({"schema": "fibrefit/error/1", "exit_code": code, "error": told}))
+        content |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
+    click.echo(json.dumps({"schema": "fibrefit/error/1", "exit_code": code, "error": content}))
 
 
 def _log(trace: str, args: Sequence[str]) -> Path | None:

@@ -18,8 +18,10 @@ NOT_TRUSTED = 5
 
 @click.command("fit")
 @study_options
-@click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Number of starts of the search.")
-@click.option("--robust", is_flag=True, help="Let residuals far beyond the noise count less.")
+@click.option(
+    "--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of the multistart search."
+)
+@click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
 @result_options
 @with_terminal

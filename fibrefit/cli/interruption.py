@@ -18,7 +18,7 @@ def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
     Parameters
     ----------
     terminal : Terminal
-        Told how it goes on.
+        Where it says how it goes on.
 
     Yields
     ------

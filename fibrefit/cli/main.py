@@ -18,12 +18,13 @@ COMMANDS = {
     "init": "Write a study that runs, or the file of an effect of your own.",
     "inspect": "Say what was understood of records or of a study.",
     "simulate": "Compute the response of the model to the conditions of each record.",
-    "sweep": "Swing an inverted pendulum over the frequencies of its drive.",
+    "sweep": "Frequency sweep (forward, backward, from rest) of an inverted pendulum, with stability.",
     "fit": "Identify the parameters by least squares.",
     "sample": "Sample the joint posterior of the parameters, resumably.",
     "discover": "Find what the model lacks, name it, add it.",
     "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
-    "confuse": "Tell which effects the records could tell apart, before or after measuring.",
+    "distinguish": "Say which effects the records can distinguish, before or after measuring.",
+    "confuse": "Earlier name of distinguish.",
     "report": "Put results on one HTML page that needs no other file.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
@@ -71,7 +72,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
 @click.group(
     cls=Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="fibrefit COMMAND --help tells the rest. Exit codes: 0 good, 1 fault of the program, 2 usage, "
+    epilog="fibrefit COMMAND --help says the rest. Exit codes: 0 good, 1 fault of the program, 2 usage, "
     "3 data not understood, 4 study not valid, 5 the result failed its checks, 130 interrupted.",
 )
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Version.")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fibrefit.cli.terminal import Terminal
-
-#: Says what is being done, and how much of it is done: 0 to 1, or None where that is not known.
-Progress = Callable[[str, float | None], None]
+from fibrefit.core.progress import Progress
 
 
 @contextmanager

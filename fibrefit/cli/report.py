@@ -26,5 +26,5 @@ def command(terminal: Terminal, results: tuple[Path, ...], out: Path, force: boo
     from fibrefit.workflow.report import report_results
 
     file = report_results(results, out, force=force)
-    told = {"schema": "fibrefit/page/1", "file": str(file), "results": [str(result) for result in results]}
-    terminal.answer(str(file), told)
+    document = {"schema": "fibrefit/page/1", "file": str(file), "results": [str(result) for result in results]}
+    terminal.answer(str(file), document)

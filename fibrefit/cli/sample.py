@@ -19,16 +19,22 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 
 @click.command("sample")
 @study_options
-@click.option("--ess", type=float, default=400.0, show_default=True, help="Effective draws to gather a parameter.")
-@click.option("--r-hat", type=float, default=1.01, show_default=True, help="R-hat below which ensembles agree.")
+@click.option(
+    "--ess",
+    type=float,
+    default=400.0,
+    show_default=True,
+    help="Bulk and tail ESS to reach.",
+)
+@click.option("--r-hat", type=float, default=1.01, show_default=True, help="R-hat that counts as converged.")
 @click.option("--max-steps", type=click.IntRange(1), default=4000, show_default=True, help="Budget in steps.")
 @click.option("--max-seconds", type=float, help="Budget in seconds of sampling.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
 @click.option("--walkers", type=int, help="Walkers of each ensemble [three a parameter, 32 at least].")
-@click.option("--noise", type=click.Choice(KINDS), default="auto", show_default=True, help="Colour of the noise.")
-@click.option("--heavy", is_flag=True, help="Student's t for single samples that stray.")
-@click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the intervals.")
-@click.option("--nuts", is_flag=True, help="Ask the No-U-Turn sampler for a second opinion.")
+@click.option("--noise", type=click.Choice(KINDS), default="auto", show_default=True, help="Noise spectrum.")
+@click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
+@click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")
+@click.option("--nuts", is_flag=True, help="Cross-check with the No-U-Turn sampler (NUTS).")
 @click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
 @click.option("--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")

@@ -1,4 +1,4 @@
-"""``fibrefit simulate``: what the model says of each record's conditions."""
+"""``fibrefit simulate``: the model's response to each record's conditions."""
 
 from __future__ import annotations
 

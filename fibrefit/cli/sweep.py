@@ -1,4 +1,4 @@
-"""``fibrefit sweep``: an inverted pendulum over the frequencies of its drive."""
+"""``fibrefit sweep``: frequency sweep of an inverted pendulum."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ NOT_TRUSTED = 5
 def command(
     terminal: Terminal, study: str, overrides: tuple[str, ...], out: Path | None, force: bool, seed: int
 ) -> int:
-    """Extremes of angle and forces of the pendulum of STUDY against the frequency of its drive.
+    """Frequency sweep of the pendulum of STUDY (forward, backward, from rest) with stability.
 
-    Each frequency is begun from rest, and from the motion at the next lower and the next higher one.
+    Extremes of angle and forces against the frequency of the drive. Each frequency is started from rest, and continued
+    from the motion at the next lower and at the next higher one; stability is judged by Floquet multipliers.
     """
     loaded = study_from((study,), None, overrides)
     folder = result_directory(loaded, out, force, "sweep")

@@ -26,7 +26,7 @@ class Terminal:
     quiet : bool
         Whether remarks and progress are left out.
     verbose : bool
-        Whether more is told.
+        Whether more is said.
     """
 
     json: bool = False

@@ -12,17 +12,22 @@ class Check:
     Parameters
     ----------
     name : str
-        Short name, e.g. ``"residuals are white"``.
+        What is true where it passes, e.g. ``"the residuals are noise"``.
     passed : bool
         Outcome.
     says : str
-        What the outcome means, in plain words.
+        What the outcome means, in plain words: quantity, number, threshold, consequence.
     statistic, threshold : float or None
         The number compared and the limit it was compared with, in `unit`.
     unit : str
         Unit of both; ``"-"`` for a pure number.
     fatal : bool
         Whether a failure of this check means that the result cannot be used at all.
+    identifier : str
+        Stable name for programs, e.g. ``"residual_size"``: stays where wording changes. Empty where there is none.
+    quantity : str
+        What is tested, e.g. ``"residual size"``: a failed check is listed under it, for `name` would then say the
+        opposite of what was found. Empty where there is none.
     """
 
     name: str
@@ -32,3 +37,5 @@ class Check:
     threshold: float | None = None
     unit: str = "-"
     fatal: bool = False
+    identifier: str = ""
+    quantity: str = ""

@@ -32,7 +32,7 @@ COMPILER_FLAGS = (
     # longer.
     "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000",
     # Later instruction sets fuse a product and a sum into one rounding, here and not there: the same formula then gives
-    # other last bits in another program, and an effect that is nil would not be absent. The loops run faster without.
+    # other last bits in another program, and an effect that is zero would not be absent. The loops run faster without.
     "--xla_cpu_max_isa=AVX",
 )
 

@@ -1,4 +1,4 @@
-"""Figures: what was measured against what was simulated, the search, how sure the values are."""
+"""Figures: measured against simulated, the search, the uncertainty of the values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a posterior foretells of one record, on what was measured."""
+"""Posterior predictive bands of one record, on what was measured."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Banded:
         The unit in SI.
     times, measured : (n_time,)
         Measured is NaN where a sample does not count.
-    model, foretold : (3, n_time)
+    model, predicted : (3, n_time)
         5 %, 50 % and 95 % points of the model's readings, and of new measurements.
     """
 
@@ -47,13 +47,13 @@ class Banded:
     times: np.ndarray
     measured: np.ndarray
     model: np.ndarray
-    foretold: np.ndarray
+    predicted: np.ndarray
 
     @property
     def covered(self) -> float:
         """Share of the samples inside the band of new measurements."""
         counted = np.isfinite(self.measured)
-        inside = (self.measured >= self.foretold[0]) & (self.measured <= self.foretold[2])
+        inside = (self.measured >= self.predicted[0]) & (self.measured <= self.predicted[2])
         return float(np.mean(inside[counted])) if counted.any() else float("nan")
 
 
@@ -90,10 +90,10 @@ def _readings(axes: Axes, channel: Banded) -> None:
 
 def _around(axes: Axes, channel: Banded) -> None:
     middle = channel.model[1]
-    measured, model, foretold = channel.measured - middle, channel.model - middle, channel.foretold - middle
-    unit, worth = readable_unit(foretold, channel.unit)
+    measured, model, predicted = channel.measured - middle, channel.model - middle, channel.predicted - middle
+    unit, worth = readable_unit(predicted, channel.unit)
     draw_line(axes, channel.times, measured / worth, **RESIDUAL)
-    _band(axes, channel.times, foretold[[0, 2]] / worth, ORANGE, 0.35, "new measurements")
+    _band(axes, channel.times, predicted[[0, 2]] / worth, ORANGE, 0.35, "new measurements")
     _band(axes, channel.times, model[[0, 2]] / worth, BLACK, 0.8, "model")
     # A switch that comes a sample earlier or later makes a spike, which says nothing of the rest.
     reach = 1.25 * float(np.nanquantile(np.abs(measured), 0.999)) / worth if np.isfinite(measured).any() else 1.0

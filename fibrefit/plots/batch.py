@@ -23,7 +23,7 @@ STATES = {"ok": BLUE, "suspect": ORANGE, "failed": VERMILLION}
 
 
 def batch_figures(items: Mapping[str, BatchItem]) -> Figures:
-    """``parameters``: every free value of every item with twice its error; none where nothing was found."""
+    """``parameters``: every free value of every item with twice its standard error; none where nothing was found."""
     free = {name: found.unit for item in items.values() for name, found in item.parameters.items() if found.free}
     return Figures({"parameters": _figure(items, free)} if free else {})
 
@@ -69,4 +69,4 @@ def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> No
     axes.axhline(1.0, color="0.5", linewidth=0.4)
     axes.plot(numbers, gaps, ".", color=BLUE, markersize=3)
     axes.set_ylim(bottom=0.0)
-    label(axes, y="gap")
+    label(axes, y="residual RMS / noise")

@@ -113,9 +113,7 @@ def _residuals(axes: Axes, first: Compared, final: Compared | None) -> None:
     axes.set_ylim(-reach, reach)
     label(axes, y=axis_label("residual", unit))
     said = " \N{RIGHTWARDS ARROW} ".join(f"{_ratio(one):.2f}" for one in (first, final) if one is not None)
-    said = (
-        f"measured \N{MINUS SIGN} simulated over {1e3 * SMOOTH:.0f} ms: {said} times the noise;  band: ±{BAND:.0f} rms"
-    )
+    said = f"measured \N{MINUS SIGN} simulated over {1e3 * SMOOTH:.0f} ms: RMS / noise {said};  band: ±{BAND:.0f} rms"
     axes.text(1.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
 
 

@@ -1,4 +1,4 @@
-"""How sure the values are: correlations between them, and error bars by every method."""
+"""Uncertainty: correlations of the estimates, and error bars by every method."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 Z_95 = 1.959964
 METHODS = {
-    "white": "white noise",
+    "white": "white (i.i.d.) noise",
     "spectrum": "noise spectrum",
-    "whitened": "whitened",
+    "whitened": "whitened (GLS)",
     "newey_west": "Newey-West",
     "block_bootstrap": "block bootstrap",
 }
@@ -91,7 +91,7 @@ def errors_figure(found: Identification) -> Figure:
     estimates = [estimate for estimate in found.estimates if estimate.record is None and estimate.free]
     height, gap, top, bottom, left = 16.0, 10.0, 12.0, 11.0, 36.0
     figure = new_figure(top + bottom + len(estimates) * (height + gap) - gap, width=126.0)
-    title(figure, "Error bars by method", f"honest ones {found.inflation:.2f} times the white ones")
+    title(figure, "Error bars by method", f"reported / i.i.d. standard error: {found.inflation:.3g}")
     up = figure.get_size_inches()[1] * 25.4
     for row, estimate in enumerate(estimates):
         axes = place(figure, left, up - top - height - row * (height + gap), 84.0, height)
@@ -107,7 +107,7 @@ def _intervals(axes: Axes, estimate: Estimate, chosen: str) -> None:
     ]
     if np.isfinite(estimate.plain_error):
         reach = Z_95 * estimate.plain_error
-        rows.append(("not whitened", estimate.plain_value - reach, estimate.plain_value + reach, False))
+        rows.append(("not whitened (OLS)", estimate.plain_value - reach, estimate.plain_value + reach, False))
     if estimate.interval_kind == "profile likelihood":
         rows = [(*row[:3], False) for row in rows] + [("profile", *estimate.interval_95, True)]
     unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)
@@ -115,7 +115,7 @@ def _intervals(axes: Axes, estimate: Estimate, chosen: str) -> None:
         colour, marker = KINDS[0] if reported else (GREY, "o")
         width = 1.8 if reported else 0.9
         axes.plot([low / worth, high / worth], [i, i], color=colour, linewidth=width, solid_capstyle="butt")
-        centre = estimate.plain_value if words == "not whitened" else estimate.value
+        centre = estimate.plain_value if words == "not whitened (OLS)" else estimate.value
         axes.plot(centre / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
     axes.set_yticks(range(len(rows)), [f"{row[0]} (reported)" if row[3] else row[0] for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)

@@ -1,4 +1,4 @@
-"""Which effects change the records in the same way, as a matrix."""
+"""Which effects are confounded: |cosine| of their sensitivities, as a matrix."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def confusion_figures(found: Confusion) -> Figures:
-    """The cosines between what the effects do to the records.
+    """The |cosine| of the sensitivities of any two effects.
 
     Parameters
     ----------
@@ -23,5 +23,5 @@ def confusion_figures(found: Confusion) -> Figures:
     Figures
     """
     names = tuple(direction.effect for direction in found.directions)
-    heading = "How alike effects change these records (1: inseparable)"
+    heading = "Confounding: |cosine| of sensitivities (1: not separable)"
     return Figures({"confusion": correlation_figure(names, found.cosine, heading)})

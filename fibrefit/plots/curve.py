@@ -39,7 +39,7 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     best, others = curves[0], curves[1:]
     rows = -(-len(others) // COLUMNS)
     figure = new_figure(TOP + LARGE + GAP + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
-    title(figure, "What is missing, as a curve", f"gap with it: {best.gap_after:.2f} times the noise")
+    title(figure, "What is missing, as a curve", f"gap (residual RMS / noise) with it: {best.gap_after:.2f}")
     across, up = figure.get_size_inches() * 25.4
     width = across - LEFT - RIGHT
     axes = place(figure, LEFT, up - TOP - LARGE, width, LARGE)

@@ -30,8 +30,8 @@ def discovery_figures(finding: Finding) -> Figures:
     Returns
     -------
     Figures
-        A dict. ``gap``: of each record and channel before and after, and as foreseen from the other records.
-        ``candidates``: how each effect did, one figure a round. ``curve``: what an unexplained gap looks like.
+        A dict. ``gap``: of each record and channel before and after, and left out (predicted from the other records).
+        ``candidates``: the gap with each effect, one figure a round. ``curve``: what an unexplained gap looks like.
         ``places``: where and in which phase the first model goes wrong. ``states``: residuals against position, speed,
         stretch, its rate, and tension; ``map``: over the plane of position and speed, and ``map of the fibre`` over
         that of stretch and its rate where it says more. ``spectrum``: power of the residuals and of the noise against

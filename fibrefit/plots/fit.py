@@ -32,7 +32,7 @@ def fit_figures(found: Identification) -> Figures:
     -------
     Figures
         A dict. ``record <name>``: measured against simulated with the residual under it. ``snaps``: the first contacts.
-        ``starts``: where the search began and ended. ``correlation`` and ``errors``: how sure the values are.
+        ``starts``: where the search began and ended. ``correlation`` and ``errors``: uncertainty of the values.
         ``each``: values that every record has for itself.
     """
     fitted = Fitted(found)

@@ -1,4 +1,4 @@
-"""How large the gap is: by record and channel before and after, and with each of the candidates."""
+"""The gap (normalised residual RMS): by record and channel before and after, and with each of the candidates."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def gap_figure(finding: Finding) -> Figure:
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
     changed, noise = after is not before, after.expected_gap
     title(
-        figure, "The gap before and after" if changed else "The gap", f"{noise:.3g} is a model that leaves only noise"
+        figure,
+        "Gap (residual RMS / noise) before and after" if changed else "Gap (residual RMS / noise)",
+        f"{noise:.3g} is expected",
     )
     across, up = figure.get_size_inches() * 25.4
     width = (across - left - RIGHT - BETWEEN * (len(columns) - 1)) / len(columns)
@@ -60,7 +62,7 @@ def gap_figure(finding: Finding) -> Figure:
         axes = place(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
         _pairs(axes, [pairs.get(name) for name in names], changed, noise)
         axes.set_yticks(range(len(names)), [_cut(name) for name in names] if i == 0 else [""] * len(names))
-        label(axes, x=f"{column} / noise" if column in before.gap else "foreseen from the others / noise")
+        label(axes, x=f"{column} / noise" if column in before.gap else "left out (predicted from the others) / noise")
         if i == 0:
             legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
@@ -108,7 +110,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     others = len(ranking) - len(shown)
-    title(figure, "What each effect would leave", f"and {others} more that leave a larger gap" if others else "")
+    title(figure, "Gap with each effect added", f"and {others} more that leave a larger gap" if others else "")
     across, up = figure.get_size_inches() * 25.4
     axes = place(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
     beside = 1.0 + (NUMBERS - RIGHT) / (across - left - NUMBERS)
@@ -140,7 +142,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
             ha="right",
             va="center",
         )
-    label(axes, x="gap left, in units of the noise")
+    label(axes, x="gap after (residual RMS / noise)")
     axes.xaxis.label.set_fontsize(USUAL)
     return figure
 

@@ -1,4 +1,4 @@
-"""What was believed before the data, and what after."""
+"""Prior and posterior of each value."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ CELL, GAP, LEFT, BOTTOM, TOP = 36.0, 8.0, 6.0, 12.0, 16.0
 ACROSS = 4
 WIDER = 3.0
 """Half-width of the axis in half-widths of the posterior: enough to see the prior go on beside it."""
-UNTAUGHT = 0.3
-"""Share of the prior's width left, from which the whole prior is shown."""
+PRIOR_MATTERS = 0.3
+"""Posterior over prior width above which the whole prior is shown."""
 BINS = 60
 
 
@@ -33,11 +33,11 @@ def overlay_figure(drawn: list[Drawn], priors: list[Prior], shares: list[float])
     drawn : list of Drawn
     priors : list of Prior
     shares : list of float
-        Share of each prior's width that is left.
+        Posterior over prior width of each.
     """
     rows = -(-len(drawn) // ACROSS) or 1
     figure = new_figure(TOP + rows * (CELL + BOTTOM))
-    title(figure, "Before the data and after", "orange: prior;  blue: posterior")
+    title(figure, "Prior and posterior", "orange: prior;  blue: posterior")
     for number, (one, prior, share) in enumerate(zip(drawn, priors, shares, strict=True)):
         row, column = divmod(number, ACROSS)
         bottom = BOTTOM + (rows - 1 - row) * (CELL + BOTTOM)
@@ -56,9 +56,9 @@ def _overlay(axes: Axes, one: Drawn, prior: Prior, share: float) -> None:
         # The slope of the distribution function is the density, in whatever unit.
         density = np.diff(prior.cdf(grid * worth)) / np.diff(grid)
         axes.plot(0.5 * (grid[1:] + grid[:-1]), density, color=ORANGE, linewidth=1.2)
-        said = f"{100 * share:.2g} % of the prior's width" if np.isfinite(share) else ""
+        said = f"posterior / prior width {100 * share:.2g} %" if np.isfinite(share) else ""
     else:
-        said = "prior without an end"
+        said = "improper prior"
     axes.text(1.0, 1.03, said, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
     axes.set_xlim(*ends)
     axes.set_ylim(bottom=0.0)
@@ -69,9 +69,9 @@ def _overlay(axes: Axes, one: Drawn, prior: Prior, share: float) -> None:
 
 
 def _ends(values: np.ndarray, prior: Prior, share: float, worth: float) -> tuple[float, float]:
-    """Ends of the axis: around the posterior, or the whole prior where the data taught little."""
+    """Ends of the axis: around the posterior, or the whole prior where the data tell little."""
     low, middle, high = np.quantile(values, [0.001, 0.5, 0.999])
-    if prior.proper and share >= UNTAUGHT:
+    if prior.proper and share >= PRIOR_MATTERS:
         first, last = prior.quantile(np.array([0.005, 0.995])) / worth
         return min(float(first), float(low)), max(float(last), float(high))
     half = max(WIDER * 0.5 * float(high - low), 1e-9 * abs(float(middle)), 1e-300)

@@ -1,4 +1,4 @@
-"""Where model and measurement part: in which phase of the motion, and when."""
+"""Where model and measurement differ: in which phase of the motion, and when."""
 
 from __future__ import annotations
 
@@ -89,4 +89,4 @@ def _times(axes: Axes, found: Identification, places: Sequence[Place], channels:
     axes.tick_params(axis="y", length=0)
     label(axes, x="time / s")
     if not places:
-        axes.text(0.5, 0.5, "no stretch stands out of the noise", transform=axes.transAxes, ha="center", fontsize=SMALL)
+        axes.text(0.5, 0.5, "no stretch exceeds the noise", transform=axes.transAxes, ha="center", fontsize=SMALL)

@@ -36,8 +36,8 @@ def posterior_figures(posterior: Posterior, bands: Mapping[str, Bands]) -> Figur
     Returns
     -------
     Figures
-        A dict. ``corner``: every two values together. ``traces``: the way and the ranks of each ensemble. ``prior``:
-        before the data and after. ``record <name>``: what is foretold against what was measured.
+        A dict. ``corner``: every two values together. ``traces``: traces and ranks of each ensemble. ``prior``:
+        prior and posterior. ``record <name>``: posterior predictive bands against what was measured.
     """
     records = posterior.density.problem.layout.records
     figures = corner_figures(posterior)
@@ -60,7 +60,7 @@ def corner_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
 
 
 def trace_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
-    """``traces``: the way of each ensemble and its ranks."""
+    """``traces``: traces and rank plots of each ensemble."""
     course, target = posterior.course, posterior.target
     every = target.values(course.points.reshape(-1, target.size)).reshape(course.points.shape)
     ways = [
@@ -71,7 +71,7 @@ def trace_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
 
 
 def prior_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:
-    """``prior``: what was believed before the data, and what after."""
+    """``prior``: prior and posterior of each value."""
     target, flat = posterior.target, posterior.draws.reshape(-1, posterior.target.size)
     chosen = [i for i in _chosen(posterior, names) if target.priors]
     drawn = [Drawn(target.names[i], target.units[i], flat[:, i]) for i in chosen]
@@ -113,8 +113,8 @@ def _chosen(posterior: Posterior, names: Sequence[str]) -> list[int]:
     """Places of values by name; of all that records share where none is named."""
     known = posterior.target.names
     if not names:
-        alone = tuple(f"[{record}]" for record in posterior.density.problem.layout.records)
-        shared = [i for i, name in enumerate(known) if not name.endswith(alone)]
+        own = tuple(f"[{record}]" for record in posterior.density.problem.layout.records)
+        shared = [i for i, name in enumerate(known) if not name.endswith(own)]
         return shared or list(range(len(known)))
     for name in names:
         if name not in known:

@@ -99,7 +99,7 @@ def _residual(axes: Axes, channel: Compared) -> None:
     axes.set_ylim(-reach, reach)
     label(axes, y=axis_label("residual", unit))
     gap = float(np.sqrt(np.nanmean(residual**2)) / noise) if np.isfinite(residual).any() and noise else float("nan")
-    said = f"measured \N{MINUS SIGN} simulated: {gap:.2f} times the noise;  band: ±{BAND:.0f} noise rms"
+    said = f"measured \N{MINUS SIGN} simulated: RMS / noise {gap:.2f};  band: ±{BAND:.0f} noise rms"
     axes.text(1.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
 
 

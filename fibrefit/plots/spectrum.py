@@ -1,4 +1,4 @@
-"""At which frequencies model and measurement part: power of the residuals against the noise of the rests."""
+"""Residual spectrum: power of the residuals against the noise at rest, by frequency."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def spectrum_figure(before: Fitted, after: Fitted | None) -> Figure:
     """
     channels = before.channels
     figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
-    title(figure, "At which frequencies the model goes wrong", "mean over all records; grey: what noise leaves")
+    title(figure, "Residual spectrum", "mean over all records; grey: noise")
     panels = stack(figure, [HEIGHT] * len(channels), LEFT, RIGHT, TOP, GAP)
     for c, (axes, channel) in enumerate(zip(panels, channels, strict=True)):
         first = _spectrum(before, c)

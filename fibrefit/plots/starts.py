@@ -1,4 +1,4 @@
-"""The search: where each start began, where it ended, and how well it fits there."""
+"""Multistart: where each start began, where it ended, and the residual there."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def starts_figure(starts: Starts, units: dict[str, str]) -> Figure:
     order = np.argsort(np.where(np.isfinite(starts.cost), starts.cost, np.inf), kind="stable")
     names = starts.names[:MOST_PANELS]
     figure = new_figure(TOP + BOTTOM + max(30.0, ROW * starts.tried))
-    title(figure, "Starts of the search", f"{starts.agreeing} of {starts.tried} ended in the best minimum")
+    title(figure, "Multistart", f"{starts.agreeing} of {starts.tried} starts reached the best minimum")
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - RIGHT - BETWEEN * len(names)) / (len(names) + 1)
     panels = [

@@ -1,4 +1,4 @@
-"""Residuals against the state of the rig: on what the disagreement depends."""
+"""Residuals vs state: on which state of the rig they depend."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CLOSE = 4.0
 """Distance in mm of panels that share an axis."""
 BINS, FEWEST = 24, 12
 CELLS, PLANE = 44, 46.0
-LOUDEST = 4.0
+LARGEST = 4.0
 """Residual, in noise rms, at which the colours of the map end."""
 
 
@@ -101,7 +101,7 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
         label(axes, x=axis_label(variables[0], units[0][0]) if row == rows - 1 else "")
         label(axes, y=axis_label(variables[1], units[1][0]) if column == 0 else "")
     bar = place(figure, LEFT + 2 * width + BETWEEN + 4.0, bottom, 2.5, PLANE)
-    figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LOUDEST, -2, 0, 2, LOUDEST])
+    figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LARGEST, -2, 0, 2, LARGEST])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure
 
@@ -158,5 +158,5 @@ def _map(axes: Axes, fitted: Fitted, channel: int, variables: tuple[str, str], w
     mean = np.ma.masked_where(number == 0, total / np.maximum(number, 1))
     axes.axhline(0.0, color=GREY, linewidth=0.4, zorder=0)
     return axes.pcolormesh(
-        edges_x, edges_y, mean.T, cmap=colormaps["RdBu_r"], vmin=-LOUDEST, vmax=LOUDEST, rasterized=True
+        edges_x, edges_y, mean.T, cmap=colormaps["RdBu_r"], vmin=-LARGEST, vmax=LARGEST, rasterized=True
     )

@@ -1,4 +1,4 @@
-"""Figures of a sweep: how far a pendulum swings and what its fibres bear, against the frequency of the drive."""
+"""Figures of a frequency sweep: extremes of angle and forces, amplitude and stability against the drive frequency."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "rest": ("from rest", {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 2.5}),
-    "up": ("going up", {"color": BLUE, "linewidth": 0.9}),
-    "down": ("going down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
+    "up": ("sweep up", {"color": BLUE, "linewidth": 0.9}),
+    "down": ("sweep down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
 }
 LEFT, RIGHT, TOP, GAP, BOTTOM = 16.0, 5.0, 17.0, 5.0, 11.0
 HEIGHTS = (46.0, 34.0, 34.0, 24.0)
@@ -47,10 +47,12 @@ def sweep_figures(curves: Sequence[Curve]) -> Figures:
 def curve_figure(curve: Curve) -> Figure:
     """Extremes of angle and forces, and the largest Floquet multiplier, against frequency."""
     figure = new_figure(TOP + sum(HEIGHTS) + GAP * (len(HEIGHTS) - 1) + BOTTOM)
-    told = curve.conditions
-    preload = told.rig["preload"]
+    conditions = curve.conditions
+    preload = conditions.rig["preload"]
     title(
-        figure, told.name, f"drive {1e3 * told.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}"
+        figure,
+        conditions.name,
+        f"drive {1e3 * conditions.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
     axes = stacked(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
     for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
@@ -60,40 +62,40 @@ def curve_figure(curve: Curve) -> Figure:
         axes[3].plot(curve.frequencies, branch.multiplier, **WAYS[way][1])
     axes[3].axhline(1.0, color=GREY, linewidth=0.6)
     axes[3].set_ylim(top=1.05)
-    label(axes[3], x="frequency of the drive / Hz", y="multiplier")
+    label(axes[3], x="frequency of the drive / Hz", y="Floquet |\N{GREEK SMALL LETTER MU}|")
     _mark(axes, curve)
     legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
 def comparison_figure(curves: Sequence[Curve]) -> Figure:
-    """Farthest angle from rest and settled swing of all curves."""
+    """Maximum |angle| from rest and steady-state amplitude of all curves."""
     heights = (52.0, 52.0)
     figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
-    title(figure, "Swing against the frequency of the drive", "lines: from rest and going up; dashed: going down")
+    title(figure, "Frequency response", "lines: from rest and sweep up; dashed: sweep down")
     axes = stacked(figure, heights, LEFT, RIGHT, TOP, GAP)
     for i, curve in enumerate(curves):
         colour = KINDS[i % len(KINDS)][0]
         rest, name = curve.branches["rest"], curve.conditions.name
-        standing = np.where(rest.overturned, np.nan, rest.farthest)
+        standing = np.where(rest.overturned, np.nan, rest.max_angle)
         axes[0].plot(curve.frequencies, standing, color=colour, linewidth=0.8, label=name)
-        axes[1].plot(curve.frequencies, curve.branches["up"].swing, color=colour, linewidth=0.8)
-        axes[1].plot(curve.frequencies, curve.branches["down"].swing, color=colour, linewidth=0.8, linestyle="--")
+        axes[1].plot(curve.frequencies, curve.branches["up"].amplitude, color=colour, linewidth=0.8)
+        axes[1].plot(curve.frequencies, curve.branches["down"].amplitude, color=colour, linewidth=0.8, linestyle="--")
         for first, last in ranges(curve.frequencies, rest.overturned):
             axes[0].plot([first, last], [np.nanmax(standing)] * 2, color=colour, marker="x", markersize=4.0)
-    label(axes[0], y="farthest angle from rest / rad")
-    label(axes[1], x="frequency of the drive / Hz", y="settled swing / rad")
+    label(axes[0], y="max |angle| incl. transient, from rest / rad")
+    label(axes[1], x="frequency of the drive / Hz", y="steady-state amplitude / rad")
     legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
 def _extremes(axes: Axes, curve: Curve, channel: int) -> None:
-    """Settled extremes of every branch, and those from the first instant on of the runs from rest."""
+    """Steady-state extremes of every branch, and those with the transient of the runs from rest."""
     rest = curve.branches["rest"]
     standing = ~rest.overturned
     for values in (rest.first_lowest, rest.first_highest):
         ever = np.where(standing, values[:, channel], np.nan)
-        said = "from rest, first swings too" if values is rest.first_highest else None
+        said = "from rest, incl. transient" if values is rest.first_highest else None
         axes.plot(curve.frequencies, ever, color=ORANGE, linewidth=0.6, label=said)
     for way, branch in curve.branches.items():
         said, style = WAYS[way]
@@ -123,7 +125,7 @@ def _mark(axes: Sequence[Axes], curve: Curve) -> None:
 
 
 def _arrows(axes: Axes, curve: Curve, branch: Branch, way: str, colour: str) -> None:
-    for jump in jumps(curve.frequencies, branch.swing):
+    for jump in jumps(curve.frequencies, branch.amplitude):
         ends = [(jump.lower, jump.before), (jump.upper, jump.after)]
         if way == "down":
             ends.reverse()

@@ -1,4 +1,4 @@
-"""The way each ensemble took, and whether all of them went everywhere equally often."""
+"""Traces of the ensembles, and rank plots of their draws."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Way:
         The unit in SI.
     values : (n_ensemble, n_step, n_walker)
     warm_up : int
-        Steps left out.
+        Steps discarded.
     r_hat : float
     """
 
@@ -72,7 +72,7 @@ def _trace(axes: Axes, way: Way, last: bool) -> None:
     axes.set_xlim(0.5, len(steps) + 0.5)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.tick_params(labelbottom=last)
-    label(axes, x="step (shaded: left out)" if last else "", y=axis_label(way.name.rpartition(".")[2], unit))
+    label(axes, x="step (shaded: warm-up)" if last else "", y=axis_label(way.name.rpartition(".")[2], unit))
     axes.text(1.0, 1.02, way.name, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
 
 

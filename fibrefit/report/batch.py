@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import textwrap
 
+from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
@@ -17,9 +18,9 @@ VERDICTS = {
 MOST_ERRORS = 12
 """Items that could not be carried out and are listed with the reason."""
 SPREAD = 1.4826
-"""Standard deviation of a normal law over its median absolute deviation."""
+"""Standard deviation of a normal distribution over its median absolute deviation."""
 MORE = 2.0
-"""Scatter between the items over their errors, from which they differ by more than chance."""
+"""Robust standard deviation between items over their median standard error: above it they differ significantly."""
 
 
 def batch_report(summary: BatchSummary) -> str:
@@ -42,6 +43,7 @@ def batch_report(summary: BatchSummary) -> str:
         section("What was found", _found(summary)),
         section("What to doubt", _doubts(summary)),
         section("What to do next", items(_next(summary))),
+        GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
 
@@ -82,15 +84,17 @@ def _found(summary: BatchSummary) -> list[str]:
         shown = name if len(name) <= LONGEST_NAME else f"...{name[-LONGEST_NAME + 3 :]}"
         rows.append((shown, value, spread, own, "" if unit == "-" else unit, str(len(found))))
         if error and scatter > MORE * error and len(found) > 2:
-            differ.append(f"{name} ({scatter / error:.1f} times its error)")
-    lines = table(("", "median", "scatter", "error", "unit", "items"), rows, right={1, 2, 3, 5})
+            differ.append(f"{name} (ratio {scatter / error:.1f})")
+    lines = table(("", "median", "sd", "std. error", "unit", "items"), rows, right={1, 2, 3, 5})
     if differ:
-        lines.append(paragraph(f"More than chance lies between the items in {', '.join(differ)}."))
+        lines.append(paragraph(f"Between-item scatter exceeds the standard error: {', '.join(differ)}."))
+    if rows:
+        lines.append(paragraph("sd: robust standard deviation between items; std. error: median of their own."))
     return lines
 
 
 def _doubts(summary: BatchSummary) -> list[str]:
-    lines = items(f"{check.name}: {check.says}" for check in summary.checks if not check.passed)
+    lines = failures(summary.checks)
     stopped = [(name, item.error) for name, item in summary.items.items() if item.error]
     lines += items(f"{name}: {error}" for name, error in stopped[:MOST_ERRORS])
     if len(stopped) > MOST_ERRORS:

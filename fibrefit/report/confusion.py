@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from fibrefit.core.units import format_quantity
+from fibrefit.report.checks import GLOSSARY
 
 WIDTH = 80
 ALIKE = 0.9
@@ -15,7 +16,7 @@ MOST_PAIRS = 12
 
 
 class DirectionLike(Protocol):
-    """What is told of one effect."""
+    """What is reported of one effect."""
 
     effect: str
     parameter: str
@@ -33,7 +34,7 @@ class SplitLike(Protocol):
 
 
 def confusion_report(name: str, found: object, split: SplitLike | None, remarks: Sequence[str] = ()) -> str:
-    """Report of at most 80 columns.
+    """Report of what records can distinguish, in at most 80 columns.
 
     Parameters
     ----------
@@ -50,16 +51,18 @@ def confusion_report(name: str, found: object, split: SplitLike | None, remarks:
     lines = [name, "=" * WIDTH]
     for remark in remarks:
         lines += ["", *textwrap.wrap(remark, WIDTH)]
-    lines += ["", "Smallest strength that these records would show", "-" * 47]
+    limits = "Detection limits: smallest strength that these records would show"
+    lines += ["", limits, "-" * len(limits)]
     lines += [strength_line(one) for one in found.directions]  # type: ignore[attr-defined]
     pairs = found.pairs(ALIKE)  # type: ignore[attr-defined]
-    lines += ["", "What they would confuse (1 is inseparable)", "-" * 42]
+    heading = "Confounded pairs: |cosine| of their sensitivities (1: not separable)"
+    lines += ["", heading, "-" * len(heading)]
     lines += [f"{cosine:.3f}  {first} / {second}" for first, second, cosine in pairs[:MOST_PAIRS]]
     if not pairs:
-        lines.append("No two effects change these records in nearly the same way.")
+        lines.append(f"No two effects have sensitivities of |cosine| {ALIKE:g} or more.")
     if split is not None:
         lines += ["", *textwrap.wrap(split.says, WIDTH)]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", GLOSSARY])
 
 
 def strength_line(one: DirectionLike) -> str:

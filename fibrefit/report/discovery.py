@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.units import shown_unit
+from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
-from fibrefit.report.text import doubts, input_noise, parameter_row, with_error
+from fibrefit.report.text import GAP, doubts, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
 from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary, Place
@@ -21,6 +22,10 @@ MOST_CANDIDATES = 6
 MOST_RECORDS = 12
 LONGEST_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
+EVIDENCE = (
+    "Evidence: gain of twice the log-likelihood over the model before, penalised for the number of candidates and "
+    "parameters; above 10 is strong."
+)
 
 
 def discovery_report(summary: DiscoverySummary) -> str:
@@ -41,16 +46,17 @@ def discovery_report(summary: DiscoverySummary) -> str:
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
-        section("How much it matters", items(found.says for found in summary.weights)),
+        section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(places)),
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
-        section("Smallest strength that these records would show", _detectable(summary)),
+        section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
+        GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
 
@@ -79,10 +85,11 @@ def _opening(summary: DiscoverySummary) -> str:
         said.append(summary.reason)
     after = summary.gap.total
     before = summary.before.gap.total if summary.before else None
+    expected = "1" if summary.expected_gap is None else f"{summary.expected_gap:.2f}"
     if summary.added and before is not None and after is not None:
-        said.append(f"The gap falls from {before:.2f} to {after:.2f} times the noise.")
+        said.append(f"The normalised residual RMS (gap) falls from {before:.2f} to {after:.2f}, expected {expected}.")
     elif after is not None:
-        said.append(f"The gap is {after:.2f} times the noise.")
+        said.append(f"The normalised residual RMS (gap) is {after:.2f}, expected {expected}.")
     if summary.verdict == "unexplained" and summary.added:
         said.append(f"{' and '.join(summary.added)} helped, but that is not the whole of it.")
     if summary.provenance is not None and summary.provenance.seconds is not None:
@@ -130,7 +137,7 @@ def _curves(summary: DiscoverySummary) -> list[str]:
 
 
 def _gaps(summary: DiscoverySummary) -> list[str]:
-    """One row a record, worst first, and one for all: each channel, and as foreseen from the other records."""
+    """One row a record, worst first, and one for all: each channel, and leave-one-record-out."""
     before = summary.before if summary.added else None
     held = {item.record: (item.gap_before, item.gap_after) for item in summary.held_out}
     channels = list(summary.gap.channels)
@@ -144,13 +151,17 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
         for name in worst[:MOST_RECORDS]
     ]
     rows.append(("all records", *_ratios(before.gap if before else None, summary.gap, channels), ""))
-    lines = table(("times the noise", *channels, "left out"), rows, right=set(range(1, len(channels) + 2)))
+    lines = table(("gap (RMS / noise)", *channels, "left out"), rows, right=set(range(1, len(channels) + 2)))
     if len(worst) > len(rows) - 1:
         lines.insert(-2, f"and {len(worst) - len(rows) + 1} more records with smaller gaps")
+    lines.append(paragraph(GAP))
     lines += input_noise(summary)
     if held:
         lines.append(
-            paragraph('"Left out": that record as foreseen from the others, only its own zero and start being fitted.')
+            paragraph(
+                '"Left out": leave-one-record-out cross-validation, that record predicted from a fit to the others; '
+                "only its own zero and start are fitted."
+            )
         )
     return lines
 
@@ -201,7 +212,7 @@ def _candidates(ranking: Sequence[Candidate]) -> list[str]:
     others = len(ranking) - MOST_CANDIDATES
     if others > 0:
         lines.insert(-1, f"and {others} more that leave a larger gap")
-    return lines
+    return [*lines, paragraph(EVIDENCE)] if lines else []
 
 
 def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
@@ -211,8 +222,8 @@ def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
         for name, parameter in candidate.parameters.items()
         if name.rpartition(".")[0] in names
     ]
-    foreseen = "" if candidate.gap_foreseen is None else f"{candidate.gap_foreseen:.3f}"
-    numbers = (f"{candidate.gap_after:.3f}", foreseen, f"{candidate.evidence:.0f}")
+    predicted = "" if candidate.gap_foreseen is None else f"{candidate.gap_foreseen:.3f}"
+    numbers = (f"{candidate.gap_after:.3f}", predicted, f"{candidate.evidence:.0f}")
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
     said = values + [""] * (lines - len(values))

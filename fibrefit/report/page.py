@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from fibrefit.core.environment import versions
 from fibrefit.report.any import report_of
+from fibrefit.report.checks import quantity_of
 from fibrefit.report.text import parameter_row, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, FitResultSummary, Part, PosteriorSummary, Provenance
 
@@ -125,7 +126,10 @@ def _checks(summary: Part) -> Table | None:
     checks = getattr(summary, "checks", ())
     if not checks:
         return None
-    rows = [("passed" if check.passed else "FAILED", check.name, check.says) for check in checks]
+    rows = [
+        ("passed", check.name, check.says) if check.passed else ("FAILED", quantity_of(check), check.says)
+        for check in checks
+    ]
     return Table("Checks", ("", "check", "what it says"), rows)
 
 

@@ -1,4 +1,4 @@
-"""The terminal report of a posterior: what is known of each parameter, how it was learnt, what to doubt."""
+"""The terminal report of a posterior: parameters, sampling, predictive performance, failed checks."""
 
 from __future__ import annotations
 
@@ -6,41 +6,48 @@ import textwrap
 from collections.abc import Sequence
 
 from fibrefit.core.units import shown_unit
+from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
-    "ok": "The chains agree and every check passed: this posterior can be believed as far as its model can.",
-    "suspect": "Read this posterior with care: the chains came to an end, but not all checks passed.",
-    "failed": "Do not use these numbers: the chains have not found the posterior.",
+    "ok": "The chains converged and every check passed: this posterior can be believed as far as its model can.",
+    "suspect": "Read this posterior with care: not all of its checks passed.",
+    "failed": "Do not use these numbers: the chains have not converged to the posterior.",
 }
 
-KINDS = {"equal_tailed": "equal tails", "highest_density": "highest density"}
+KINDS = {"equal_tailed": "equal-tailed", "highest_density": "highest-density"}
+
+ENDS = {"converged": "Converged", "budget": "Stopped by the budget before convergence", None: "Ended"}
 
 MATTERS = 0.3
-"""Share of the prior's width left, from which the prior is told beside the parameter."""
+"""Posterior over prior width from which the prior of a parameter is listed."""
 
 DECISIVE = 2.0
-"""Standard errors by which one of two models must foretell better."""
+"""Standard errors by which one of two models must predict better."""
+
+PARETO_K = 0.7
+"""Above it a block's importance weights are unreliable."""
 
 #: What to do where a check failed, by its name.
 REMEDIES = {
     "the residuals are noise": "Run fibrefit discover on this study: it looks for what the model lacks.",
     "plain and whitened estimates agree": "Run fibrefit discover on this study: it looks for what the model lacks.",
-    "the fit before it held": "Look at fibrefit fit first: a posterior cannot be better than what it begins around.",
-    "there is one mode": "Measure one more record that tells the modes apart; fibrefit confuse says which conditions "
-    "differ most.",
-    "parameters are told apart": "Hold one of the parameters that stand for one another, give it a prior, or measure "
-    "under other conditions.",
-    "the data taught every parameter": "Hold what the data do not see at a known value, or measure what shows it.",
-    "no posterior leans against a limit": "Try the model without what leans against nil, and set the two against each "
-    "other with --compare: these records may not show it at all.",
-    "the posterior lies at the fit": "Look at the records of fibrefit fit: where plain and whitened residuals want "
-    "different values, something is missing or the search ended elsewhere.",
-    "every prior is proper": "Give the parameters without an end a prior of the study, or bounds on both sides.",
-    "NUTS finds the same posterior": "Resume with a larger --ess and ask for --nuts again; if they still differ, "
-    "believe neither.",
+    "the initial fit is usable": "Look at fibrefit fit first: the chains are initialised around that fit.",
+    "there is one mode": "Measure one more record that tells the modes apart; fibrefit distinguish says which "
+    "conditions differ most.",
+    "no strong posterior correlation": "Hold one of the correlated parameters, give it a prior, or measure under other "
+    "conditions.",
+    "every posterior is narrower than its prior": "Hold what the data do not determine at a known value, or measure "
+    "under conditions that show it.",
+    "no posterior is truncated by a bound": "Try the model without the effect whose strength reaches zero, and compare "
+    "both with --compare: these records may not show it at all.",
+    "the posterior lies at the fit": "Look at the records of fibrefit fit: where OLS and GLS estimates differ, an "
+    "effect is missing or the search ended in another minimum.",
+    "every prior is proper": "Give the parameters with an improper prior one in the study, or bounds on both sides.",
+    "NUTS finds the same posterior": "Resume with a larger --ess and cross-check with --nuts again; if they still "
+    "differ, believe neither.",
 }
 
 
@@ -61,10 +68,11 @@ def posterior_report(summary: PosteriorSummary) -> str:
         _title(summary),
         paragraph(VERDICTS[summary.status]),
         section("What is known", _known(summary)),
-        section("How it was learnt", _learnt(summary)),
-        section("How well it foretells", _foretells(summary)),
-        section("What to doubt", _doubts(summary)),
+        section("Sampling", _sampling(summary)),
+        section("Predictive performance (cross-validation)", _predictive(summary)),
+        section("What to doubt", failures(summary.checks) + passes(summary.checks)),
         section("What to do next", items(summary.advice)),
+        GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
 
@@ -84,7 +92,7 @@ def advice(checks: Sequence[CheckSummary], converged: bool, asked_nuts: bool) ->
             "Go on with --resume and a larger --max-steps or --max-seconds: the chains are kept beside this result."
         )
     if not said and not asked_nuts:
-        said.append("Where much depends on it, ask for a second opinion with --nuts.")
+        said.append("Where much depends on it, cross-check with NUTS: --nuts.")
     return tuple(dict.fromkeys(said))
 
 
@@ -98,12 +106,13 @@ def _known(summary: PosteriorSummary) -> list[str]:
     rows = [row for name, found in summary.parameters.items() for row in _rows(name, found)]
     interval = f"{100 * summary.interval_probability:g} % interval"
     lines = table(("", "mean", "sd", "unit", interval), rows, right={1, 2})
-    lines.append(paragraph(f"Intervals have {KINDS[summary.interval_kind]}."))
+    kind = KINDS[summary.interval_kind]
+    lines.append(paragraph(f"{100 * summary.interval_probability:g} % {kind} credible intervals."))
     if summary.effects:
         lines.append(paragraph(f"The model: the base model and {', '.join(summary.effects)}."))
-    alone = sorted({name for found in summary.records.values() for name in found})
-    if alone:
-        lines.append(paragraph(f"Each record has its own {' and '.join(alone)}: see summary.json."))
+    own = sorted({name for found in summary.records.values() for name in found})
+    if own:
+        lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))
     return lines + _priors(summary)
 
 
@@ -125,28 +134,29 @@ def _row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
 
 def _priors(summary: PosteriorSummary) -> list[str]:
     everything = {**summary.parameters}
-    told = [
-        f"The prior of {name} matters: {found.prior}; {100 * found.prior_share:.0f} % of its width is left."
+    strong = [
+        f"The prior of {name} matters: {found.prior}; posterior / prior width {100 * found.prior_share:.0f} %."
         for name, found in everything.items()
         if found.prior_share is not None and found.prior_share >= MATTERS
     ]
     assumed = "; ".join(f"{name}: {found.prior}" for name, found in everything.items() if found.prior)
     lines = [paragraph(f"Priors: {assumed}.")] if assumed else []
-    return lines + (items(told) or [paragraph("No prior matters: the data say far more of every parameter.")])
+    shares = [found.prior_share for found in everything.values() if found.prior_share is not None]
+    most = f" ({100 * max(shares):.2g} % or less for all)" if shares else ""
+    return lines + (items(strong) or [paragraph(f"Prior influence is negligible: posterior / prior width{most}.")])
 
 
-def _learnt(summary: PosteriorSummary) -> list[str]:
+def _sampling(summary: PosteriorSummary) -> list[str]:
     every = [*summary.parameters.values(), *(found for own in summary.records.values() for found in own.values())]
     worst_r = max((p.r_hat for p in every if p.r_hat is not None), default=None)
     ess = min((min(p.ess_bulk, p.ess_tail) for p in every if p.ess_bulk and p.ess_tail), default=None)
-    ended = {"converged": "They ran until they agreed", "budget": "The budget ended the run", None: "They ended"}
-    steps = "" if summary.steps is None else f" of {summary.steps} steps, the first {summary.warm_up} left out"
+    steps = "" if summary.steps is None else f", {summary.steps} steps (warm-up of {summary.warm_up} discarded)"
     lines = [paragraph(f"{summary.ensembles} ensembles of {summary.walkers} walkers{steps}.")]
-    said = [ended[summary.ended]]
+    said = [ENDS[summary.ended]]
     if worst_r is not None and ess is not None:
-        said.append(f"R-hat at most {worst_r:.4f}, effective draws {ess:.0f} or more")
+        said.append(f"max. R-hat {worst_r:.4f}, min. bulk/tail ESS {ess:.0f}")
     if summary.acceptance is not None:
-        said.append(f"{100 * summary.acceptance:.0f} % of the moves accepted")
+        said.append(f"acceptance {100 * summary.acceptance:.0f} %")
     lines.append(paragraph("; ".join(said) + "."))
     if summary.likelihood_says:
         lines.append(paragraph(summary.likelihood_says))
@@ -154,18 +164,18 @@ def _learnt(summary: PosteriorSummary) -> list[str]:
     return lines
 
 
-def _foretells(summary: PosteriorSummary) -> list[str]:
+def _predictive(summary: PosteriorSummary) -> list[str]:
     lines = []
     if summary.covered:
         shares = ", ".join(f"{100 * share:.1f} % of {channel}" for channel, share in summary.covered.items())
-        lines.append(paragraph(f"Samples inside the 90 % bands of new measurements: {shares}."))
+        lines.append(paragraph(f"Posterior predictive check, samples inside the 90 % band: {shares}."))
     if summary.foresight is not None:
         ahead = summary.foresight
         lines.append(
             paragraph(
-                f"Log density of {ahead.blocks} blocks of time, each left out in turn: {ahead.total.value:.1f} +/- "
-                f"{ahead.total.error:.1f}, with {ahead.effective_parameters:.1f} effective parameters"
-                + (f"; {ahead.unsure} of them cannot be relied on." if ahead.unsure else ".")
+                f"PSIS-LOO over {ahead.blocks} time blocks, each left out in turn: elpd_loo = {ahead.total.value:.1f} "
+                f"+/- {ahead.total.error:.1f}, p_loo = {ahead.effective_parameters:.1f}; Pareto k > {PARETO_K:g} in "
+                f"{ahead.unsure} block{'s' * (ahead.unsure != 1)}."
             )
         )
     if summary.log_evidence is not None:
@@ -182,14 +192,5 @@ def _rivals(rivals: Sequence[ComparedModel]) -> list[str]:
         evidence = "" if rival.log_evidence is None else f"{rival.log_evidence.value:+.1f}"
         name = shortened(", ".join(rival.effects) or f"base model, {rival.result}", 32)
         rows.append((name, f"{difference:+.1f} +/- {error:.1f}", evidence, better))
-    lines = table(("this model against", "left out", "evidence", "better"), rows, right={1, 2})
+    lines = table(("this model against", "delta elpd_loo", "log Bayes factor", "better"), rows, right={1, 2})
     return ["", *lines] if lines else []
-
-
-def _doubts(summary: PosteriorSummary) -> list[str]:
-    failed = [check for check in summary.checks if not check.passed]
-    passed = [check.name for check in summary.checks if check.passed]
-    lines = items(f"{check.name}: {check.says}" for check in failed)
-    if passed:
-        lines.append(paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
-    return lines

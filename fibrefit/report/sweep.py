@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from fibrefit.core.units import format_quantity
+from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, SweepSummary
 
-BRANCHES = {"rest": "from rest", "up": "going up", "down": "going down"}
+BRANCHES = {"rest": "from rest", "up": "sweep up", "down": "sweep down"}
+#: What the columns hold.
+COLUMNS = paragraph(
+    "amplitude: steady state; max |angle|: transient included; |mu|: largest Floquet multiplier (below 1: stable). "
+    "from rest: started from rest at each frequency; sweep up, sweep down: continued from the frequency before."
+)
 NO_MORE = 4
-"""Ranges or jumps told of one branch; the rest are counted."""
+"""Ranges or jumps listed of one branch; the rest are counted."""
 
 
 def sweep_report(summary: SweepSummary) -> str:
@@ -30,18 +36,17 @@ def sweep_report(summary: SweepSummary) -> str:
         f"{summary.runs} runs at {summary.frequencies} frequencies from {summary.lowest_hz:g} to "
         f"{summary.highest_hz:g} Hz{took}."
     )
-    doubts = [check.says for check in summary.checks if not check.passed]
     parts = [f"{summary.study}\n{'=' * WIDTH}", paragraph(first)]
     parts += [_curve(name, curve) for name, curve in summary.curves.items()]
-    parts.append(section("What to doubt", items(doubts)))
+    parts += [section("What to doubt", failures(summary.checks)), f"{COLUMNS}\n{GLOSSARY}"]
     return "\n\n".join(part for part in parts if part)
 
 
 def _curve(name: str, curve: CurveSummary) -> str:
     amplitude = format_quantity(curve.amplitude_m, "m", 3)
     preload = f"preload {format_quantity(curve.preload_n, 'N', 3)}" if curve.preload_n else "no preload"
-    lines = [f"drive {amplitude}, {preload}; small oscillations {curve.natural_frequency_hz:.3g} Hz", ""]
-    head = ("", "largest swing", "at", "farthest", "at", "force", "multiplier")
+    lines = [f"drive {amplitude}, {preload}; linear natural frequency {curve.natural_frequency_hz:.3g} Hz", ""]
+    head = ("", "amplitude", "at", "max |angle|", "at", "max force", "|mu|")
     lines += table(head, [_row(kind, branch) for kind, branch in curve.branches.items()], set(range(1, len(head))))
     for kind, branch in curve.branches.items():
         lines += _marks(BRANCHES[kind], branch)
@@ -59,13 +64,13 @@ def _row(kind: str, branch: BranchSummary) -> tuple[str, ...]:
 
 def _marks(kind: str, branch: BranchSummary) -> list[str]:
     said = [
-        f"{kind}: jumps between {j.from_hz:g} and {j.to_hz:g} Hz, swing {j.from_rad:.2g} to {j.to_rad:.2g} rad, "
-        f"farthest {j.farthest_from_rad:.2g} to {j.farthest_to_rad:.2g} rad"
+        f"{kind}: jumps between {j.from_hz:g} and {j.to_hz:g} Hz, amplitude {j.from_rad:.2g} to {j.to_rad:.2g} rad, "
+        f"max |angle| {j.farthest_from_rad:.2g} to {j.farthest_to_rad:.2g} rad"
         for j in branch.jumps[:NO_MORE]
     ]
     for word, spans in (
         ("overturns", branch.overturned_hz),
-        ("does not repeat itself", branch.not_periodic_hz),
+        ("is not periodic", branch.not_periodic_hz),
         ("is unstable", branch.unstable_hz),
     ):
         if spans:

@@ -9,6 +9,7 @@ import math
 import textwrap
 
 from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.study.summaries.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
 
@@ -27,20 +28,26 @@ VERDICTS = {
     "failed": "Do not use these numbers: the fit itself cannot be relied on.",
 }
 
+#: How the standard errors were found.
 ERROR_METHODS = {
-    "white": "The error bars assume noise without memory.",
-    "spectrum": "The error bars follow from the spectrum of the residuals, as white and pink noise.",
-    "newey_west": "The error bars allow for noise that is correlated in time (Newey-West).",
-    "whitened": "After whitening no memory is left in the noise, and the error bars follow from its size.",
-    "block_bootstrap": "The error bars come from resampling blocks of the residuals.",
+    "white": "Standard errors assume white noise.",
+    "spectrum": "Standard errors follow from the residual spectrum, taken as white + 1/f (pink) noise.",
+    "newey_west": "Standard errors allow for autocorrelated noise (Newey-West).",
+    "whitened": "The residuals are white after pre-whitening; standard errors follow from their variance (GLS).",
+    "block_bootstrap": "Standard errors come from a block bootstrap of the residuals.",
 }
 
 
-NAIVE = {
-    "whitened least squares": "what plain least squares states when it takes noise for white",
-    "plain least squares": "for noise without memory",
-    None: "for noise without memory",
-}
+#: What the reported standard errors are compared with.
+NAIVE = "under white noise"
+NAIVE_OF_GLS = "those of ordinary least squares (OLS) under white noise"
+GLS = ("whitened least squares", "generalised least squares")
+
+#: One line that says what the gap is.
+GAP = (
+    "Gap: normalised residual RMS, measured minus simulated over the noise (root of the reduced chi-square); "
+    "1 is expected."
+)
 
 
 def fit_report(summary: FitResultSummary) -> str:
@@ -63,6 +70,7 @@ def fit_report(summary: FitResultSummary) -> str:
         section("How sure it is", _sure(summary)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
+        GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
 
@@ -138,7 +146,8 @@ def _sure(summary: FitResultSummary) -> list[str]:
     if summary.error_method:
         method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
         factor = summary.error_inflation
-        wider = "" if factor is None else f" They are {factor:.1f} times as wide as {NAIVE[summary.estimator]}."
+        naive = NAIVE_OF_GLS if summary.estimator in GLS else NAIVE
+        wider = "" if factor is None else f" They are {factor:.1f} times as wide as {naive}."
         lines += [paragraph(method + wider)]
     if summary.starts is not None:
         lines += [paragraph(_starts(summary.starts))]
@@ -149,7 +158,8 @@ def _gap_table(summary: FitResultSummary) -> list[str]:
     rows = [_gap_row(channel, gap) for channel, gap in summary.gap.channels.items()]
     if summary.gap.total is not None:
         rows.append(("total", "", "", f"{summary.gap.total:.2f}"))
-    return table(("gap (1 is perfect)", "rms", "noise", "ratio"), rows, right={1, 2, 3})
+    lines = table(("residuals", "rms", "noise", "gap"), rows, right={1, 2, 3})
+    return [*lines[:-1], paragraph(GAP), ""] if lines else []
 
 
 def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
@@ -158,7 +168,7 @@ def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
 
 
 def _records(summary: FitResultSummary) -> list[str]:
-    """Gap of each record, worst first; nothing where there is but one."""
+    """Gap of each record, worst first; nothing where there is only one."""
     if len(summary.records) < 2:
         return []
     worst = sorted(summary.records.items(), key=lambda item: -(item[1].gap.total or math.inf))
@@ -169,39 +179,36 @@ def _records(summary: FitResultSummary) -> list[str]:
         ratios = [f"{gap.ratio:.2f}" if gap is not None and gap.ratio is not None else "" for gap in gaps]
         masked = str(record.masked) if record.masked else ""
         rows.append((textwrap.shorten(name, 36, placeholder="..."), *ratios, masked))
-    lines = table(("by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
+    lines = table(("gap by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
     others = len(worst) - len(rows)
     return lines + ([paragraph(f"and {others} more with smaller gaps.")] if others else [])
 
 
 def _starts(starts: StartsSummary) -> str:
-    text = f"{starts.agreeing} of {starts.tried} starts ended in the same, best minimum."
-    others = [basin for basin in starts.basins if basin.cost > 0][:2]
-    told = [f"{basin.starts} at {1.0 + basin.cost:.3g} times its cost" for basin in others]
-    return f"{text} Others: {'; '.join(told)}." if told else text
+    text = f"Multistart: {starts.agreeing} of {starts.tried} starts reached the best minimum"
+    others = [basin for basin in starts.basins if basin.cost > 0]
+    shown = ", ".join(f"cost x {1.0 + basin.cost:.3g} ({basin.starts})" for basin in others[:2])
+    number = f"{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
+    return f"{text}; {number}: {shown}{', ...' if len(others) > 2 else ''}." if others else f"{text}."
 
 
 def input_noise(summary: FitResultSummary) -> list[str]:
-    """What was taken off each measured input, and what that does to the gap."""
+    """The correction of each measured input (errors in variables), and the gap expected then."""
     lines = []
     for name, error in summary.input_errors.items():
         rms, noise = (format_quantity(value, error.unit, 2) for value in (error.rms, error.noise))
-        text = f"The measured {name} was corrected by {rms} rms; its noise is {noise}."
+        text = f"The measured {name} was corrected by {rms} rms (errors in variables); its noise is {noise}."
         if error.rms == 0.0:
             text = f"The {name} was taken as it was measured; its noise is {noise}."
         if summary.expected_gap is not None:
-            text += f" A perfect model would leave a gap of {summary.expected_gap:.2f}."
+            text += f" The expected gap of a perfect model is {summary.expected_gap:.2f}."
         lines.append(paragraph(text))
     return lines
 
 
 def doubts(summary: FitResultSummary) -> list[str]:
     """Checks that failed, notes on records, and the names of checks that passed."""
-    failed = [check for check in summary.checks if not check.passed]
-    passed = [check.name for check in summary.checks if check.passed]
-    lines = items(f"{check.name}: {check.says}" for check in failed)
+    lines = failures(summary.checks)
     for name, record in summary.records.items():
         lines += items(f"{name}: {note}" for note in record.notes)
-    if passed:
-        lines.append(paragraph(f"{'Passed' if failed else 'All checks passed'}: {'; '.join(passed)}."))
-    return lines
+    return lines + passes(summary.checks)

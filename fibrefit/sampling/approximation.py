@@ -80,7 +80,7 @@ class Approximation:
         Raises
         ------
         UsageError
-            If the density is nil nearly everywhere around the centre.
+            If the density is zero nearly everywhere around the centre.
         """
         points = np.empty((count, len(self.centre)))
         found = np.full(count, -np.inf)

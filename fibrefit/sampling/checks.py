@@ -1,4 +1,4 @@
-"""Whether a posterior is to be believed: a table of checks, each with a sentence."""
+"""Whether a posterior can be believed: convergence, modes, priors and residuals, a sentence each."""
 
 from __future__ import annotations
 
@@ -19,63 +19,98 @@ STUCK = 0.02
 """Acceptance below which a walker counts as stuck."""
 SECOND_MODE = 0.01
 """Weight from which a second mode must not be passed over."""
-UNTAUGHT = 0.8
-"""Share of the prior's width left, from which the data have taught nothing worth the name."""
-RIDGE = 0.995
+UNCONTRACTED = 0.8
+"""Posterior over prior width above which the data tell nothing of a parameter."""
+PRIOR_MATTERS = 0.3
+"""The same above which the prior matters."""
+STRONG = 0.995
+"""Posterior correlation above which two parameters are not determined one by one."""
 FAR = 4.0
 """Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
-LOUD = 1.1
-"""Noise in the residuals over the noise at rest that still passes."""
-PILED = 0.1
-"""Distance of a lower or upper 2.5 % point from a limit, in standard deviations, at which draws pile up there."""
+EXCESS = 1.1
+"""Residual RMS over the noise RMS at rest that still passes."""
+TRUNCATED = 0.1
+"""Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""
 
 
 def ensembles_agree(names: Sequence[str], course: Course, settings: Settings) -> Check:
-    """R-hat between ensembles."""
+    """Convergence: R-hat between ensembles."""
     found = course.mixing.r_hat
     worst, value = names[int(np.argmax(found))], float(found.max())
     passed = value < settings.r_hat
     says = (
-        f"{len(course.points)} independent ensembles agree (largest R-hat {value:.4f}, {worst})."
+        f"R-hat between {len(course.points)} ensembles is at most {value:.4f} ({worst}), threshold {settings.r_hat:g}."
         if passed
-        else f"The ensembles do not agree on {worst} (R-hat {value:.4g}): the budget ended before they did. "
-        "Resume with a larger one, or look for several modes."
+        else f"R-hat between ensembles is {value:.4g} for {worst}, threshold {settings.r_hat:g}: the chains have not "
+        "converged within the budget. Resume with a larger one, or look for several modes."
     )
-    return Check("the ensembles agree", passed, says, value, settings.r_hat, fatal=value > HOPELESS_R_HAT)
+    fatal = value > HOPELESS_R_HAT
+    return Check(
+        "the ensembles agree",
+        passed,
+        says,
+        value,
+        settings.r_hat,
+        fatal=fatal,
+        identifier="convergence",
+        quantity="convergence (R-hat)",
+    )
 
 
 def draws_suffice(names: Sequence[str], course: Course, settings: Settings) -> Check:
-    """Effective number of draws."""
+    """Effective sample size."""
     found = np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail)
     worst, value = names[int(np.argmin(found))], float(found.min())
     passed = value > settings.ess
-    says = f"The draws are worth {value:.4g} independent ones or more ({worst})." + (
-        "" if passed else " The budget ended before there were enough: resume with a larger one."
+    says = f"The bulk/tail effective sample size is {value:.4g} at least ({worst}), threshold {settings.ess:g}" + (
+        "." if passed else ": the budget ended before there were enough draws. Resume with a larger one."
     )
-    return Check("there are enough draws", passed, says, value, settings.ess, fatal=value < HOPELESS_ESS)
+    fatal = value < HOPELESS_ESS
+    return Check(
+        "there are enough draws",
+        passed,
+        says,
+        value,
+        settings.ess,
+        fatal=fatal,
+        identifier="effective_sample_size",
+        quantity="effective sample size",
+    )
 
 
 def walkers_mix(names: Sequence[str], course: Course, settings: Settings) -> Check:
-    """Whether each walker goes where the others go."""
+    """Whether every walker explores the whole mode: R-hat between walkers, and acceptance."""
     found = course.mixing.r_hat_walkers
     worst, value = names[int(np.argmax(found))], float(found.max())
     stuck = float(np.mean(course.acceptance < STUCK))
     passed = value < settings.r_hat_walkers and stuck == 0.0
     if stuck:
-        says = f"{100 * stuck:.2g} % of the walkers hardly move: their draws are those of the start."
+        says = (
+            f"The acceptance of {100 * stuck:.2g} % of the walkers is below {100 * STUCK:g} %: their draws are those "
+            "of the start."
+        )
     elif passed:
-        says = "Every walker goes where the others go."
+        says = f"R-hat between walkers is {value:.3g} at most, threshold {settings.r_hat_walkers:g}; acceptance OK."
     else:
         says = (
-            f"Walkers keep to different values of {worst} (R-hat between walkers {value:.3g}): there are several "
-            "modes, or a long ridge, and their shares depend on where the walkers began."
+            f"R-hat between walkers is {value:.3g} for {worst}, threshold {settings.r_hat_walkers:g}: there are "
+            "several modes, or a strong correlation, and their weights depend on where the walkers started."
         )
-    return Check("the walkers mix", passed, says, value, settings.r_hat_walkers, fatal=not passed)
+    return Check(
+        "the walkers mix",
+        passed,
+        says,
+        value,
+        settings.r_hat_walkers,
+        fatal=not passed,
+        identifier="walker_mixing",
+        quantity="mixing of the walkers",
+    )
 
 
 def one_mode(modes: Sequence[Mode], target: Target) -> Check:
     """Whether a second mode has a weight worth naming."""
-    others = [mode for mode in modes[1:] if not mode.left]
+    others = [mode for mode in modes[1:] if not mode.absorbed]
     weight = max((mode.weight for mode in others), default=0.0)
     passed = weight < SECOND_MODE
     if not others:
@@ -85,53 +120,76 @@ def one_mode(modes: Sequence[Mode], target: Target) -> Check:
     else:
         listed = "; ".join(_described(mode, target) for mode in modes if mode.weight >= SECOND_MODE)
         says = (
-            f"There are several modes: {listed}. Values and intervals are those of the first alone, "
+            f"The posterior is multimodal: {listed}. Values and intervals are those of the first mode alone, "
             "never an average; another record must tell which is right."
         )
-    return Check("there is one mode", passed, says, weight, SECOND_MODE)
+    return Check(
+        "there is one mode",
+        passed,
+        says,
+        weight,
+        SECOND_MODE,
+        identifier="second_mode",
+        quantity="weight of a second mode",
+    )
 
 
 def _described(mode: Mode, target: Target) -> str:
     centre = target.values(mode.approximation.centre[None])[0]
-    told = [f"{n} = {v:.4g} {u}" for n, v, u in zip(target.names, centre, target.units, strict=True)]
-    return f"weight {mode.weight:.2g} at {', '.join(told[:3])}{', ...' if len(told) > 3 else ''}"
+    named = [f"{n} = {v:.4g} {u}" for n, v, u in zip(target.names, centre, target.units, strict=True)]
+    return f"weight {mode.weight:.2g} at {', '.join(named[:3])}{', ...' if len(named) > 3 else ''}"
 
 
-def data_taught(found: Mapping[str, Marginal]) -> Check:
-    """Whether the posterior is more than the prior."""
+def contraction(found: Mapping[str, Marginal]) -> Check:
+    """Whether the posterior is narrower than the prior."""
     shares = {name: marginal.prior_share for name, marginal in found.items() if np.isfinite(marginal.prior_share)}
-    nothing = [name for name, share in shares.items() if share > UNTAUGHT]
+    nothing = [name for name, share in shares.items() if share > UNCONTRACTED]
     worst = max(shares.values(), default=0.0)
     says = (
-        f"The data taught us nothing about {', '.join(nothing)}: what is reported is the prior."
+        f"Posterior / prior width of {', '.join(nothing)} exceeds {UNCONTRACTED:g} (largest {worst:.2f}): the data "
+        "tell nothing of it, and what is reported is the prior."
         if nothing
-        else "Every parameter is known far better than its prior says."
-        if worst < 0.3
-        else "The data taught something about every parameter, but the prior of "
-        + ", ".join(name for name, share in shares.items() if share >= 0.3)
+        else f"Posterior / prior width is {worst:.2g} at most: prior influence is negligible."
+        if worst < PRIOR_MATTERS
+        else f"Posterior / prior width is {worst:.2f} at most: the prior of "
+        + ", ".join(name for name, share in shares.items() if share >= PRIOR_MATTERS)
         + " matters."
     )
-    return Check("the data taught every parameter", not nothing, says, worst, UNTAUGHT)
+    return Check(
+        "every posterior is narrower than its prior",
+        not nothing,
+        says,
+        worst,
+        UNCONTRACTED,
+        identifier="contraction",
+        quantity="posterior width against prior width",
+    )
 
 
-def no_ridge(names: Sequence[str], course: Course) -> Check:
-    """Whether two coordinates are known one by one."""
+def correlation(names: Sequence[str], course: Course) -> Check:
+    """Whether no two coordinates are strongly correlated in the posterior."""
     points = course.kept.reshape(-1, course.points.shape[-1])
     spread = points.std(axis=0)
     moving = np.flatnonzero(spread > 0.0)
-    correlation = (
-        np.abs(np.corrcoef(points[:, moving].T)) - np.eye(len(moving)) if len(moving) > 1 else np.zeros((1, 1))
-    )
-    a, b = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
-    value = float(correlation[a, b])
-    passed = value < RIDGE
+    every = np.abs(np.corrcoef(points[:, moving].T)) - np.eye(len(moving)) if len(moving) > 1 else np.zeros((1, 1))
+    a, b = np.unravel_index(int(np.argmax(every)), every.shape)
+    value = float(every[a, b])
+    passed = value < STRONG
     says = (
-        "No two parameters stand for one another."
+        f"The strongest posterior |correlation| is {value:.2f}, threshold {STRONG:g}."
         if passed
-        else f"Only a combination of {names[moving[a]]} and {names[moving[b]]} is determined "
-        f"(correlation {value:.4f}); the interval of either alone says little."
+        else f"The posterior |correlation| of {names[moving[a]]} and {names[moving[b]]} is {value:.4f}, threshold "
+        f"{STRONG:g}: only a combination of them is determined, and the interval of either alone says little."
     )
-    return Check("parameters are told apart", passed, says, value, RIDGE)
+    return Check(
+        "no strong posterior correlation",
+        passed,
+        says,
+        value,
+        STRONG,
+        identifier="posterior_correlation",
+        quantity="strongest posterior correlation",
+    )
 
 
 def start_is_near(target: Target, course: Course, start: np.ndarray) -> Check:
@@ -147,61 +205,93 @@ def start_is_near(target: Target, course: Course, start: np.ndarray) -> Check:
     passed = distance < limit
     worst = target.names[int(np.argmax(np.abs(difference)))]
     says = (
-        "The posterior lies where the fit did."
+        f"The posterior mean is {distance:.3g} standard deviations from the fit, threshold {limit:.3g}."
         if passed
-        else f"The posterior lies {distance:.3g} standard deviations from the start (most of it in {worst}): the start "
-        "was not the best fit, or plain and whitened residuals want different values."
+        else f"The posterior mean is {distance:.3g} standard deviations from the start, threshold {limit:.3g} (most of "
+        f"it in {worst}): the start was not the best fit, or OLS and GLS estimates differ."
     )
-    return Check("the posterior lies at the fit", passed, says, distance, limit)
+    return Check(
+        "the posterior lies at the fit",
+        passed,
+        says,
+        distance,
+        limit,
+        identifier="distance_from_fit",
+        quantity="distance of the posterior from the fit",
+    )
 
 
 def priors_proper(target: Target) -> Check:
-    """Whether every prior is a distribution."""
+    """Whether every prior is a proper distribution."""
     improper = [n for n, prior in zip(target.names, target.priors, strict=False) if not prior.proper]
     says = (
-        f"The prior of {', '.join(improper)} is not a distribution: it has no end. The posterior is one only because "
-        "the data limit it, and there is no marginal likelihood to compare models by."
+        f"The prior of {', '.join(improper)} is improper (unbounded). The posterior is proper only because the data "
+        "bound it, and there is no marginal likelihood to compare models by."
         if improper
-        else "Every prior is a distribution."
+        else "Every prior is proper."
     )
-    return Check("every prior is proper", not improper, says, float(len(improper)), 0.0)
+    return Check(
+        "every prior is proper",
+        not improper,
+        says,
+        float(len(improper)),
+        0.0,
+        identifier="proper_priors",
+        quantity="propriety of the priors",
+    )
 
 
-def inside_limits(found: Mapping[str, Marginal]) -> Check:
-    """Whether draws pile up at a limit."""
-    piled = []
+def truncation(found: Mapping[str, Marginal]) -> Check:
+    """Whether no posterior is truncated by a bound."""
+    truncated = []
     for name, marginal in found.items():
         if marginal.prior is None or marginal.sd == 0.0:
             continue
         gaps = (marginal.interval[0] - marginal.prior.lower, marginal.prior.upper - marginal.interval[1])
-        if min(gaps) < PILED * marginal.sd and marginal.prior_share < UNTAUGHT:
-            piled.append(name)
+        if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < UNCONTRACTED:
+            truncated.append(name)
     says = (
-        f"The posterior of {', '.join(piled)} leans against a limit: read it as one-sided."
-        if piled
-        else "No posterior leans against a limit."
+        f"The posterior of {', '.join(truncated)} is truncated by a bound: read its interval as one-sided."
+        if truncated
+        else "No posterior is truncated by a bound."
     )
-    return Check("no posterior leans against a limit", not piled, says, float(len(piled)), 0.0)
+    return Check(
+        "no posterior is truncated by a bound",
+        not truncated,
+        says,
+        float(len(truncated)),
+        0.0,
+        identifier="truncation",
+        quantity="posteriors truncated by a bound",
+    )
 
 
-def loudness(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
-    """Whether the residuals are as quiet as the records at rest.
+def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
+    """Whether the residuals are no larger than the noise at rest.
 
     Parameters
     ----------
     channels : tuple of str
     ratio : (n_channel,)
-        Rms of the residuals over what the noise at rest, or stated by the study, and that of inputs account for.
+        Residual RMS over that expected from the noise at rest, or stated by the study, and from that of inputs.
     """
     worst = int(np.argmax(ratio))
-    passed = bool(ratio[worst] <= LOUD)
+    passed = bool(ratio[worst] <= EXCESS)
     says = (
-        "The residuals are as quiet as the records at rest."
+        f"No channel exceeds its noise level: largest normalised residual RMS {ratio[worst]:.3g}, threshold {EXCESS:g}."
         if passed
-        else f"The residuals of {channels[worst]} are {ratio[worst]:.3g} times as loud as the record at rest: what the "
-        "model lacks is counted as noise, and the intervals are those of a model that is wrong. Run discover."
+        else f"The normalised residual RMS of {channels[worst]} is {ratio[worst]:.3g}, expected 1: what the model "
+        "lacks is counted as noise, and the intervals are those of a wrong model. Run discover."
     )
-    return Check("the residuals are noise", passed, says, float(ratio[worst]), LOUD)
+    return Check(
+        "the residuals are noise",
+        passed,
+        says,
+        float(ratio[worst]),
+        EXCESS,
+        identifier="residual_size",
+        quantity="residual size",
+    )
 
 
 def assess(
@@ -228,8 +318,8 @@ def assess(
         walkers_mix(target.names, course, settings),
         one_mode(modes, target),
         start_is_near(target, course, start),
-        data_taught(found),
-        no_ridge(target.names, course),
-        inside_limits(found),
+        contraction(found),
+        correlation(target.names, course),
+        truncation(found),
         priors_proper(target),
     )

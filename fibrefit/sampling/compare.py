@@ -1,7 +1,7 @@
-"""How well a model foretells what it has not seen: leave-one-block-out by smoothed importance sampling.
+"""Predictive performance: leave-one-block-out cross-validation by Pareto-smoothed importance sampling (PSIS-LOO).
 
-Neighbouring samples share their noise, so single samples left out would be foretold by their neighbours. What is left
-out is a block of time of one record, all channels together.
+Noise is autocorrelated, so a single sample left out would be predicted by its neighbours. What is left out is a block
+of time of one record, all channels together.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from fibrefit.problem.posterior.log_posterior import LogPosterior, residuals_at
 from fibrefit.sampling.posterior import Posterior
 
 BLOCK_SECONDS = 0.05
-UNSURE = 0.7
+PARETO_K = 0.7
 """Pareto's k above which a block's importance weights cannot be relied on."""
 
 
 @dataclass(frozen=True)
-class Foresight:
-    """Expected log density of blocks left out.
+class CrossValidation:
+    """Expected log predictive density of blocks left out.
 
     Parameters
     ----------
@@ -32,6 +32,7 @@ class Foresight:
     pareto_k : (n_block,)
         Reliability of each: good below 0.7.
     effective_parameters : float
+        p_loo.
     """
 
     blocks: np.ndarray
@@ -40,7 +41,7 @@ class Foresight:
 
     @property
     def total(self) -> float:
-        """Sum over all blocks."""
+        """elpd_loo: sum over all blocks."""
         return float(self.blocks.sum())
 
     @property
@@ -49,13 +50,13 @@ class Foresight:
         return float(np.sqrt(len(self.blocks) * self.blocks.var(ddof=1)))
 
     @property
-    def unsure(self) -> int:
-        """Blocks whose figure cannot be relied on."""
-        return int(np.sum(self.pareto_k > UNSURE))
+    def unreliable(self) -> int:
+        """Number of blocks with a Pareto k above 0.7, whose figure is unreliable."""
+        return int(np.sum(self.pareto_k > PARETO_K))
 
 
-def foresight(posterior: Posterior, count: int = 400, seed: int = 0) -> Foresight:
-    """Leave-one-block-out figure of a posterior.
+def cross_validate(posterior: Posterior, count: int = 400, seed: int = 0) -> CrossValidation:
+    """PSIS-LOO of a posterior over blocks of time.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def foresight(posterior: Posterior, count: int = 400, seed: int = 0) -> Foresigh
     each = np.asarray(_blockwise(density, points, jnp.asarray(blocks), n_block))
     each = each[:, np.isin(np.arange(n_block - 1), blocks).nonzero()[0]]
     log, k, effective = array_stats.loo(each.T, chain_axis=None, draw_axis=-1)
-    return Foresight(np.asarray(log), np.asarray(k), float(np.sum(effective)))
+    return CrossValidation(np.asarray(log), np.asarray(k), float(np.sum(effective)))
 
 
 def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:

@@ -57,7 +57,7 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
         "sample_stats": stats,
         "prior": {**records, **_named(posterior, _prior_draws(posterior, seed)[None])},
         "observed_data": {**shared, **_observed(posterior, data)},
-        "posterior_predictive": {**shared, **_foretold(posterior, bands)},
+        "posterior_predictive": {**shared, **_predictive(posterior, bands)},
         "constant_data": {**records, **_conditions(posterior, data)},
     }
 
@@ -96,7 +96,7 @@ def _observed(posterior: Posterior, data: Observations) -> Group:
     return found
 
 
-def _foretold(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
+def _predictive(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
     found: Group = {"quantile": Entry(np.array(LEVELS), ("quantile",))}
     for channel, band in bands.items():
         unit = posterior.channel_units[channel]

@@ -1,9 +1,9 @@
-"""A second opinion: the No-U-Turn sampler, which needs the gradient and nothing of the ensembles."""
+"""Cross-check with the No-U-Turn sampler (NUTS), which needs the gradient and nothing of the ensembles."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.posterior import Posterior
 
@@ -21,16 +22,16 @@ CHAINS = 4
 
 
 @dataclass(frozen=True)
-class SecondOpinion:
-    """Draws of another sampler.
+class CrossCheck:
+    """Draws of NUTS, compared with those of the ensembles.
 
     Parameters
     ----------
     points : (n_chain, n_draw, n)
     divergent : int
-        Moves whose energy was not kept.
+        Number of divergent transitions.
     scores : (n,)
-        Difference of the means of both samplers over its Monte-Carlo error.
+        Difference of the means of both samplers over its Monte-Carlo standard error.
     spread : (n,)
         Ratio of the standard deviations.
     """
@@ -59,17 +60,17 @@ class SecondOpinion:
         most = float(np.abs(self.scores[worst]))
         passed = self.agrees
         says = (
-            f"The ensembles and NUTS {'agree' if passed else 'do not agree'}: their means differ by {most:.2g} "
-            f"Monte-Carlo errors at most ({names[worst]})."
+            f"The means of the ensembles and of NUTS {'agree' if passed else 'differ'}: by {most:.2g} Monte-Carlo "
+            f"standard errors at most ({names[worst]})."
         )
         if self.divergent:
-            says += f" {self.divergent} of NUTS's moves lost their energy."
-        return Check("NUTS finds the same posterior", passed, says, most)
+            says += f" {self.divergent} transitions of NUTS were divergent."
+        return Check(
+            "NUTS finds the same posterior", passed, says, most, identifier="nuts", quantity="agreement with NUTS"
+        )
 
 
-def second_opinion(
-    posterior: Posterior, draws: int = 200, seed: int = 0, progress: Callable[[str, float | None], None] | None = None
-) -> SecondOpinion:
+def cross_check(posterior: Posterior, draws: int = 200, seed: int = 0, progress: Progress | None = None) -> CrossCheck:
     """Sample the heaviest mode again with NUTS and compare.
 
     Parameters
@@ -79,7 +80,7 @@ def second_opinion(
         Of each of four chains, after as many for adaptation.
     seed : int
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Raises
     ------
@@ -92,11 +93,11 @@ def second_opinion(
     found = []
     for chain in range(CHAINS):
         if progress:
-            progress("second opinion", chain / CHAINS)
+            progress("cross-check with NUTS", chain / CHAINS)
         key = jax.random.key(seed * CHAINS + chain)
         found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, draws, key)))
     points = np.stack([points for points, _ in found])
-    return SecondOpinion(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
+    return CrossCheck(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
 
 
 def require_nuts() -> Any:

@@ -1,4 +1,4 @@
-"""A posterior: draws, what they say of each parameter, and what they were put to."""
+"""A posterior: draws, marginals of each parameter, and checks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fibrefit.sampling.target import Target
 
 INTERVAL_KIND = "equal_tailed"
 GAINED = 0.8
-"""Error of the whitened estimate over that of the plain one, below which it is told."""
+"""Standard error of the GLS estimate over that of the OLS one, below which it is reported."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Marginal:
     r_hat, ess_bulk, ess_tail : float
     prior : Prior or None
     prior_share : float
-        How much of the prior's width is left, 0 to 1: one where the data taught nothing; NaN without a proper prior.
+        Posterior over prior width, 0 to 1: one where the data tell nothing; NaN without a proper prior.
     """
 
     name: str
@@ -59,7 +59,7 @@ def widened(course: Course, widening: np.ndarray) -> np.ndarray:
     ----------
     course : Course
     widening : (n_free, n_free)
-        Covariance of these moves in free coordinates; nil without measured inputs.
+        Covariance of these moves in free coordinates; zero without measured inputs.
     """
     kept = course.kept
     points = kept.reshape(len(kept), -1, kept.shape[-1]).copy()
@@ -108,7 +108,7 @@ def marginals(
 
 
 def _share_left(prior: Prior, draws: np.ndarray) -> float:
-    """Spread of the draws on the scale on which the prior is even, over that of the prior."""
+    """Spread of the draws on the scale on which the prior is uniform, over that of the prior."""
     return float(min(np.sqrt(12.0) * np.std(prior.cdf(draws)), 1.0))
 
 
@@ -173,7 +173,7 @@ class Posterior:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What a reader should know besides the checks."""
-        return (*self._of_inputs(), *self._of_colour())
+        return (*self._of_inputs(), *self._of_autocorrelation())
 
     def _of_inputs(self) -> tuple[str, ...]:
         if not self.widening.any():
@@ -186,8 +186,8 @@ class Posterior:
             f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
         )
 
-    def _of_colour(self) -> tuple[str, ...]:
-        """Where weighing the samples by the colour of the noise makes much of a difference to plain least squares."""
+    def _of_autocorrelation(self) -> tuple[str, ...]:
+        """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""
         shared = [i for i, (_, record) in enumerate(self.density.problem.layout.entries) if record is None]
         gains = [(float(self.parting.efficiency[i]), self.target.names[i]) for i in shared]
         gains = sorted(gain for gain in gains if 0.0 < gain[0] < GAINED)
@@ -195,8 +195,8 @@ class Posterior:
             return ()
         said = ", ".join(f"{name} {share:.2f}" for share, name in gains)
         return (
-            "Weighing the samples by the colour of the noise leaves less error than plain least squares does on the "
-            f"same records, by these factors: {said}.",
+            "Noise is autocorrelated: the standard errors of generalised least squares (GLS) are below those of "
+            f"ordinary least squares (OLS) on the same records, by these factors: {said}.",
         )
 
     @property
@@ -204,7 +204,7 @@ class Posterior:
         """Logarithm of the marginal likelihood, all modes together; None where a prior is not proper."""
         if not all(prior.proper for prior in self.target.priors):
             return None
-        found = [mode for mode in self.modes if mode.course is not None and not mode.left]
+        found = [mode for mode in self.modes if mode.course is not None and not mode.absorbed]
         logs = np.array([mode.evidence.log_value for mode in found])
         weights = np.array([mode.weight for mode in found])
         total = float(logs.max() + np.log(np.sum(np.exp(logs - logs.max()))))

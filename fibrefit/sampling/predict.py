@@ -1,4 +1,4 @@
-"""What the posterior foretells of the records: bands of the model and of new measurements."""
+"""Posterior predictive bands of the records: of the model, and of new measurements."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
 
 
 def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Noise ``(n_record, n_channel, n_time)`` in units of the residuals, of the colour a likelihood assumes.
+    """Noise ``(n_record, n_channel, n_time)`` in units of the residuals, of the spectrum a likelihood assumes.
 
     Parameters
     ----------

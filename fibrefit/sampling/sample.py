@@ -23,9 +23,9 @@ from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling import checks as judge
-from fibrefit.sampling.chains.ensembles import Progress
+from fibrefit.sampling.chains.ensembles import SamplerProgress
 from fibrefit.sampling.mode.inputs import Settled, cleaned, settled
-from fibrefit.sampling.mode.mode import climb
+from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
 from fibrefit.sampling.posterior import Posterior, marginals
 from fibrefit.sampling.settings import Settings
@@ -47,7 +47,7 @@ def sample_posterior(
     settings: Settings | None = None,
     checkpoint_file: Path | None = None,
     resume: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SamplerProgress], None] | None = None,
 ) -> Posterior:
     """The joint posterior of all free values and of the noise.
 
@@ -63,9 +63,9 @@ def sample_posterior(
     basins : sequence of (n_free,) in SI units
         Other minima of the multi-start: modes are looked for from each.
     noise : {"auto", "white", "autoregressive", "coloured"}
-        Colour of the noise; ``"auto"`` lets the residuals of the start choose.
+        Noise spectrum; ``"auto"`` lets the residuals of the start choose.
     heavy : bool
-        Student's t for single samples instead of a normal law.
+        Student's t (heavy-tailed) likelihood instead of a normal one.
     settings : Settings
     checkpoint_file : pathlib.Path or None
         Holds the chains while they grow.
@@ -88,7 +88,7 @@ def sample_posterior(
     start = np.asarray(start, dtype=float)
     ready = _prepare(task, start, waves or None, stated or {}, noise, heavy, settings)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
-    found = [climb(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
+    found = [find_mode(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
     modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
     return _concluded(task, start, ready, modes, settings, began)
 
@@ -153,7 +153,7 @@ def _concluded(
     target, course = ready.target, modes[0].course
     assert course is not None  # the heaviest one is always sampled
     summary = marginals(target, course, settings.interval, ready.widening)
-    loudness = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
+    ratio = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
     checks = judge.assess(target, modes, summary, place(ready.density, ready.values), settings)
     return Posterior(
         target=target,
@@ -165,7 +165,7 @@ def _concluded(
         checks=(
             *checks,
             parting_check(target.names, ready.parting),
-            judge.loudness(task.problem.model.rig.channels, loudness),
+            judge.residual_size(task.problem.model.rig.channels, ratio),
         ),
         parting=ready.parting,
         start=start,
@@ -179,7 +179,7 @@ def _concluded(
 def noise_model_of(
     task: Task, linear: Linearised, noise: str = "auto", heavy: bool = False, from_rests: bool = False
 ) -> NoiseModel:
-    """Noise model of a task, given the residuals at its fit; levels the study states are not learnt.
+    """Noise model of a task, given the residuals at its fit; levels the study states are not inferred.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def noise_model_of(
     noise : str
     heavy : bool
     from_rests : bool
-        Whether the residuals have lost what errors of the inputs imitate: their colour is then that of the rests.
+        Whether the residuals have lost what errors of the inputs imitate: their spectrum is then that of the rests.
     """
     channels = task.problem.model.rig.channels
     known = tuple(channel in task.noise_given for channel in channels)

@@ -24,11 +24,11 @@ class Settings:
     walkers : int or None
         Of each ensemble; None: as many as the number of coordinates needs.
     r_hat : float
-        R-hat between ensembles below which they agree.
+        R-hat between ensembles below which they have converged.
     r_hat_walkers : float
-        R-hat between walkers, which are many and short, below which each has been everywhere.
+        R-hat between walkers, which are many and short, below which they mix.
     ess : float
-        Effective draws to gather for each parameter, in the middle and in the tails.
+        Effective sample size to gather for each parameter, bulk and tail.
     max_steps : int
     max_seconds : float or None
         Budget. One in seconds ends a run at a step that depends on the machine.

@@ -55,7 +55,7 @@ def target_of(
     units : tuple of str
         Of all values.
     noise_units : (n_noise,)
-        SI value that a noise coordinate of nil stands for.
+        SI value that a noise coordinate of zero stands for.
     batch : int
         Points evaluated at once.
 

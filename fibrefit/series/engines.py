@@ -60,7 +60,7 @@ def in_this_process(work: Work, arguments: Sequence[Any]) -> Iterator[Done]:
 def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Iterator[Done]:
     """In some processes of this machine, in the order in which they end.
 
-    A process that dies takes no work with it: what was under way is tried again, each piece alone.
+    A process that dies takes no work with it: what was under way is tried again, each piece by itself.
 
     Parameters
     ----------
@@ -149,8 +149,10 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator
     try:
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
-        told = str(error).partition("\n")[0] or type(error).__name__
-        raise UsageError(f"--scheduler {scheduler}", told, "a running Dask scheduler", "Check its address.") from None
+        message = str(error).partition("\n")[0] or type(error).__name__
+        raise UsageError(
+            f"--scheduler {scheduler}", message, "a running Dask scheduler", "Check its address."
+        ) from None
     try:
         futures = {client.submit(work, argument, pure=False): n for n, argument in enumerate(arguments)}
         for future in as_completed(list(futures), loop=client.loop):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 HIGH = 0.05
-"""Change from one frequency to the next, as a share of the largest swing, below which nothing is called a jump."""
+"""Change from one frequency to the next, as a share of the largest amplitude, below which nothing is called a jump."""
 STEEP = 3.0
 """A jump is this many times steeper than the curve on either side of it."""
 
@@ -29,24 +29,24 @@ class Jump:
     after: float
 
 
-def jumps(frequencies: np.ndarray, swing: np.ndarray) -> tuple[Jump, ...]:
+def jumps(frequencies: np.ndarray, amplitude: np.ndarray) -> tuple[Jump, ...]:
     """Jumps of a curve.
 
     Parameters
     ----------
     frequencies : (n_frequency,) in Hz
-    swing : (n_frequency,) in rad
+    amplitude : (n_frequency,) in rad
         NaN where the pendulum overturned; next to that there is no jump.
     """
-    change = np.abs(np.diff(swing))
+    change = np.abs(np.diff(amplitude))
     beside = np.stack([np.r_[np.nan, change[:-1]], np.r_[change[1:], np.nan]])
     known = np.isfinite(beside)
     steepest = np.max(np.where(known, beside, 0.0), axis=0)
-    size = np.nanmax(swing, initial=0.0)
+    size = np.nanmax(amplitude, initial=0.0)
     # A flank with no neighbour to compare it with is no evidence.
     found = (change > HIGH * size) & (change > STEEP * steepest) & known.any(axis=0)
     return tuple(
-        Jump(*(float(number) for number in (frequencies[i], frequencies[i + 1], swing[i], swing[i + 1])))
+        Jump(*(float(number) for number in (frequencies[i], frequencies[i + 1], amplitude[i], amplitude[i + 1])))
         for i in np.flatnonzero(found)
     )
 

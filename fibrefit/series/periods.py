@@ -1,4 +1,4 @@
-"""A pendulum under a harmonic drive, period by period: where its motion settles, how far it swings, if it is stable."""
+"""A pendulum under a harmonic drive, period by period: its steady state, the extremes of it, and its stability."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import select
 
 WATCHED = 12
-"""Periods over which a motion that does not repeat itself is looked at."""
+"""Periods over which a motion that is not periodic is evaluated."""
 LONGEST = 4
-"""Periods after which a motion may repeat itself and still be called periodic."""
+"""Longest period of a motion that is called periodic, in periods of the drive."""
 NEAR = 1e-3
-"""Change of the state over a period, as a share of its size, from which on the rest of the way is worked out."""
+"""Change of the state over a period, as a share of its size, below which Newton's method finds the steady state."""
 FARTHEST = 0.1
-"""Longest such way, as a share of the size of the state."""
+"""Longest such Newton step, as a share of the size of the state."""
 TRIES = 12
 SETTLED = 1e-8
 """Change of the state over a period, as a share of its size, below which a motion has settled."""
@@ -65,8 +65,8 @@ class Drive(NamedTuple):
         return inputs_at(self.inputs, self.times, step, time)
 
 
-class Swing(NamedTuple):
-    """What a motion came to.
+class SteadyState(NamedTuple):
+    """Steady state a motion came to.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ class Swing(NamedTuple):
     lowest, highest : (3,) in rad, N, N
         Extremes of angle and of both forces in the watched periods.
     first_lowest, first_highest : (3,) in rad, N, N
-        The same from the first instant on.
+        The same, transient included.
     periods : () int
-        Periods after which the motion repeats itself; 0 where it does not.
+        Period of the motion, in periods of the drive; 0 where it is not periodic.
     multiplier : () a pure number
         Largest Floquet multiplier by its modulus; below 1 the motion is stable. NaN where it is not periodic.
     overturned : () bool
@@ -118,14 +118,14 @@ class _Course(NamedTuple):
     tries: jax.Array
     stage: jax.Array
     periods: jax.Array
-    left: jax.Array
+    remaining: jax.Array
     product: jax.Array
     trouble: jax.Array
 
 
 @sequential_vmap
-def swing(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, patience: jax.Array) -> Swing:
-    """Let a motion settle, watch it, and find the multipliers of what it settles on.
+def steady_state(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, patience: jax.Array) -> SteadyState:
+    """Simulate until steady state, and find its extremes and Floquet multipliers.
 
     Once the motion hardly changes from period to period, the motion it tends to is found by Newton's method, whose
     matrix is that of Floquet; a motion that is not stable is not sought, only met.
@@ -141,35 +141,35 @@ def swing(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, patienc
 
     Returns
     -------
-    Swing
+    SteadyState
     """
     size = ravel_pytree(state)[0].size
     far = jnp.full(len(CHANNELS), jnp.inf)
     rows = lambda leaf, number: jnp.broadcast_to(leaf, (number, *jnp.shape(leaf)))  # noqa: E731
-    nil = jnp.int32(0)
+    zero = jnp.int32(0)
     course = _Course(
         state=state,
         mode=mode,
         first=(far, -far),
         recent=(rows(far, WATCHED), rows(-far, WATCHED)),
         begun=jax.tree.map(lambda leaf: rows(leaf + jnp.inf, LONGEST), state),
-        number=nil,
-        tries=nil,
-        stage=nil,
-        periods=nil,
-        left=nil,
+        number=zero,
+        tries=zero,
+        stage=zero,
+        periods=zero,
+        remaining=zero,
         product=jnp.eye(size),
         trouble=jnp.array(False),
     )
     advance = partial(_advance, system, drive, patience)
     course = jax.lax.while_loop(lambda course: course.stage != DONE, advance, course)
-    alone = course.periods == 1
+    single = course.periods == 1
     lowest, highest = (
-        jnp.where(alone, kept[0], best(kept, axis=0))
+        jnp.where(single, kept[0], best(kept, axis=0))
         for kept, best in zip(course.recent, (jnp.min, jnp.max), strict=True)
     )
     largest = jnp.max(jnp.abs(_eigenvalues(course.product)))
-    return Swing(
+    return SteadyState(
         state=course.state,
         mode=course.mode,
         lowest=lowest,
@@ -178,7 +178,7 @@ def swing(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, patienc
         first_highest=course.first[1],
         periods=course.periods,
         multiplier=jnp.where(course.periods > 0, largest, jnp.nan),
-        overturned=_farthest(*course.first) >= OVERTURNED,
+        overturned=_max_angle(*course.first) >= OVERTURNED,
         trouble=course.trouble,
         time=course.number * drive.period,
     )
@@ -199,7 +199,7 @@ def _advance(system: InvertedPendulum, drive: Drive, patience: jax.Array, course
         lambda: jnp.zeros_like(course.product),
     )
     goal, sound = _goal(start, end, slope)
-    stage, periods, left = _stage(course, drive, patience, settled, extremes, end)
+    stage, periods, remaining = _stage(course, drive, patience, settled, extremes, end)
     pushed = lambda kept, new: jnp.concatenate([new[None], kept[:-1]])  # noqa: E731
     closing, jumped = course.stage == CLOSING, near & ~settled & sound
     at_start = drive.at(jnp.int32(0), drive.times[0])
@@ -213,7 +213,7 @@ def _advance(system: InvertedPendulum, drive: Drive, patience: jax.Array, course
         tries=course.tries + near,
         stage=stage,
         periods=periods,
-        left=left,
+        remaining=remaining,
         product=jnp.where(closing, slope @ course.product, jnp.where(settled, slope, course.product)),
         trouble=course.trouble | solution.trouble,
     )
@@ -222,17 +222,17 @@ def _advance(system: InvertedPendulum, drive: Drive, patience: jax.Array, course
 def _stage(
     course: _Course, drive: Drive, patience: jax.Array, settled: jax.Array, extremes: Any, end: Any
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """What comes next, the periods of a cycle, and how many of them are still to be gone through."""
+    """The next stage, the periods of a cycle, and how many of them remain."""
     waiting = course.stage == WAITING
-    fallen = _farthest(*_wider(course.first, extremes)) >= OVERTURNED
+    fallen = _max_angle(*_wider(course.first, extremes)) >= OVERTURNED
     late = (course.number + 1) * drive.period >= patience
     repeats = jnp.where(fallen | (course.number < LONGEST), 0, _repeats(course, end))
     periods = jnp.where(waiting, jnp.where(settled, 1, jnp.where(late, repeats, 0)), course.periods)
     closing = waiting & late & ~settled & (periods > 0)
-    left = jnp.where(closing, periods, course.left - 1)
-    over = jnp.where(waiting, settled | fallen | (late & (periods == 0)), left <= 0)
+    remaining = jnp.where(closing, periods, course.remaining - 1)
+    over = jnp.where(waiting, settled | fallen | (late & (periods == 0)), remaining <= 0)
     stage = jnp.where(over, DONE, jnp.where(closing | ~waiting, CLOSING, WAITING)).astype(jnp.int32)
-    return stage, jnp.where(fallen, 0, periods).astype(jnp.int32), left.astype(jnp.int32)
+    return stage, jnp.where(fallen, 0, periods).astype(jnp.int32), remaining.astype(jnp.int32)
 
 
 def _goal(start: Any, end: Any, slope: jax.Array) -> tuple[Any, jax.Array]:
@@ -247,8 +247,8 @@ def _wider(one: Any, other: Any) -> tuple[jax.Array, jax.Array]:
     return jnp.minimum(one[0], other[0]), jnp.maximum(one[1], other[1])
 
 
-def _farthest(lowest: jax.Array, highest: jax.Array) -> jax.Array:
-    """Largest angle either way, in rad."""
+def _max_angle(lowest: jax.Array, highest: jax.Array) -> jax.Array:
+    """Maximum |angle|, in rad."""
     return jnp.maximum(-lowest[0], highest[0])
 
 

@@ -1,4 +1,4 @@
-"""A pendulum over many frequencies of its drive: from rest at each, and on from frequency to frequency, up and down."""
+"""Frequency sweep of a pendulum: from rest at each frequency, and continued from one to the next, up and down."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
-from fibrefit.series.periods import Drive, Swing, swing
+from fibrefit.series.periods import Drive, SteadyState, steady_state
 from fibrefit.simulation.model import Model
 
 LENGTH_STEP = 512
@@ -74,9 +74,9 @@ class Branch:
     Parameters
     ----------
     lowest, highest : (n_frequency, 3)
-        Extremes of angle and of both forces once settled; NaN where the pendulum overturned.
+        Steady-state extremes of angle and of both forces; NaN where the pendulum overturned.
     first_lowest, first_highest : (n_frequency, 3)
-        The same from the first instant on.
+        The same, transient included.
     periods : (n_frequency,) int
         Periods of the drive after which the motion repeats itself; 0 where it does not.
     multiplier : (n_frequency,)
@@ -97,13 +97,13 @@ class Branch:
     time: np.ndarray
 
     @property
-    def swing(self) -> np.ndarray:
-        """Half the travel of the settled angle, ``(n_frequency,)`` in rad."""
+    def amplitude(self) -> np.ndarray:
+        """Steady-state amplitude: half the travel of the angle, ``(n_frequency,)`` in rad."""
         return 0.5 * (self.highest[:, 0] - self.lowest[:, 0])
 
     @property
-    def farthest(self) -> np.ndarray:
-        """Largest angle either way from the first instant on, ``(n_frequency,)`` in rad."""
+    def max_angle(self) -> np.ndarray:
+        """Maximum |angle|, transient included, ``(n_frequency,)`` in rad."""
         return np.maximum(-self.first_lowest[:, 0], self.first_highest[:, 0])
 
 
@@ -122,7 +122,7 @@ def sweep(
     values: Mapping[str, float],
     curves: Sequence[Conditions],
     plan: Plan,
-    told: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[Curve, ...]:
     """Run a pendulum over all frequencies, for all curves.
 
@@ -134,8 +134,8 @@ def sweep(
         Of the model's parameters.
     curves : sequence of Conditions
     plan : Plan
-    told : callable, optional
-        Told the share that is done.
+    progress : callable, optional
+        Called with the share that is done.
 
     Returns
     -------
@@ -153,24 +153,24 @@ def sweep(
     parts = _parts(stacked, amplitudes, up)
     rest_of = partial(_from_rest, rate=plan.rate, size=plan.size, patience=plan.settle)
     jobs += [partial(rest_of, systems, amplitudes, frequencies) for systems, amplitudes, frequencies in parts]
-    results = _all(jobs, told or (lambda share: None))
+    results = _all(jobs, progress or (lambda share: None))
     followed, rested = results[: 2 * len(curves)], results[2 * len(curves) :]
     rest = jax.tree.map(lambda *rows: np.concatenate(rows), *rested)
     found = []
     for i, conditions in enumerate(curves):
         rows = slice(i * len(up), (i + 1) * len(up))
-        swings = {
+        states = {
             "rest": jax.tree.map(lambda leaf, rows=rows: leaf[rows], rest),
             "up": followed[2 * i],
             "down": jax.tree.map(lambda leaf: leaf[::-1], followed[2 * i + 1]),
         }
-        branches = {name: _branch(swings[name]) for name in BRANCHES}
+        branches = {name: _branch(states[name]) for name in BRANCHES}
         found.append(Curve(conditions, plan.frequencies, natural_frequency(systems[i]), branches))
     return tuple(found)
 
 
 def natural_frequency(system: InvertedPendulum) -> float:
-    """Frequency of small oscillations about the upright position, in Hz; nil where that does not hold.
+    """Linear natural frequency about the upright position, in Hz; zero where that does not hold.
 
     Law
     ---
@@ -207,25 +207,25 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
     ]
 
 
-def _all(jobs: Sequence[Callable[[], Any]], told: Callable[[float], None]) -> list[Any]:
+def _all(jobs: Sequence[Callable[[], Any]], progress: Callable[[float], None]) -> list[Any]:
     """Results of all jobs, on all cores, in their order."""
     done = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for result in pool.map(lambda job: jax.tree.map(np.asarray, job()), jobs):
             done.append(result)
-            told(len(done) / len(jobs))
+            progress(len(done) / len(jobs))
     return done
 
 
 @eqx.filter_jit
 def _from_rest(
     systems: InvertedPendulum, amplitudes: jax.Array, frequencies: jax.Array, rate: float, size: int, patience: float
-) -> Swing:
+) -> SteadyState:
     """Runs from rest, all in one batch; leaves ``(n_run, ...)`` in and out."""
 
-    def one(system: InvertedPendulum, amplitude: jax.Array, frequency: jax.Array) -> Swing:
+    def one(system: InvertedPendulum, amplitude: jax.Array, frequency: jax.Array) -> SteadyState:
         drive = Drive.of(frequency, amplitude, rate, size)
-        return swing(system, drive, *_rest(system, drive), jnp.asarray(patience))
+        return steady_state(system, drive, *_rest(system, drive), jnp.asarray(patience))
 
     return jax.vmap(one)(systems, amplitudes, frequencies)
 
@@ -233,7 +233,7 @@ def _from_rest(
 @eqx.filter_jit
 def _follow(
     system: InvertedPendulum, amplitude: jax.Array, frequencies: jax.Array, rate: float, size: int, patience: float
-) -> Swing:
+) -> SteadyState:
     """Runs that go on from one another, from rest at the first; leaves ``(n_run, ...)`` out.
 
     A pendulum that has overturned is put upright before the next.
@@ -243,7 +243,7 @@ def _follow(
         (state, mode), fallen = carry
         drive = Drive.of(frequency, amplitude, rate, size)
         begin = jax.tree.map(lambda new, old: jnp.where(fallen, new, old), _rest(system, drive), (state, mode))
-        found = swing(system, drive, *begin, jnp.asarray(patience))
+        found = steady_state(system, drive, *begin, jnp.asarray(patience))
         return ((found.state, found.mode), found.overturned), found
 
     first = _rest(system, Drive.of(frequencies[0], amplitude, rate, size))
@@ -251,8 +251,8 @@ def _follow(
 
 
 def _rest(system: InvertedPendulum, drive: Drive) -> tuple[Any, Any]:
-    nil = jnp.zeros(())
-    return system.begin(nil, nil, drive.at(jnp.int32(0), drive.times[0]))
+    zero = jnp.zeros(())
+    return system.begin(zero, zero, drive.at(jnp.int32(0), drive.times[0]))
 
 
 def _branch(found: Any) -> Branch:

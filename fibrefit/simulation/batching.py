@@ -1,4 +1,4 @@
-"""How a batch is gone through: tangents of one run all together, runs one after the other.
+"""Batching rule of the simulator: tangents of one run in one batch, runs one after the other.
 
 Each run of a batch meets its switches at instants of its own; in lock step all would wait for each. The tangents of
 one run share everything but themselves.
@@ -18,8 +18,8 @@ from jax.custom_derivatives import SymbolicZero
 Push = Callable[[Any, Any], tuple[Any, Any]]
 
 
-def in_turn(push: Push) -> Push:
-    """A function as vmap is to see it.
+def sequential(push: Push) -> Push:
+    """A function with a batching rule of its own: vmap over runs is sequential, over tangents it is one larger batch.
 
     Parameters
     ----------
@@ -38,17 +38,17 @@ def in_turn(push: Push) -> Push:
 
     @both.def_vmap
     def rule(size: int, batched: Any, given: Any, tangents: Any) -> Any:
-        alone = not any(jax.tree.leaves(batched[0]))
-        if alone:
-            found, moved = _together(both, size, batched[1], given, tangents)
+        tangents_only = not any(jax.tree.leaves(batched[0]))
+        if tangents_only:
+            found, moved = _merged(both, size, batched[1], given, tangents)
         else:
-            found, moved = _one_by_one(both, batched, (given, tangents))
-        return (found, moved), (jax.tree.map(lambda _: not alone, found), jax.tree.map(lambda _: True, moved))
+            found, moved = _run_by_run(both, batched, (given, tangents))
+        return (found, moved), (jax.tree.map(lambda _: not tangents_only, found), jax.tree.map(lambda _: True, moved))
 
     return both
 
 
-def _one_by_one(push: Push, batched: Any, whole: tuple) -> tuple[Any, Any]:
+def _run_by_run(push: Push, batched: Any, whole: tuple) -> tuple[Any, Any]:
     leaves, tree = jax.tree.flatten(whole)
     flags = jax.tree.leaves(batched)
 
@@ -60,7 +60,7 @@ def _one_by_one(push: Push, batched: Any, whole: tuple) -> tuple[Any, Any]:
     return jax.lax.map(one, [leaf for leaf, flag in zip(leaves, flags, strict=True) if flag])
 
 
-def _together(push: Push, size: int, batched: Any, given: Any, tangents: Any) -> tuple[Any, Any]:
+def _merged(push: Push, size: int, batched: Any, given: Any, tangents: Any) -> tuple[Any, Any]:
     """A batch of batches of tangents is one batch."""
 
     def merged(tangent: jax.Array, flag: bool) -> jax.Array:
@@ -71,23 +71,23 @@ def _together(push: Push, size: int, batched: Any, given: Any, tangents: Any) ->
     return found, jax.tree.map(lambda rows: rows.reshape(size, -1, *rows.shape[1:]), moved)
 
 
-def that_move(tangents: Any) -> tuple[int, ...]:
-    """Numbers of the leaves whose tangents are not nil whatever the values."""
+def nonzero_leaves(tangents: Any) -> tuple[int, ...]:
+    """Numbers of the leaves whose tangents are not symbolically zero."""
     return tuple(i for i, d in enumerate(jax.tree.leaves(tangents)) if not isinstance(d, SymbolicZero))
 
 
-def filled(tangent: Any) -> jax.Array:
-    """A tangent as an array."""
+def materialise(tangent: Any) -> jax.Array:
+    """A tangent as an array: zeros for a symbolic zero."""
     return jnp.zeros(tangent.shape, tangent.dtype) if isinstance(tangent, SymbolicZero) else tangent
 
 
-def that_vary(whole: Any) -> list[jax.Array]:
-    """Leaves that are real or complex numbers."""
+def inexact_leaves(whole: Any) -> list[jax.Array]:
+    """Leaves of an inexact type: real or complex numbers."""
     return [leaf for leaf in jax.tree.leaves(whole) if jnp.issubdtype(leaf.dtype, jnp.inexact)]
 
 
 def tangent_of(whole: Any, moved: list[jax.Array]) -> Any:
-    """Tangent of a pytree from those of the leaves `that_vary`."""
+    """Tangent of a pytree from those of the leaves `inexact_leaves`."""
     own = iter(moved)
 
     def of(leaf: jax.Array) -> Any:
@@ -97,8 +97,8 @@ def tangent_of(whole: Any, moved: list[jax.Array]) -> Any:
     return jax.tree.map(of, whole)
 
 
-def parted(whole: Any, which: tuple[int, ...]) -> tuple[list[Any], Callable[[list[Any]], Any]]:
-    """Some leaves of a pytree, and how it looks with others in their place."""
+def partition(whole: Any, which: tuple[int, ...]) -> tuple[list[Any], Callable[[list[Any]], Any]]:
+    """Partition of a pytree: the leaves of the given numbers, and the function that puts others in their place."""
     leaves, tree = jax.tree.flatten(whole)
 
     def with_(some: list[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""One pass of tangents along a motion that is known: through its steps, and through the arcs of steps with a switch."""
+"""Forward sensitivity along a stored trajectory: one pass of tangents through its steps and, at switches, its arcs."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.simulation.batching import parted
+from fibrefit.simulation.batching import partition
 from fibrefit.simulation.inputs import inputs_at, row
 from fibrefit.simulation.steps import System, explicit, plus
 from fibrefit.simulation.switched import ARCS, Arcs, Inputs, Solution, select, take, write
 from fibrefit.simulation.variation import Leaves, Piece, explicit_maps, stiff_maps
 
 PACK = 4
-"""Tangents are carried in multiples of this, which the processor does in one go."""
+"""Tangents are propagated in multiples of this, which the processor does in one go."""
 
 
 MANY = 24
 """Tangents from which maps of all steps, made once for all of them, pay."""
 
 
-class Told(NamedTuple):
-    """Tangents of what a motion comes from, ``(n_tangent, ...)`` each.
+class Tangents(NamedTuple):
+    """Input tangents: of the system, the inputs and the initial state of a motion, ``(n_tangent, ...)`` each.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ class Told(NamedTuple):
     start_time: jax.Array
 
 
-class Carried(NamedTuple):
-    """Tangents of a motion.
+class TrajectoryTangents(NamedTuple):
+    """Forward sensitivity: tangents of a motion.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Carried(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """What the loops carry: tangents `now`, at the point `step` of the grid, and in its arcs those of the instant.
+    """State of the loops: tangents `now`, at the point `step` of the grid, and in its arcs those of the instant.
 
     `found` holds rows of all tangents, so that each is written in one go.
     """
@@ -67,19 +67,19 @@ class _Pass(NamedTuple):
     now: Leaves
     instant: jax.Array
     settled: jax.Array
-    found: Carried
+    found: TrajectoryTangents
 
 
-def carry_tangents(
+def propagate_tangents(
     which: tuple[int, ...],
     system: System,
     inputs: Inputs,
     times: jax.Array,
     count: jax.Array,
     solution: Solution,
-    told: Told,
-) -> Carried:
-    """Tangents of a motion from those of what it comes from.
+    tangents: Tangents,
+) -> TrajectoryTangents:
+    """Forward sensitivity of a motion, from the tangents of its system, inputs and initial state.
 
     Parameters
     ----------
@@ -88,22 +88,22 @@ def carry_tangents(
     system, inputs, times, count
         As given to `solve`.
     solution : Solution
-    told : Told
+    tangents : Tangents
 
     Returns
     -------
-    Carried
+    TrajectoryTangents
     """
-    number = told.start_time.shape[0]
-    told = jax.tree.map(_padded, told)
-    flow = _Flow(which, system, inputs, times, solution, told.laws)
+    number = tangents.start_time.shape[0]
+    tangents = jax.tree.map(_padded, tangents)
+    flow = _LinearFlow(which, system, inputs, times, solution, tangents.laws)
     arcs, last = solution.arcs, count.astype(jnp.int32) - 1
     n_arcs = jnp.minimum(solution.n_arcs, ARCS)
 
     def through_arc(now: _Pass) -> _Pass:
         arc: Arcs = jax.tree.map(lambda rows: row(rows, now.arc), arcs)
         after, end, moved = flow.through_arc(now.arc, arc, now.now, now.instant)
-        found = _noted(now, end, moved)
+        found = _with_arc(now, end, moved)
         return now._replace(arc=now.arc + 1, now=after, instant=end, found=found)
 
     def through_step(now: _Pass) -> _Pass:
@@ -118,8 +118,8 @@ def carry_tangents(
         until = jnp.where(now.arc < n_arcs, row(arcs.step, now.arc), last)
         return jax.lax.while_loop(lambda p: (p.step < until) & ~p.settled, through_step, now)
 
-    blank = _blank(times, told, number)
-    now = _Pass(arcs.step[0], jnp.int32(0), told.start, told.start_time, jnp.array(False), blank)
+    blank = _blank(times, tangents, number)
+    now = _Pass(arcs.step[0], jnp.int32(0), tangents.start, tangents.start_time, jnp.array(False), blank)
     now = jax.lax.while_loop(lambda p: (p.step < last) & ~p.settled, stretch, now)
     # At rest, and in the padding, nothing moves.
     held = jnp.arange(times.shape[0])[:, None] > now.step
@@ -132,14 +132,14 @@ def _padded(tangent: jax.Array) -> jax.Array:
     return jnp.concatenate([tangent, jnp.zeros((short, *tangent.shape[1:]), tangent.dtype)]) if short else tangent
 
 
-def _blank(times: jax.Array, told: Told, number: int) -> Carried:
+def _blank(times: jax.Array, tangents: Tangents, number: int) -> TrajectoryTangents:
     """Until it is let go, a motion has the tangents of its start."""
-    states = [jnp.broadcast_to(d[:number], (times.shape[0], number)) for d in told.start]
-    arcs = jnp.zeros((ARCS, told.start_time.size))
-    return Carried(states, arcs, [arcs for _ in states], arcs, [arcs for _ in states])
+    states = [jnp.broadcast_to(d[:number], (times.shape[0], number)) for d in tangents.start]
+    arcs = jnp.zeros((ARCS, tangents.start_time.size))
+    return TrajectoryTangents(states, arcs, [arcs for _ in states], arcs, [arcs for _ in states])
 
 
-def _noted(now: _Pass, end: jax.Array, moved: Leaves) -> Carried:
+def _with_arc(now: _Pass, end: jax.Array, moved: Leaves) -> TrajectoryTangents:
     """What is found, with the row of the present arc."""
     at, found = functools.partial(write, index=now.arc), now.found
     return found._replace(
@@ -160,8 +160,9 @@ def _at_point(now: _Pass) -> _Pass:
 class _Maps(NamedTuple):
     """Linear maps of all pieces of a motion, its steps and then its arcs.
 
-    What the laws are told is made of units: a number of the system, which is the same throughout, or a coefficient of
-    an input, of which a piece knows that of its own step. The maps are those of units, however many the tangents.
+    Parameters and inputs of the laws are made of units: a number of the system, which is the same throughout, or a
+    coefficient of an input, of which a piece knows that of its own step. The maps are those of
+    units, however many the tangents.
 
     Parameters
     ----------
@@ -178,17 +179,17 @@ class _Maps(NamedTuple):
 
     def through(self, piece: jax.Array, step: jax.Array, tangents: Leaves) -> Leaves:
         """Tangents after a piece."""
-        told = [*self.same, *(row(rows, step) for rows in self.moving)]
+        shares = [*self.same, *(row(rows, step) for rows in self.moving)]
         moved = []
         for factors, units in zip(self.factor, self.offset, strict=True):
             parts = [row(factor, piece) * d for factor, d in zip(factors, tangents, strict=True)]
-            parts += [share * d for share, d in zip(row(units, piece), told, strict=True)]
+            parts += [offset * d for offset, d in zip(row(units, piece), shares, strict=True)]
             moved.append(functools.reduce(jnp.add, parts))
         return moved
 
 
-class _Flow:
-    """Linear maps of tangents along a motion.
+class _LinearFlow:
+    """Linear maps of tangents along a motion: the flow of the variational equation.
 
     Those of smooth steps are taken on the way. For many tangents, or a system that may be stiff, they are made for all
     pieces beforehand, see `variation`.
@@ -198,7 +199,7 @@ class _Flow:
         self, which: tuple[int, ...], system: System, inputs: Inputs, times: jax.Array, solution: Solution, laws: Leaves
     ) -> None:
         self.times, self.solution, self.laws = times, solution, laws
-        self.told, self.whole = parted((system, inputs), which)
+        self.primals, self.whole = partition((system, inputs), which)
         self.state = functools.partial(jax.tree.unflatten, jax.tree.structure(solution.states))
         few = system.stiff() is None and laws[0].shape[0] < MANY if laws else True
         self.maps = None if few else self._maps(which, system, inputs)
@@ -213,7 +214,7 @@ class _Flow:
         self, number: jax.Array, arc: Arcs, tangents: Leaves, instant: jax.Array
     ) -> tuple[Leaves, jax.Array, Leaves]:
         """Tangents after an arc, of the instant of its end, and of the state before the switch."""
-        system, inputs = self.whole(self.told)
+        system, inputs = self.whole(self.primals)
         # An arc that starts later has less time: its start moves back along the motion.
         rates = jax.tree.leaves(
             system.derivative(arc.state, arc.mode, inputs_at(inputs, self.times, arc.step, arc.start))
@@ -222,8 +223,8 @@ class _Flow:
         piece = self.times.shape[0] - 1 + number
         tangents = self._along(piece, (arc.step, arc.start, arc.end), arc.state, arc.mode, tangents)
 
-        def end(leaves: Leaves, told: Leaves) -> tuple[Leaves, jax.Array, Leaves]:
-            system, inputs = self.whole(told)
+        def end(leaves: Leaves, laws: Leaves) -> tuple[Leaves, jax.Array, Leaves]:
+            system, inputs = self.whole(laws)
             return _arc_end(system, inputs, self.times, arc, self.state(leaves))
 
         return self._pushed(end, jax.tree.leaves(arc.reached), tangents)
@@ -232,15 +233,15 @@ class _Flow:
         if self.maps is not None:
             return self.maps.through(piece, span[0], tangents)
 
-        def move(leaves: Leaves, told: Leaves) -> Leaves:
-            system, inputs = self.whole(told)
+        def move(leaves: Leaves, laws: Leaves) -> Leaves:
+            system, inputs = self.whole(laws)
             return jax.tree.leaves(explicit(system, self.state(leaves), mode, inputs, self.times, span))
 
         return self._pushed(move, jax.tree.leaves(state), tangents)
 
     def _pushed(self, function: Callable, leaves: Leaves, tangents: Leaves) -> Any:
-        def push(d_leaves: Leaves, d_told: Leaves) -> Any:
-            return jax.jvp(function, (leaves, self.told), (d_leaves, d_told))[1]
+        def push(d_leaves: Leaves, d_laws: Leaves) -> Any:
+            return jax.jvp(function, (leaves, self.primals), (d_leaves, d_laws))[1]
 
         return jax.vmap(push)(tangents, self.laws)
 
@@ -252,12 +253,12 @@ class _Flow:
         steps = Piece(jnp.arange(n_steps, dtype=arcs.step.dtype), times[:-1], times[1:], first, last, modes)
         of_arcs = Piece(arcs.step, arcs.start, arcs.end, arcs.state, arcs.reached, arcs.mode)
         pieces = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), steps, of_arcs)
-        with_tangents = parted(jax.tree.map(_none, (system, inputs)), which)[1]
+        with_tangents = partition(jax.tree.map(_zero, (system, inputs)), which)[1]
         of_system = sum(i < len(jax.tree.leaves(system)) for i in which)
         units, same, moving = _units(self.laws, of_system)
 
-        def maps(kind: Callable, d_told: Leaves) -> tuple[Leaves, Leaves]:
-            return kind(system, inputs, times, pieces, with_tangents(d_told))
+        def maps(kind: Callable, d_laws: Leaves) -> tuple[Leaves, Leaves]:
+            return kind(system, inputs, times, pieces, with_tangents(d_laws))
 
         def of(kind: Callable) -> Callable[[], Any]:
             # The factors are the same for all units.
@@ -270,7 +271,7 @@ class _Flow:
 
 
 def _units(laws: Leaves, of_system: int) -> tuple[Leaves, Leaves, Leaves]:
-    """Units of what laws are told, ``(n_unit, ...)`` for each leaf, and what the tangents have of each, see `_Maps`.
+    """Units of parameters and inputs, ``(n_unit, ...)`` for each leaf, and the share of the tangents in each: `_Maps`.
 
     Parameters
     ----------
@@ -290,7 +291,7 @@ def _units(laws: Leaves, of_system: int) -> tuple[Leaves, Leaves, Leaves]:
     return units, same, [leaf.T for leaf in laws[of_system:]]
 
 
-def _none(leaf: Any) -> Any:
+def _zero(leaf: Any) -> Any:
     if jnp.issubdtype(jnp.result_type(leaf), jnp.floating):
         return jnp.zeros_like(leaf)
     return np.zeros(jnp.shape(leaf), jax.dtypes.float0)
@@ -302,7 +303,7 @@ def _arc_end(
     """State after an arc, the instant of its end, and the state before the switch, from the state that was found there.
 
     An arc that the grid ends has a fixed end. One that a switch ends moves with the margin: the value of the
-    correction is nil, its derivative is that of the root.
+    correction is zero, its derivative is that of the root.
     """
 
     def margin(state: Any, instant: jax.Array) -> jax.Array:

@@ -20,7 +20,7 @@ class Jumps(NamedTuple):
     ----------
     instants : (ARCS,) in s
     heights : dict of (ARCS,) in SI units
-        By channel; nil where a switch leaves the reading as it is, and in rows without a switch.
+        By channel; zero where a switch leaves the reading as it is, and in rows without a switch.
     number : () int
         Rows that may hold a switch.
     """

@@ -1,4 +1,4 @@
-"""A model: a rig, its tension law and the effects added to it; and what it says a record should read."""
+"""A model: a rig, its tension law and the effects added to it; and the readings it predicts for a record."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
-from fibrefit.simulation.batching import in_turn, parted, tangent_of, that_move, that_vary
+from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
 from fibrefit.simulation.inputs import Course, courses, inputs_at
 from fibrefit.simulation.jumps import Jumps, jumps_of
 from fibrefit.simulation.pieces import pieces_of
@@ -43,7 +43,7 @@ class Experiment(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What a model says of a record.
+    """Simulated response of a model to the conditions of a record.
 
     Parameters
     ----------
@@ -101,16 +101,20 @@ class Model:
         Returns
         -------
         Response
-            Differentiable in forward mode. A batch of records under vmap is gone through one by one.
+            Differentiable in forward mode. Under vmap the records of a batch are simulated sequentially.
         """
-        return _in_turn(self, values, experiment)
+        return _sequential(self, values, experiment)
 
-    def answer(self, values: Values, experiment: Experiment) -> Response:
-        """As `respond`, for one record only, in a program that takes less time to make."""
-        response = self._respond(values, experiment)
+    def respond_single(self, values: Values, experiment: Experiment) -> Response:
+        """As `respond`, without its batching rule: for one record, in a program that takes less time to compile."""
+        response = self._simulate(values, experiment)
         if not any(effect.singular for effect in self.effects):
             return response
         return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
+
+    def answer(self, values: Values, experiment: Experiment) -> Response:
+        """Earlier name of `respond_single`."""
+        return self.respond_single(values, experiment)
 
     def stretched(
         self, values: Values, experiment: Experiment, solution: Solution
@@ -130,7 +134,8 @@ class Model:
             conditions = law.correct(conditions)
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
 
-    def _respond(self, values: Values, experiment: Experiment) -> Response:
+    def _simulate(self, values: Values, experiment: Experiment) -> Response:
+        """The response, without tangents of effects that are singular at their null."""
         laws = self.laws(values)
         times, count = experiment.times, experiment.count
         inputs = courses(experiment.inputs, times)
@@ -145,11 +150,11 @@ class Model:
         channels = jax.vmap(observe)(solution.states, solution.modes, _at_samples(inputs, times))
         jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
         if chain := chain_of(laws):
-            lags, late_by, nil = chain
+            lags, late_by, zero = chain
             jumps = jumps._replace(instants=jumps.instants + late_by)
             for role in (role for role in channels if role.startswith("force")):
                 motion = (system, times, count, inputs, solution)
-                channels[role] = _through_sensor(self, role, nil, channels[role], (motion, lags, late_by))
+                channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
         for sensor in laws_of(SensorLaw, laws):
             channels = sensor.measure(channels, times)
         if "position_zero" in values:
@@ -164,27 +169,31 @@ def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _in_turn(model: Model, values: Values, experiment: Experiment) -> Response:
+def _sequential(model: Model, values: Values, experiment: Experiment) -> Response:
     """What belongs to one record stays in the fast memory of a processor while it is worked on."""
-    return in_turn(lambda given, _: (model.answer(*given), ()))((values, experiment), ())[0]
+    return sequential(lambda given, _: (model.respond_single(*given), ()))((values, experiment), ())[0]
 
 
-@partial(_in_turn.defjvp, symbolic_zeros=True)
-def _in_turn_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Response, Response]:
-    which, leaves = that_move(tangents), jax.tree.leaves(tangents)
-    response, moved = in_turn(partial(_both, model, which))(primals, [leaves[i][None] for i in which])
+@partial(_sequential.defjvp, symbolic_zeros=True)
+def _sequential_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Response, Response]:
+    which, leaves = nonzero_leaves(tangents), jax.tree.leaves(tangents)
+    response, moved = sequential(partial(_response_and_tangents, model, which))(
+        primals, [leaves[i][None] for i in which]
+    )
     return response, tangent_of(response, [d[0] for d in moved])
 
 
-def _both(model: Model, which: tuple[int, ...], given: tuple, tangents: list[jax.Array]) -> tuple[Response, list]:
-    some, with_ = parted(given, which)
+def _response_and_tangents(
+    model: Model, which: tuple[int, ...], given: tuple, tangents: list[jax.Array]
+) -> tuple[Response, list]:
+    some, with_ = partition(given, which)
 
     def floats(some: list[jax.Array]) -> tuple[list[jax.Array], Response]:
-        response = model.answer(*with_(some))
-        return that_vary(response), response
+        response = model.respond_single(*with_(some))
+        return inexact_leaves(response), response
 
-    def push(told: list[jax.Array]) -> tuple[Response, list]:
-        _, moved, response = jax.jvp(floats, (some,), (told,), has_aux=True)
+    def push(tangent: list[jax.Array]) -> tuple[Response, list]:
+        _, moved, response = jax.jvp(floats, (some,), (tangent,), has_aux=True)
         return response, moved
 
     return jax.vmap(push, out_axes=(None, 0))(tangents)
@@ -212,23 +221,23 @@ def _with_slopes_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Any
 
         def slope(name: str = name, declared: Parameter = declared, size: float = size) -> Any:
             strength = ByInverse(jnp.asarray(size)) if declared.reciprocal else jnp.asarray(declared.null + size)
-            there = model._respond({**values, name: strength}, experiment).channels
+            there = model._simulate({**values, name: strength}, experiment).channels
             return jax.tree.map(lambda one, none: (one - none) / size, there, channels)
 
-        nothing = partial(jax.tree.map, jnp.zeros_like, channels)
-        slopes = jax.lax.cond(law.absent(), slope, nothing)
+        zeros = partial(jax.tree.map, jnp.zeros_like, channels)
+        slopes = jax.lax.cond(law.absent(), slope, zeros)
         (along,) = jax.tree.leaves(d_values[name])
         d_channels = jax.tree.map(lambda d, s, along=along: d + s * along, d_channels, slopes)
     return channels, d_channels
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0, 1))
-def _through_sensor(model: Model, role: str, nil: jax.Array, plain: jax.Array, given: tuple) -> jax.Array:
-    """A channel behind the dynamics of its sensor; where those are `nil`, the `plain` one, to the last bit.
+def _through_sensor(model: Model, role: str, zero: jax.Array, plain: jax.Array, given: tuple) -> jax.Array:
+    """A channel behind the dynamics of its sensor; where those are `zero`, the `plain` one, to the last bit.
 
     The derivative is that of the dynamics all the same.
     """
-    return jax.lax.cond(nil, lambda: plain, lambda: _behind(model, role, given))
+    return jax.lax.cond(zero, lambda: plain, lambda: _behind(model, role, given))
 
 
 @_through_sensor.defjvp

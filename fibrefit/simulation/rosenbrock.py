@@ -57,7 +57,7 @@ def rosenbrock(rate: Function, state: Scalars, start: jax.Array, length: jax.Arr
     rate : callable ``(time, state) -> rates``
     state : list of ()
     start, length : () in s
-        The length may be nil.
+        The length may be zero.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def _combine(base: Scalars, weights: tuple[float, ...], stages: list[Scalars]) -
 
 
 def eliminate(rows: list[Row], scale: jax.Array) -> list[Row]:
-    """Triangular factors of ``1 - scale · rows``, row by row; None stands for an entry that is nil.
+    """Triangular factors of ``1 - scale · rows``, row by row; None stands for an entry that is zero.
 
     No pivoting: in a system that loses energy the diagonal grows.
     """

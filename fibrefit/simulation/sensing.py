@@ -54,7 +54,7 @@ def in_series(first: Lags, second: Parallel) -> Lags:
         for j, (v, b) in enumerate(second):
             both_nil = (a == 0.0) & (b == 0.0)
             apart = jnp.where(both_nil, 1.0, a - b)
-            # b/(a - b) rather than a/(a - b): exactly nothing, and exactly one, where the second lag is nil.
+            # b/(a - b) rather than a/(a - b): exactly nothing, and exactly one, where the second lag is zero.
             share = jnp.where(both_nil, 0.0, b / apart)
             kept[i] += w * v * (1.0 + share)
             added[j] += w * v * jnp.where(both_nil, 1.0, -share)
@@ -84,9 +84,9 @@ def _slow(w: jax.Array) -> list[jax.Array]:
 
 
 def _weights(ratio: jax.Array, s: jax.Array) -> tuple[jax.Array, list[jax.Array]]:
-    """What is left of the reading at 0, and what each of the four terms of the cubic adds."""
-    nil = ratio == 0.0
-    left = jnp.where(nil, 0.0, jnp.exp(-s / jnp.where(nil, 1.0, ratio)))
+    """Remainder of the reading at 0, and what each of the four terms of the cubic adds."""
+    zero = ratio == 0.0
+    remainder = jnp.where(zero, 0.0, jnp.exp(-s / jnp.where(zero, 1.0, ratio)))
     # Slow against the piece: the convolution itself; the particular solution would be a difference of large terms.
     slow = jnp.abs(ratio) > 1.0
     w = s / jnp.where(slow, ratio, 1.0)
@@ -97,8 +97,8 @@ def _weights(ratio: jax.Array, s: jax.Array) -> tuple[jax.Array, list[jax.Array]
         if k:
             power = power * s
             at_0, at_s = -k * r * at_0, power - k * r * at_s
-        weights.append(jnp.where(slow, w * power * moment, at_s - left * at_0))
-    return left, weights
+        weights.append(jnp.where(slow, w * power * moment, at_s - remainder * at_0))
+    return remainder, weights
 
 
 @jax.custom_jvp
@@ -179,15 +179,15 @@ def _recur(maps: list[tuple[jax.Array, jax.Array]], first: jax.Array) -> list[ja
 
 
 def chain_of(laws: tuple[Effect, ...]) -> tuple[Lags, jax.Array, jax.Array] | None:
-    """Lags, delay, and whether both are nil, of the sensors that need the force between the samples."""
+    """Lags, delay, and whether both are zero, of the sensors that need the force between the samples."""
     dynamic = [law for law in laws if isinstance(law, SensorLaw) and law.dynamic]
     if not dynamic:
         return None
-    lags, late_by, nil = Lags(jnp.ones(()), (), ()), jnp.zeros(()), jnp.array(True)
+    lags, late_by, zero = Lags(jnp.ones(()), (), ()), jnp.zeros(()), jnp.array(True)
     # Linear and time-invariant, so any order will do; complex lags first are fewer in all.
     for law in sorted(dynamic, key=lambda law: not any(jnp.iscomplexobj(constant) for _, constant in law.lags())):
         if parallel := law.lags():
             lags = in_series(lags, parallel)
         late_by = late_by + law.late_by()
-        nil &= law.absent()
-    return lags, late_by, nil
+        zero &= law.absent()
+    return lags, late_by, zero

@@ -2,7 +2,7 @@
 
 They are those of the true hybrid flow: the instant of a switch moves with the parameters, and the implicit function
 theorem at the located margin carries this through (the "saltation" of the hybrid-systems literature). Tangents are
-carried along the stored motion in one pass, step by step and arc by arc, all of them at once.
+propagated along the stored motion in one pass (forward sensitivity), step by step and arc by arc, all of them at once.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from fibrefit.simulation.batching import filled, in_turn, that_move
-from fibrefit.simulation.forward_sensitivity import Carried, Told, carry_tangents
+from fibrefit.simulation.batching import materialise, nonzero_leaves, sequential
+from fibrefit.simulation.forward_sensitivity import Tangents, TrajectoryTangents, propagate_tangents
 from fibrefit.simulation.steps import Mode, State, System
 from fibrefit.simulation.switched import Inputs, Solution, integrate
 
@@ -53,20 +53,24 @@ def solve(
 @partial(solve.defjvp, symbolic_zeros=True)
 def _solve_jvp(primals: Any, tangents: Any) -> tuple[Solution, Solution]:
     d_system, d_start, d_start_time, *_, d_inputs = tangents
-    which = that_move((d_system, d_inputs))
+    which = nonzero_leaves((d_system, d_inputs))
     laws = [jax.tree.leaves((d_system, d_inputs))[i] for i in which]
-    told = Told(laws, jax.tree.leaves(jax.tree.map(filled, d_start)), filled(d_start_time))
-    solution, moved = in_turn(partial(_both, which))(primals, jax.tree.map(lambda d: d[None], told))
+    inward = Tangents(laws, jax.tree.leaves(jax.tree.map(materialise, d_start)), materialise(d_start_time))
+    solution, moved = sequential(partial(_solution_and_tangents, which))(
+        primals, jax.tree.map(lambda d: d[None], inward)
+    )
     return solution, _as_tangent(solution, jax.tree.map(lambda d: d[0], moved))
 
 
-def _both(which: tuple[int, ...], given: tuple, told: Told) -> tuple[Solution, Carried]:
+def _solution_and_tangents(
+    which: tuple[int, ...], given: tuple, tangents: Tangents
+) -> tuple[Solution, TrajectoryTangents]:
     system, start, start_time, mode, times, count, inputs = given
     solution = integrate(system, start, mode, start_time, times, count, inputs)
-    return solution, carry_tangents(which, system, inputs, times, count, solution, told)
+    return solution, propagate_tangents(which, system, inputs, times, count, solution, tangents)
 
 
-def _as_tangent(solution: Solution, moved: Carried) -> Solution:
+def _as_tangent(solution: Solution, moved: TrajectoryTangents) -> Solution:
     state = partial(jax.tree.unflatten, jax.tree.structure(solution.states))
     blank = jax.tree.map(lambda value: np.zeros(value.shape, jax.dtypes.float0), solution)
     arcs = blank.arcs._replace(start=moved.start, state=state(moved.state), end=moved.end, reached=state(moved.reached))

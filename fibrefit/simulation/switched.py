@@ -212,7 +212,7 @@ def _narrow(search: _Search, time: jax.Array, state: State, margins: Mode) -> _S
     value = _worst(margins)
     first, inside = search.tries == 0, value >= 0.0
     outside = first | ~inside
-    # Just after a switch the margin is nil and says nothing of where it will be again.
+    # Just after a switch the margin is zero and says nothing of where it will be again.
     at_low = jnp.where(first, jnp.maximum(search.at_low, -LEAST_SHARE * value), search.at_low)
     return _Search(
         jnp.where(outside, search.low, time),
@@ -242,9 +242,9 @@ def _locate(system: System, inputs: Inputs, times: jax.Array, run: _Run, end: ja
         return _narrow(search, time, state, system.margins(state, run.mode, inputs_at(inputs, times, run.step, time)))
 
     margins = system.margins(run.state, run.mode, inputs_at(inputs, times, run.step, run.time))
-    now, nil = run.time, jnp.zeros(())
+    now, zero = run.time, jnp.zeros(())
     return jax.lax.while_loop(
-        wide, narrow, _Search(now, end, now, _worst(margins), nil, nil, run.state, margins, jnp.int32(0))
+        wide, narrow, _Search(now, end, now, _worst(margins), zero, zero, run.state, margins, jnp.int32(0))
     )
 
 

@@ -71,7 +71,7 @@ def explicit_maps(system: Any, inputs: Any, times: jax.Array, pieces: Piece, tan
 
 
 def stiff_maps(system: Any, inputs: Any, times: jax.Array, pieces: Piece, tangents: tuple) -> tuple[Leaves, Leaves]:
-    """Derivatives of the state each piece reaches, by the state it starts from and by what the laws are told.
+    """Derivatives of the state each piece reaches: by the state it starts from, and by parameters and inputs.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ def stiff_maps(system: Any, inputs: Any, times: jax.Array, pieces: Piece, tangen
     """
     path = _Path(system, inputs, times, pieces)
     size = len(path.rows)
-    # One after the other: together, the tangents of a batch would be carried along with the factor too.
-    factor = path.carry([jnp.eye(size)[:, i, None] for i in range(size)], None)
-    return factor, path.carry([jnp.zeros(()) for _ in range(size)], path.forced(tangents))
+    # One after the other: together, the tangents of a batch would be propagated along with the factor too.
+    factor = path.propagate([jnp.eye(size)[:, i, None] for i in range(size)], None)
+    return factor, path.propagate([jnp.zeros(()) for _ in range(size)], path.forced(tangents))
 
 
 class _Path:
@@ -142,7 +142,7 @@ class _Path:
         return jax.vmap(partial(self.rate, *self.laws))(time, leaves, *self.where)
 
     def _jacobian(self, time: jax.Array, leaves: Leaves) -> list[list[Any]]:
-        """Rows of the Jacobian; an entry is ``(n_piece,)``, or None where it is nil whatever the values."""
+        """Rows of the Jacobian; an entry is ``(n_piece,)``, or None where it is zero whatever the values."""
         size = len(leaves)
 
         def slopes(direction: jax.Array, time: jax.Array, leaves: Leaves, step: jax.Array, mode: Any) -> Leaves:
@@ -162,8 +162,8 @@ class _Path:
 
         return jax.vmap(jax.vmap(at), (0, 0, None, None))(*self.instants, *self.where)
 
-    def carry(self, deviations: Leaves, forced: Leaves | None) -> Leaves:
-        """Deviations of the states, ``(..., n_piece)`` each, carried to the end."""
+    def propagate(self, deviations: Leaves, forced: Leaves | None) -> Leaves:
+        """Deviations of the states, ``(..., n_piece)`` each, propagated to the end by the variational equation."""
         stages: list[Leaves] = []
 
         def sum_of(weights: tuple[float, ...]) -> Leaves:

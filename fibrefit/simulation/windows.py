@@ -35,7 +35,7 @@ from fibrefit.simulation.switched import Solution, take
 PASSES = 6
 """Simulations of a window: the last one starts where those before it found that it should."""
 LEAST = 1e-9
-"""Share of the larger of its two directions below which a start is not told by a window."""
+"""Share of the larger of its two directions below which a window does not determine a start."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class WindowedModel(Model):
 
     window: int = 256
 
-    def _respond(self, values: Values, experiment: Experiment) -> Response:
+    def _simulate(self, values: Values, experiment: Experiment) -> Response:
         laws, size = self.laws(values), experiment.times.shape[0]
         system = self.rig.build(values, experiment.conditions, laws, self.tension_law)
         experiment = _lengthened(experiment, -size % self.window)
@@ -124,19 +124,19 @@ def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> jax
     return jnp.stack([jnp.ones_like(position), position], axis=1)
 
 
-def _coefficients(slopes: jax.Array, gap: jax.Array, counted: jax.Array) -> jax.Array:
-    """Least-squares coefficients ``(2,)`` of the columns `slopes` ``(n_time, 2)``; nil for what they cannot tell."""
+def _coefficients(slopes: jax.Array, residual: jax.Array, counted: jax.Array) -> jax.Array:
+    """Least-squares coefficients ``(2,)`` of the columns `slopes` ``(n_time, 2)``; zero where not determined."""
     columns = jnp.where(counted[:, None], slopes, 0.0)
     size = jnp.sqrt(jnp.sum(columns**2, axis=0))
     sound = size > 0.0
     columns = columns / jnp.where(sound, size, 1.0)
     first, second = columns.T
-    # A window at rest does not tell how fast it began.
+    # A window at rest does not determine the velocity it began with.
     second = second - first * (first @ second)
     norm = second @ second
-    told = norm > LEAST
-    aim = jnp.where(counted, gap, 0.0)
-    b = jnp.where(told, (second @ aim) / jnp.where(told, norm, 1.0), 0.0)
+    determined = norm > LEAST
+    aim = jnp.where(counted, residual, 0.0)
+    b = jnp.where(determined, (second @ aim) / jnp.where(determined, norm, 1.0), 0.0)
     a = first @ (aim - b * columns[:, 1])
     return jnp.stack([a, b]) / jnp.where(sound, size, 1.0)
 

@@ -143,11 +143,11 @@ class ResultDirectory:
     def _check_partial(self) -> None:
         if not self.path.exists():
             return
-        told = _read_marker(self.path)
-        if told is None:
+        marker = _read_marker(self.path)
+        if marker is None:
             raise UsageError(str(self.path), "is in the way", "nothing of that name", "Move it, or name another --out.")
-        pid = told.get("pid")
-        if pid != os.getpid() and told.get("host") == socket.gethostname() and _runs(pid):
+        pid = marker.get("pid")
+        if pid != os.getpid() and marker.get("host") == socket.gethostname() and _runs(pid):
             raise UsageError(str(self._shown), f"is being written by process {pid}", "", "Wait for it, or end it.")
 
     def _publish(self) -> None:
@@ -172,20 +172,20 @@ def _files(folder: Path) -> list[str]:
 
 def _foreign(folder: Path) -> list[str]:
     """Files in `folder` that we did not write; all of them if it is not marked as ours."""
-    told = _read_marker(folder) or {}
-    return sorted(set(_files(folder)) - set(told.get("files", [])))
+    marker = _read_marker(folder) or {}
+    return sorted(set(_files(folder)) - set(marker.get("files", [])))
 
 
-def _write_marker(folder: Path, told: dict[str, Any]) -> None:
-    (folder / MARKER).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+def _write_marker(folder: Path, marker: dict[str, Any]) -> None:
+    (folder / MARKER).write_text(json.dumps(marker, indent=1) + "\n", encoding="utf-8")
 
 
 def _read_marker(folder: Path) -> dict[str, Any] | None:
     try:
-        told = json.loads((folder / MARKER).read_text(encoding="utf-8"))
+        marker = json.loads((folder / MARKER).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return told if isinstance(told, dict) else None
+    return marker if isinstance(marker, dict) else None
 
 
 def _runs(pid: Any) -> bool:

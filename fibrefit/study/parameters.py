@@ -178,8 +178,8 @@ def _number(written: Written, unit: str, where: str) -> float:
     try:
         return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}")
     except PydanticCustomError as error:
-        told = error.context or {}
-        raise StudyError(where, told["got"], told["expected"], told["do"]) from None
+        context = error.context or {}
+        raise StudyError(where, context["got"], context["expected"], context["do"]) from None
 
 
 def _held(

@@ -1,4 +1,4 @@
-"""Posteriors of the same data beside each other: which model foretells better what was left out."""
+"""Posteriors of the same data beside each other: which model predicts better what was left out."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.store import read_result, read_summary, sha256_of
 from fibrefit.study import Study
@@ -61,12 +61,12 @@ def rival_of(folder: Path, study: Study) -> Rival:
     return Rival(folder, summary, np.asarray(groups["foresight"]["expected_log_density"].values))
 
 
-def compared(own: Foresight, evidence: Evidence | None, rival: Rival) -> ComparedModel:
+def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> ComparedModel:
     """One model against another: block by block, so that what both find hard cancels.
 
     Parameters
     ----------
-    own : Foresight
+    own : CrossValidation
     evidence : Evidence or None
     rival : Rival
 

@@ -1,12 +1,13 @@
-"""``confuse``: which effects the records of a study could tell apart, measured or only planned."""
+"""``distinguish``: which effects the records of a study can distinguish, measured or only planned."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fibrefit.core.progress import Progress
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.model.finding import Split
@@ -27,12 +28,12 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 ALIKE = 0.9
-"""Cosine beyond which a pair is listed."""
+"""|cosine| of two sensitivities above which a pair is listed."""
 
 
 @dataclass(frozen=True)
 class Confused(Saved):
-    """What the records of a study could show.
+    """What the records of a study can show and distinguish.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class Confused(Saved):
         return confusion_report(self.study.name, self.confusion, self.split, self.remarks)
 
     def told(self) -> dict[str, Any]:
-        """All of it for programs."""
+        """The result as a document for programs."""
         found = self.confusion
         return {
             "schema": "fibrefit/confusion/1",
@@ -70,7 +71,7 @@ class Confused(Saved):
         }
 
     def plot(self) -> Figures:
-        """The matrix of cosines."""
+        """The matrix of |cosines|."""
         from fibrefit.plots import confusion_figures
 
         return confusion_figures(self.confusion)
@@ -86,9 +87,9 @@ def confuse_study(
     *,
     only: Sequence[str] = (),
     exclude: Sequence[str] = (),
-    progress: Callable[[str, float | None], None] | None = None,
+    progress: Progress | None = None,
 ) -> Confused:
-    """Compare what every effect would do to the records of a study, measured or only planned.
+    """Compare the sensitivities of the records of a study, measured or only planned, to every effect.
 
     Parameters
     ----------
@@ -97,12 +98,12 @@ def confuse_study(
     only, exclude : sequence of str
         Names or patterns such as ``guide.*``.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------
     Confused
-        With ``confusion`` (the smallest strength of each effect that would be found, and how alike any two are),
+        With ``confusion`` (detection limit of each effect, and the |cosine| of the sensitivities of any two),
         ``split`` (the further record that tells the worst pair apart), ``report()``, ``plot()`` and ``save(folder)``.
 
     Raises
@@ -116,15 +117,15 @@ def confuse_study(
 
     Examples
     --------
-    >>> print(fibrefit.confuse(fibrefit.load_study("configs/drop_series")).report())
+    >>> print(fibrefit.distinguish(fibrefit.load_study("configs/drop_series")).report())
     """
-    tell = progress or (lambda what, share: None)
+    on_progress = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     task = task_of(study)
-    fit = None if is_planned(study) else identify(task, 1, progress=tell)
-    search = laid_out(task, fit, tuple(candidates.values()), tell)
+    fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
+    search = laid_out(task, fit, tuple(candidates.values()), on_progress)
     base = search.base
-    tell("comparing what the effects do", None)
+    on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
     frame = search.scales.yardstick.on(base.frame)
@@ -133,13 +134,13 @@ def confuse_study(
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
-    """What is said of records that hold more than noise, and its power where effects act, in units of the noise."""
+    """Remark on records whose residual exceeds noise, and its power where effects act, in units of the noise."""
     gap = total(fit.gap)
     if gap <= NOISE_LIKE * fit.expected_gap:
         return (), 1.0
     times = gap * max(fit.inflation, 1.0)
-    said = f"The model leaves {gap:.3g} times the noise, which drowns weak effects: a strength counts as visible from "
-    return (f"{said}{times:,.0f} times what the noise alone would ask for.",), times**2
+    said = f"The normalised residual RMS is {gap:.3g}, expected 1, which drowns weak effects: detection limits are "
+    return (f"{said}{times:,.0f} times those under noise alone.",), times**2
 
 
 def _split(search: Search, found: Confusion) -> Split | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Estimate, Identification
 from fibrefit.records import Record
@@ -95,7 +96,7 @@ def fit_study(
     seed: int = 0,
     robust: bool = False,
     profile: bool = False,
-    progress: Callable[[str, float | None], None] | None = None,
+    progress: Progress | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Fit:
     """Identify the model of a study from its records by least squares.
@@ -104,15 +105,15 @@ def fit_study(
     ----------
     study : Study
     starts : int
-        Number of starts of the search.
+        Starts of the multistart.
     seed : int
         Of the scatter of starts; the same seed gives the same result.
     robust : bool
-        Let residuals beyond three times the noise count less (soft L1).
+        Soft-L1 loss for residuals beyond three times the noise.
     profile : bool
         Replace the normal intervals of shared parameters by profile-likelihood ones.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     stop : callable
         Asked now and then whether to conclude with what there is; the result then fails a check that says so.
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fibrefit.core.check import Check
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.records import Record
@@ -42,18 +43,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
             for name, error in found.input_errors.items()
         },
         records={record.name: _record_summary(record, found) for record in records},
-        checks=tuple(
-            CheckSummary(
-                name=check.name,
-                passed=check.passed,
-                says=check.says,
-                statistic=finite(check.statistic),
-                threshold=finite(check.threshold),
-                unit=check.unit,
-                fatal=check.fatal,
-            )
-            for check in found.checks
-        ),
+        checks=tuple(map(check_summary, found.checks)),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
         estimator=found.estimator,
@@ -63,6 +53,21 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
         advice=found.advice,
         provenance=origin,
+    )
+
+
+def check_summary(check: Check) -> CheckSummary:
+    """A check as `summary.json` has it."""
+    return CheckSummary(
+        name=check.name,
+        passed=check.passed,
+        says=check.says,
+        statistic=finite(check.statistic),
+        threshold=finite(check.threshold),
+        unit=check.unit,
+        fatal=check.fatal,
+        identifier=check.identifier,
+        quantity=check.quantity,
     )
 
 

@@ -73,7 +73,7 @@ def write_parts(
 def write_figures(
     directory: ResultDirectory, figures: Callable[[], Figures], stop: Callable[[], bool] = lambda: False
 ) -> None:
-    """Write ``figures/``, unless told to stop before they are drawn, or before the next of them is."""
+    """Write ``figures/``, unless asked to stop before they are drawn, or before the next of them is."""
     if stop():
         return
     from fibrefit.plots import save_figures

@@ -1,16 +1,17 @@
-"""``sweep``: a pendulum over the frequencies of its drive, and the files of the result."""
+"""``sweep``: frequency sweep of a pendulum, and the files of the result."""
 
 from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.core.roles import ROLES
 from fibrefit.report.sweep import sweep_report
 from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
@@ -95,15 +96,15 @@ class Sweep(Saved):
         write_figures(directory, self.plot)
 
 
-def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] | None = None) -> Sweep:
-    """Swing the inverted pendulum of a study over the frequencies of its ``[sweep]``.
+def sweep_study(study: Study, *, progress: Progress | None = None) -> Sweep:
+    """Frequency sweep (forward, backward, from rest) of the inverted pendulum of a study, as its ``[sweep]`` says.
 
     Parameters
     ----------
     study : Study
         Of an inverted pendulum whose base parameters have initial values.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------
@@ -126,10 +127,10 @@ def sweep_study(study: Study, *, progress: Callable[[str, float | None], None] |
         raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")
     began, model = time.perf_counter(), model_of(study)
     values, curves = _values(study, model), _conditions(study, model)
-    told = (lambda share: progress("sweeping", share)) if progress else None
+    on_progress = (lambda share: progress("sweeping", share)) if progress else None
     if progress:
         progress("sweeping", 0.0)
-    found = sweep(model, values, curves, _plan(study), told)
+    found = sweep(model, values, curves, _plan(study), on_progress)
     return Sweep(study, values, found, time.perf_counter() - began)
 
 

@@ -32,28 +32,36 @@ def sweep_checks(curves: Sequence[Curve]) -> tuple[CheckSummary, ...]:
     runs = sum(len(branch.time) for branch in branches)
     chattered = sum(int(branch.trouble.sum()) for branch in branches)
     restless = sum(int(((branch.periods == 0) & ~branch.overturned).sum()) for branch in branches)
-    jumped = sum(len(jumps(curve.frequencies, branch.swing)) for curve in curves for branch in curve.branches.values())
+    jumped = sum(
+        len(jumps(curve.frequencies, branch.amplitude)) for curve in curves for branch in curve.branches.values()
+    )
     step = float(np.max(np.diff(curves[0].frequencies)))
     return (
         CheckSummary(
             name="switches are located",
             passed=chattered == 0,
             says=f"In {chattered} of {runs} runs the fibres went taut and slack too often to be followed.",
+            identifier="switches",
+            quantity="location of switches",
             statistic=chattered,
             threshold=0.0,
             fatal=True,
         ),
         CheckSummary(
-            name="motions repeat themselves",
+            name="motions are periodic",
             passed=restless == 0,
-            says=f"{restless} of {runs} runs did not settle on a motion that repeats itself within four periods.",
+            says=f"{restless} of {runs} runs did not reach a motion that is periodic within four periods of the drive.",
+            identifier="periodicity",
+            quantity="periodicity of the steady state",
             statistic=restless,
             threshold=0.0,
         ),
         CheckSummary(
             name="the grid is fine enough",
             passed=not jumped or step <= FINE * (1.0 + 1e-9),
-            says=f"{jumped} jumps lie between frequencies {step:.3g} Hz apart.",
+            says=f"{jumped} jumps lie between frequencies {step:.3g} Hz apart, threshold {FINE:g} Hz.",
+            identifier="frequency_step",
+            quantity="frequency step at jumps",
             statistic=step,
             threshold=FINE,
             unit="Hz",
@@ -70,11 +78,11 @@ def status_of(checks: Sequence[CheckSummary]) -> Literal["ok", "suspect", "faile
 
 def _branch(frequencies: np.ndarray, branch: Branch) -> BranchSummary:
     standing = ~branch.overturned
-    farthest = branch.farthest
+    max_angle = branch.max_angle
     place = {frequency: i for i, frequency in enumerate(frequencies)}
     found = []
-    for jump in jumps(frequencies, branch.swing):
-        first, last = farthest[place[jump.lower]], farthest[place[jump.upper]]
+    for jump in jumps(frequencies, branch.amplitude):
+        first, last = max_angle[place[jump.lower]], max_angle[place[jump.upper]]
         found.append(
             JumpSummary(
                 from_hz=jump.lower,
@@ -87,8 +95,8 @@ def _branch(frequencies: np.ndarray, branch: Branch) -> BranchSummary:
         )
     known = np.isfinite(branch.multiplier)
     return BranchSummary(
-        peak=_peak(frequencies, branch.swing, standing),
-        farthest=_peak(frequencies, farthest, standing),
+        peak=_peak(frequencies, branch.amplitude, standing),
+        farthest=_peak(frequencies, max_angle, standing),
         largest_force_n=float(branch.highest[standing, 1:].max()) if standing.any() else None,
         jumps=tuple(found),
         overturned_hz=ranges(frequencies, branch.overturned),

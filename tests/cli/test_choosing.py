@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from fibrefit.cli.choosing import asked, distinct, told_steps
+from fibrefit.cli.choosing import asked, distinct, listed_steps
 from fibrefit.cli.terminal import Terminal
 from fibrefit.discovery.model.finding import Candidate
 
@@ -71,7 +71,7 @@ def test_a_pair_is_told_by_the_effect_no_earlier_one_holds() -> None:
 
 
 def test_each_step_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
-    with told_steps(Terminal()) as tell:
+    with listed_steps(Terminal()) as tell:
         tell("trying", 0.1)
         tell("trying", 0.5)
         tell("fitting", None)
@@ -79,6 +79,6 @@ def test_each_step_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_quiet_steps(capsys: pytest.CaptureFixture[str]) -> None:
-    with told_steps(Terminal(quiet=True)) as tell:
+    with listed_steps(Terminal(quiet=True)) as tell:
         tell("trying", 0.1)
     assert capsys.readouterr().err == ""

@@ -23,7 +23,7 @@ class Found:
 
     def __init__(self, study: Study, options: Options, summary: DiscoverySummary) -> None:
         origin = provenance(
-            study.resolved_toml(), inputs_of(study, options), seed=options.seed, settings=options.told()
+            study.resolved_toml(), inputs_of(study, options), seed=options.seed, settings=options.as_settings()
         )
         self.content = summary.model_copy(update={"provenance": origin})
 

@@ -45,10 +45,10 @@ def test_a_page_tells_law_parameters_units_and_source(fibrefit: Run, name: str) 
     for parameter in CATALOGUE[name].parameters:
         assert f"{name}.{parameter.name}" in page
         assert parameter.doc.split()[0] in page
-    told = fibrefit("effects", name, "--json").document
-    assert told["law"]
-    assert told["source"]
-    assert [p["unit"] for p in told["parameters"]] == [p.unit for p in CATALOGUE[name].parameters]
+    document = fibrefit("effects", name, "--json").document
+    assert document["law"]
+    assert document["source"]
+    assert [p["unit"] for p in document["parameters"]] == [p.unit for p in CATALOGUE[name].parameters]
 
 
 def test_a_page_has_a_picture_where_a_curve_says_what_the_effect_does(fibrefit: Run) -> None:

@@ -47,6 +47,12 @@ def test_every_command_has_help(fibrefit: Run, command: str) -> None:
         assert option in done.out
 
 
+def test_confuse_is_the_earlier_name_of_distinguish(fibrefit: Run) -> None:
+    old, new = (fibrefit(name, "--help").out for name in ("confuse", "distinguish"))
+    assert old.replace("fibrefit confuse", "fibrefit distinguish") == new
+    assert "distinguish" in new
+
+
 def test_the_version(fibrefit: Run) -> None:
     done = fibrefit("--version")
     assert done.code == 0
@@ -87,10 +93,10 @@ def test_a_mistake_is_explained_without_a_traceback(
     done = fibrefit("show", "x")
     assert (done.code, done.out) == (code, "")
     assert done.err == "error: a.csv: no time; expected a column. Name it.\n"
-    told = fibrefit("show", "x", "--json").document
-    assert told["exit_code"] == code
-    assert told["error"]["where"] == "a.csv"
-    assert told["error"]["do"] == "Name it."
+    document = fibrefit("show", "x", "--json").document
+    assert document["exit_code"] == code
+    assert document["error"]["where"] == "a.csv"
+    assert document["error"]["do"] == "Name it."
 
 
 @pytest.mark.parametrize("verbose", [False, True])
@@ -157,7 +163,7 @@ def test_a_reader_that_stops_reading_does_no_harm() -> None:
     assert process.stdout is not None
     assert process.stderr is not None
     process.stdout.close()
-    told = process.stderr.read()
+    errors = process.stderr.read()
     process.stderr.close()
     process.wait()
-    assert b"Traceback" not in told
+    assert b"Traceback" not in errors

@@ -60,11 +60,11 @@ def mine(fibrefit: Run) -> Path:
 def test_it_is_fitted_and_kept_with_the_result(fibrefit: Run, mine: Path) -> None:
     done = fibrefit("fit", str(mine), "--starts", "2", "--out", "out", "--json")
     assert done.code in (0, 5), done.err
-    told = done.document
-    estimate = told["parameters"]["guide.brush.brush_coefficient"]
+    document = done.document
+    estimate = document["parameters"]["guide.brush.brush_coefficient"]
     assert estimate["unit"] == "N s/m"
     assert estimate["free"]
-    assert any(path.endswith("mine.py") for path in told["provenance"]["inputs"])
+    assert any(path.endswith("mine.py") for path in document["provenance"]["inputs"])
     # The result's own study finds the file again from where it lies.
     assert "mine.py:Brush" in (Path("out") / "study.toml").read_text(encoding="utf-8")
     assert fibrefit("simulate", "out/study.toml", "--out", "again").code == 0

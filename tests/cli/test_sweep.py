@@ -28,10 +28,10 @@ def one_curve(tmp_path: Path) -> Path:
 def test_files_of_a_sweep(fibrefit: Run, one_curve: Path) -> None:
     done = fibrefit("sweep", str(one_curve), *FEW, "--out", "out", "--json")
     assert done.code == 0, done.err
-    told = done.document
-    assert told["schema"] == "fibrefit/sweep/1"
-    assert told["runs"] == 9
-    (curve,) = told["curves"].values()
+    document = done.document
+    assert document["schema"] == "fibrefit/sweep/1"
+    assert document["runs"] == 9
+    (curve,) = document["curves"].values()
     assert curve["branches"]["rest"]["peak"]["frequency_hz"] == pytest.approx(4.3)
     with (Path("out") / "curves" / "inverted_pendulum.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

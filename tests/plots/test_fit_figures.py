@@ -116,7 +116,13 @@ def test_starts_show_every_basin_with_its_own_mark(found: Identification) -> Non
     spread = dataclasses.replace(starts, basin=basin, cost=cost)
     figure = starts_figure(spread, {"stiffness": "N/m"})
     said = texts(figure)
-    for words in ("best minimum: 4", "minimum 2: 2", "minimum 3: 1", "given up: 1", "4 of 8 ended in the best minimum"):
+    for words in (
+        "best minimum: 4",
+        "minimum 2: 2",
+        "minimum 3: 1",
+        "given up: 1",
+        "4 of 8 starts reached the best minimum",
+    ):
         assert words in said
     marks = {(line.get_color(), line.get_marker()) for line in figure.axes[0].lines if len(line.get_xdata()) > 0}
     assert len({mark for mark in marks if mark[1] not in ("None", "|")}) == 4
@@ -138,7 +144,8 @@ def test_correlations_leave_out_what_is_not_determined() -> None:
 def test_the_reported_interval_stands_out(found: Identification, figures: dict[str, Figure]) -> None:
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3
-    for method in ("white noise", "noise spectrum", "Newey-West", "block bootstrap"):
+    assert "reported / i.i.d. standard error: " in said
+    for method in ("white (i.i.d.) noise", "noise spectrum", "Newey-West", "block bootstrap"):
         assert method in said
 
 

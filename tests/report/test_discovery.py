@@ -138,7 +138,7 @@ def test_it_says_what_helped_but_is_not_all() -> None:
 def test_it_says_what_matters() -> None:
     text = " ".join(discovery_report(full()).split())
     for part in (
-        "The gap falls from 3.10 to 1.30 times the noise.",
+        "The normalised residual RMS (gap) falls from 3.10 to 1.30, expected 1.",
         "1. 38 % of the gap lies in the position while slack.",
         "2. Then the rest.",
         "position 0.310 0.680 taut, unloading 38 %",

@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.text import WIDTH, fit_report, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.summaries import InputErrorSummary
 from tests.study.test_summaries import FIT, GAP
 
-FAILED = s.CheckSummary(name="white residuals", passed=False, says="Something systematic is left after take-up.")
+FAILED = s.CheckSummary(name="the gap is noise", passed=False, says="Something systematic is left after take-up.")
 
 
 def suspect() -> s.FitSummary:
@@ -60,10 +61,11 @@ def test_it_says_what_matters() -> None:
         "not determined",
         "held",
         "at its bound",
-        "white residuals: Something systematic",
+        "FAILED residual size: Something systematic",
         "2.5 times as wide",
-        "20 of 32 starts",
-        "12 at 8.5 times its cost",
+        "Multistart: 20 of 32 starts reached the best minimum; 1 local minimum: cost x 8.5 (12).",
+        "Gap: normalised residual RMS",
+        "docs/glossary.md",
         "and 8 more",
         "What to do next",
         "Newey-West",
@@ -74,8 +76,8 @@ def test_it_says_what_matters() -> None:
 def test_it_says_what_was_taken_off_an_input() -> None:
     errors = {"drive": InputErrorSummary(rms=5.8e-6, noise=1.05e-5, unit="m")}
     said = " ".join(fit_report(FIT.model_copy(update={"expected_gap": 0.946, "input_errors": errors})).split())
-    assert "The measured drive was corrected by 5.8 um rms; its noise is 10 um." in said
-    assert "a perfect model would leave a gap of 0.95" in said.lower()
+    assert "The measured drive was corrected by 5.8 um rms (errors in variables); its noise is 10 um." in said
+    assert "the expected gap of a perfect model is 0.95" in said.lower()
     assert "perfect model" not in fit_report(FIT)
 
 
@@ -115,3 +117,18 @@ def test_rounding_stays_below_the_error_bar(value: float, relative: float) -> No
     allowed = max(0.051 * error, 1e-12 * worth)
     assert math.isclose(float(shown) * worth, value, abs_tol=allowed, rel_tol=1e-15)
     assert float(shown_error) * worth == pytest.approx(error, rel=0.051, abs=1e-12 * worth)
+
+
+def test_a_failed_check_is_listed_by_what_was_tested_and_a_passed_one_by_its_name() -> None:
+    named = FAILED.model_copy(update={"quantity": "residual RMS"})
+    inputs = FAILED.model_copy(update={"name": "the drive is as measured"})
+    other = FAILED.model_copy(update={"name": "my own check"})
+    assert failures([FAILED, *FIT.checks]) == ["- FAILED residual size: Something systematic is left after take-up."]
+    assert [quantity_of(check) for check in (named, inputs, other)] == [
+        "residual RMS",
+        "error of the measured drive",
+        "my own check",
+    ]
+    text = " ".join(fit_report(suspect()).split())
+    assert "the gap is noise" not in text
+    assert "Passed: residuals are white." in text

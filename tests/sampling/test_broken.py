@@ -64,7 +64,9 @@ def test_two_known_modes_are_weighed_and_never_averaged() -> None:
     checks, marginal, verdict = judged(two_modes, found)
     assert verdict == "suspect"
     says = checks["there is one mode"].says
-    assert says.startswith("There are several modes: weight 0.6 at a = 12 m, b = 0 m; weight 0.4 at a = 0 m, b = 0 m.")
+    assert says.startswith(
+        "The posterior is multimodal: weight 0.6 at a = 12 m, b = 0 m; weight 0.4 at a = 0 m, b = 0 m."
+    )
     assert "never an average" in says
     assert marginal["a"].mean == pytest.approx(12.0, abs=0.3)
 
@@ -79,13 +81,19 @@ def test_a_cloud_over_two_modes_is_noticed() -> None:
     assert failed & {"the walkers mix", "the ensembles agree"}, failed
 
 
-def test_a_ridge_is_named() -> None:
+def test_a_strong_correlation_is_named() -> None:
     """Only the sum is determined."""
     covariance = np.array([[1.0, -0.99999], [-0.99999, 1.0]])
     density = normal(np.zeros(2), covariance)
     checks, _, verdict = judged(density, [around(density, np.zeros(2), covariance)])
     assert verdict == "suspect"
-    assert checks["parameters are told apart"].says.startswith("Only a combination of a and b is determined")
+    correlation = checks["no strong posterior correlation"]
+    assert (correlation.identifier, correlation.quantity) == (
+        "posterior_correlation",
+        "strongest posterior correlation",
+    )
+    assert correlation.says.startswith("The posterior |correlation| of a and b is 1.0000")
+    assert "only a combination of them is determined" in correlation.says
 
 
 def test_a_start_far_out_is_found_out() -> None:
@@ -110,19 +118,19 @@ def test_what_the_data_do_not_see_is_the_prior_and_said_so() -> None:
     approximation = around(density, np.array([0.0, 3.0]), np.diag([1.0, 4.0]))
     checks, found, verdict = judged(density, [approximation], (WIDE, prior))
     assert verdict == "suspect"
-    assert checks["the data taught every parameter"].says == (
-        "The data taught us nothing about b: what is reported is the prior."
-    )
+    says = checks["every posterior is narrower than its prior"].says
+    assert says.startswith("Posterior / prior width of b exceeds 0.8 (largest ")
+    assert says.endswith("): the data tell nothing of it, and what is reported is the prior.")
     assert found["b"].prior_share > 0.9
     assert found["a"].prior_share < 0.01
 
 
-def test_a_posterior_that_leans_against_a_limit_is_named() -> None:
+def test_a_posterior_that_a_bound_truncates_is_named() -> None:
     positive = Prior(False, 0.0, 50.0, 0.0)
     density = lambda x: np.where(x[:, 0] > 0.0, -x[:, 0] - 0.5 * x[:, 1] ** 2, -np.inf)  # noqa: E731
     checks, _, verdict = judged(density, [Approximation(np.array([1.0, 0.0]), np.eye(2), -1.0)], (positive, WIDE))
     assert verdict == "suspect"
-    assert "The posterior of a leans against a limit" in checks["no posterior leans against a limit"].says
+    assert "The posterior of a is truncated by a bound" in checks["no posterior is truncated by a bound"].says
 
 
 def test_an_improper_prior_is_named_where_the_data_make_up_for_it() -> None:
@@ -130,7 +138,7 @@ def test_an_improper_prior_is_named_where_the_data_make_up_for_it() -> None:
     endless = Prior(False, 1.0, math.inf)
     checks, _, verdict = judged(density, [around(density, np.zeros(2), np.eye(2))], (endless, WIDE))
     assert verdict == "suspect"
-    assert checks["every prior is proper"].says.startswith("The prior of a is not a distribution")
+    assert checks["every prior is proper"].says.startswith("The prior of a is improper")
 
 
 FALLING = 150
@@ -147,8 +155,9 @@ def falling(small: tuple[Task, np.ndarray]) -> Task:
 def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
     stated = {"stiffness": Prior(True, 2e4, 0.5), "damping": Prior(False, 20.0, 3.0)}
     found = sample_posterior(falling, falling.start, stated=stated, noise="coloured", settings=Settings(seed=1))
-    taught = {check.name: check for check in found.checks}["the data taught every parameter"]
-    assert taught.says == "The data taught us nothing about stiffness, damping: what is reported is the prior."
+    contraction = {check.name: check for check in found.checks}["every posterior is narrower than its prior"]
+    assert contraction.says.startswith("Posterior / prior width of stiffness, damping exceeds 0.8 ")
+    assert "what is reported is the prior" in contraction.says
     assert found.status != "ok"
     assert found.marginals["damping"].mean == pytest.approx(20.0, abs=0.5)
     assert found.marginals["damping"].sd == pytest.approx(3.0, rel=0.15)

@@ -14,7 +14,7 @@ from scipy.stats import kstest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.sampling.chains import checkpoint
-from fibrefit.sampling.chains.ensembles import Course, Progress, next_look, run
+from fibrefit.sampling.chains.ensembles import Course, SamplerProgress, next_look, run
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, correlated, normal, target
 
@@ -81,8 +81,8 @@ class StopError(Exception):
 
 
 def stopped(after: int, file: Path, resume: bool) -> None:
-    def progress(told: Progress) -> None:
-        if told.steps >= after:
+    def progress(said: SamplerProgress) -> None:
+        if said.steps >= after:
             raise StopError
 
     with pytest.raises(StopError):
@@ -196,11 +196,11 @@ def test_a_density_that_is_nil_everywhere_is_refused() -> None:
 
 
 def test_a_budget_is_kept_and_told() -> None:
-    told: list[Progress] = []
-    found = course(0, settings={"max_steps": 40, "ess": 1e9}, progress=told.append)
+    said: list[SamplerProgress] = []
+    found = course(0, settings={"max_steps": 40, "ess": 1e9}, progress=said.append)
     assert found.points.shape[1] == 40
     assert not found.converged
-    assert all(one.steps <= 40 for one in told)
+    assert all(one.steps <= 40 for one in said)
     late = course(0, settings={"max_seconds": 0.0})
     assert late.points.shape[1] < 10
 

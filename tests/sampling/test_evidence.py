@@ -70,5 +70,5 @@ def test_two_starts_of_one_mode_are_not_counted_twice() -> None:
     poor = [around(density, np.array([c, 0.0]), 0.09 * np.eye(2)) for c in (-1.0, 1.0)]
     modes = sample_modes(target(density, 2), distinct(poor), Settings(seed=0))
     assert len(modes) == 2
-    assert [mode.left for mode in modes] == [False, True]
+    assert [mode.absorbed for mode in modes] == [False, True]
     assert modes[0].weight == 1.0

@@ -78,7 +78,7 @@ def dense_noise(whitening: Whitening, linear: Linear, with_waves: bool) -> np.nd
 def test_elimination_is_dense_algebra(linear: Linear, small: tuple[Task, np.ndarray], kind: str) -> None:
     whitening, values = whitenings()[kind], np.zeros(linear.layout.size)
     waves = {"drive": np.random.default_rng(1).standard_normal((2, WAVES))}
-    at = inputs._look(small[0].problem, KNOWN, values, waves, whitening, np.ones(2))
+    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitening, np.ones(2))
     columns, offset = linear.columns(), linear.offset.ravel()
     sigma = dense_noise(whitening, linear, with_waves=True)
     weighed = np.linalg.solve(sigma, columns)
@@ -98,7 +98,7 @@ def test_elimination_is_dense_algebra(linear: Linear, small: tuple[Task, np.ndar
 @pytest.mark.parametrize("kind", ["white", "coloured"])
 def test_best_waves_make_the_sum_of_squares_least(linear: Linear, small: tuple[Task, np.ndarray], kind: str) -> None:
     whitening, values = whitenings()[kind], np.zeros(linear.layout.size)
-    at = inputs._look(small[0].problem, KNOWN, values, {"drive": np.zeros((2, WAVES))}, whitening, np.ones(2))
+    at = inputs._evaluate(small[0].problem, KNOWN, values, {"drive": np.zeros((2, WAVES))}, whitening, np.ones(2))
     noise = dense_noise(whitening, linear, with_waves=False)
 
     def cost(step: np.ndarray, waves: np.ndarray) -> float:
@@ -116,14 +116,14 @@ def test_waves_known_to_be_nil_change_nothing(linear: Linear, small: tuple[Task,
     """The negative control: inputs without errors widen nothing."""
     linear.reactions[:] = 0.0
     values, waves = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
-    at = inputs._look(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
+    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
     np.testing.assert_allclose(at.covariance, at.of_corrected, rtol=EXACT)
     np.testing.assert_array_equal(at.best["drive"], 0.0)
 
 
 def test_errors_widen_and_never_narrow(linear: Linear, small: tuple[Task, np.ndarray]) -> None:
     values, waves = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
-    at = inputs._look(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
+    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
     assert np.linalg.eigvalsh(at.covariance - at.of_corrected).min() > -EXACT * at.covariance.max()
     assert np.diag(at.covariance - at.of_corrected).max() > 0.01 * np.diag(at.of_corrected).max()
 

@@ -13,7 +13,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.sampling.compare import foresight
+from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
@@ -96,15 +96,15 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
         np.testing.assert_allclose(found, expected[..., lag], atol=0.03)
 
 
-def test_foresight_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
-    found = foresight(posterior, 300)
+def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
+    found = cross_validate(posterior, 300)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
-    assert found.unsure <= 0.1 * len(found.blocks)
+    assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
     task = task_of(series(np.random.default_rng(1)))
     wrong = sample_posterior(task, task.start * np.array([1.0, 1.05, *np.ones(5)]), noise="coloured", settings=stated)
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert foresight(wrong, 300).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(wrong, 300).total == pytest.approx(found.total, abs=3.0)
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
@@ -168,9 +168,9 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
 @pytest.mark.slow
 def test_nuts_agrees(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
-    from fibrefit.sampling.nuts import second_opinion
+    from fibrefit.sampling.nuts import cross_check
 
-    other = second_opinion(posterior, 200)
+    other = cross_check(posterior, 200)
     assert other.divergent == 0
     assert other.agrees, other.scores
     # Of 800 draws, correlated.
@@ -187,8 +187,8 @@ def test_readings_of_a_draw_are_the_problems_own(posterior: Posterior) -> None:
 
 
 def test_nuts_without_its_package_says_what_to_install(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fibrefit.sampling.nuts import second_opinion
+    from fibrefit.sampling.nuts import cross_check
 
     monkeypatch.setitem(sys.modules, "blackjax", None)
     with pytest.raises(UsageError, match=r"Install it: pip install 'fibrefit\[nuts\]'"):
-        second_opinion(posterior)
+        cross_check(posterior)

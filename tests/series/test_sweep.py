@@ -39,17 +39,17 @@ def near_the_jump() -> tuple[Branch, Branch, Branch]:
 
 def test_from_rest_it_jumps_between_4_2_and_4_3_hz() -> None:
     rest = near_the_jump()[0]
-    np.testing.assert_allclose(rest.farthest[1:3], [0.21, 0.76], atol=TWO_DIGITS)
-    assert rest.swing[2] > 4.0 * rest.swing[1]
+    np.testing.assert_allclose(rest.max_angle[1:3], [0.21, 0.76], atol=TWO_DIGITS)
+    assert rest.amplitude[2] > 4.0 * rest.amplitude[1]
 
 
 def test_what_comes_before_decides_where_two_motions_are_stable() -> None:
     rest, up, down = near_the_jump()
     # At 4.3 Hz: large from rest and coming down, small coming up; at 4.2 Hz the other way round.
-    assert rest.swing[2] == pytest.approx(down.swing[2], rel=SAMPLED)
-    assert up.swing[2] < 0.5 * down.swing[2]
-    assert rest.swing[1] == pytest.approx(up.swing[1], rel=SAMPLED)
-    assert down.swing[1] > 4.0 * rest.swing[1]
+    assert rest.amplitude[2] == pytest.approx(down.amplitude[2], rel=SAMPLED)
+    assert up.amplitude[2] < 0.5 * down.amplitude[2]
+    assert rest.amplitude[1] == pytest.approx(up.amplitude[1], rel=SAMPLED)
+    assert down.amplitude[1] > 4.0 * rest.amplitude[1]
     for branch in (rest, up, down):
         assert (branch.periods == 1).all()
         assert (branch.multiplier < 1.0).all()
@@ -59,7 +59,7 @@ def test_sixty_millimetres_overturn_near_3_75_hz() -> None:
     (curve,) = swept((3.4, 3.75, 4.2, 4.4), ((0.06, 0.0),))
     rest = curve.branches["rest"]
     assert rest.overturned.tolist() == [False, True, False, False]
-    assert np.isnan(rest.swing[1])
+    assert np.isnan(rest.amplitude[1])
     assert rest.periods[1] == 0
     # After that the branches go on from the upright position.
     assert not curve.branches["up"].overturned[2]
@@ -68,9 +68,9 @@ def test_sixty_millimetres_overturn_near_3_75_hz() -> None:
 def test_preload_moves_the_peak() -> None:
     (curve,) = swept((5.7, 5.9, 6.0, 6.2), ((0.02, 585.0),))
     rest = curve.branches["rest"]
-    peak = np.argmax(rest.farthest)
+    peak = np.argmax(rest.max_angle)
     assert curve.frequencies[peak] in (5.9, 6.0)
-    assert rest.farthest[2] == pytest.approx(0.44, abs=TWO_DIGITS)
+    assert rest.max_angle[2] == pytest.approx(0.44, abs=TWO_DIGITS)
 
 
 def test_the_settled_motion_is_that_of_a_plain_simulation() -> None:

@@ -151,8 +151,8 @@ def test_two_processes_do_not_write_the_same_result(tmp_path: Path) -> None:
     other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     try:
         (tmp_path / "out.partial").mkdir()
-        told = {"pid": other.pid, "host": socket.gethostname()}
-        (tmp_path / "out.partial" / MARKER).write_text(json.dumps(told))
+        marker = {"pid": other.pid, "host": socket.gethostname()}
+        (tmp_path / "out.partial" / MARKER).write_text(json.dumps(marker))
         with pytest.raises(UsageError, match=f"being written by process {other.pid}"):
             make(tmp_path / "out")
     finally:

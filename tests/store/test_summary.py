@@ -19,7 +19,7 @@ GAP = Gap.model_validate({"force": {"rms": 0.1 + 0.2, "unit": "N", "noise": 0.4,
 def summary(tmp_path: Path) -> FitSummary:
     data = tmp_path / "ä.csv"
     data.write_text("1")
-    told = provenance('name = "x"', [data], seed=7, seconds=1.5)
+    origin = provenance('name = "x"', [data], seed=7, seconds=1.5)
     return FitSummary(
         status="ok",
         study="Füße",
@@ -27,7 +27,7 @@ def summary(tmp_path: Path) -> FitSummary:
         gap=GAP,
         records={"ä": RecordSummary(gap=GAP)},
         checks=(),
-        provenance=told,
+        provenance=origin,
     )
 
 
@@ -39,12 +39,12 @@ def test_it_reads_back(tmp_path: Path, summary: FitSummary) -> None:
 
 
 def test_what_it_rests_on(summary: FitSummary) -> None:
-    told = summary.provenance
-    assert told is not None
-    assert next(iter(told.inputs.values())).startswith("6b86b273ff34fce1")
-    assert told.created.endswith("+00:00")
-    assert told.versions["numpy"][0].isdigit()
-    assert (told.seed, told.seconds) == (7, 1.5)
+    origin = summary.provenance
+    assert origin is not None
+    assert next(iter(origin.inputs.values())).startswith("6b86b273ff34fce1")
+    assert origin.created.endswith("+00:00")
+    assert origin.versions["numpy"][0].isdigit()
+    assert (origin.seed, origin.seconds) == (7, 1.5)
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,8 @@ def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: P
     plain = " ".join(text.split())
     for part in (
         "23 identifications: 2 ok, 1 suspect, 20 not possible.",
-        "20 of 23 could not be carried out: bad 0, bad 1, bad 2, bad 3, bad 4 and 15 more.",
+        "FAILED identifications: 20 of 23 items could not be carried out: bad 0, bad 1, bad 2, bad 3, bad 4 and 15 "
+        "more.",
         "and 8 more: see results.csv.",
         "run the same again with --resume",
         "stiffness 34.21",
@@ -158,10 +159,10 @@ def test_nothing_usable_is_a_failed_batch(series: Path, asked: list[str], tmp_pa
 
 
 def test_progress_tells_how_far_and_how_long(series: Path, asked: list[str], tmp_path: Path) -> None:
-    told: list[tuple[str, float | None]] = []
-    batch_studies("many", jobs(series, "a", "bad"), tmp_path, Engine(), lambda *words: told.append(words))
-    assert told[0] == ("1 of 2 identified, about 0 s left", 0.5)
-    assert told[1][0].startswith("2 of 2 identified, 1 not possible")
+    said: list[tuple[str, float | None]] = []
+    batch_studies("many", jobs(series, "a", "bad"), tmp_path, Engine(), lambda *words: said.append(words))
+    assert said[0] == ("1 of 2 identified, about 0 s left", 0.5)
+    assert said[1][0].startswith("2 of 2 identified, 1 not possible")
 
 
 def test_a_study_gives_a_job_a_record(series: Path) -> None:

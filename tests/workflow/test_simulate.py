@@ -21,24 +21,24 @@ AS_PRINTED = 1e-8
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def stated(tmp_path_factory: pytest.TempPathFactory) -> Study:
     """The series with the values it was made with."""
-    folder = tmp_path_factory.mktemp("told")
+    folder = tmp_path_factory.mktemp("stated")
     study = made.study(folder, more=VALUES)
     made.write(folder, made.records(share=0.5, seed=3))
     return study
 
 
-def test_the_simulation_is_what_was_measured_but_for_the_noise(told: Study) -> None:
-    simulation = simulate_study(told)
+def test_the_simulation_is_what_was_measured_but_for_the_noise(stated: Study) -> None:
+    simulation = simulate_study(stated)
     for channel, noise in made.NOISE.items():
         for r, trace in enumerate(simulation.task.traces):
             error = trace.channels[channel] - simulation.readings[channel][r, : made.SAMPLES]
             assert np.sqrt(np.mean(error**2)) == pytest.approx(noise, rel=0.15)
 
 
-def test_files_hold_the_readings_at_the_records_own_samples(told: Study, tmp_path: Path) -> None:
-    simulation = simulate_study(told)
+def test_files_hold_the_readings_at_the_records_own_samples(stated: Study, tmp_path: Path) -> None:
+    simulation = simulate_study(stated)
     out = simulation.save(tmp_path / "out")
     names = sorted(path.name for path in (out / "simulated").iterdir())
     assert names == ["drop_10mm.csv", "drop_5mm.csv"]
@@ -52,8 +52,8 @@ def test_files_hold_the_readings_at_the_records_own_samples(told: Study, tmp_pat
         np.testing.assert_allclose(record.channels[channel], expected, atol=AS_PRINTED * np.ptp(expected))
 
 
-def test_what_was_simulated_is_identified(told: Study, tmp_path: Path) -> None:
-    out = simulate_study(told).save(tmp_path / "out")
+def test_what_was_simulated_is_identified(stated: Study, tmp_path: Path) -> None:
+    out = simulate_study(stated).save(tmp_path / "out")
     made.study(out / "simulated")
     fit = fit_study(load_study(out / "simulated"), starts=made.STARTS)
     for name, estimate in fit.parameters.items():

@@ -70,7 +70,7 @@ def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float 
     if column.clock:  # the first reading may have been lost to damage
         base = replace(base, time=base.time - base.time[np.isfinite(base.time)][0])
     if base.rate == raw.facts.rate and base.source == readings.source:
-        base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.told}")')
+        base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.quoted}")')
     return replace(base, header=column.header, unit=unit)
 
 
@@ -101,8 +101,8 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         got = f"no column holds the time, and the header names {'several rates: ' + rates if rates else 'no rate'}"
         do = "Name the time column under [channels], or give the sampling rate."
         raise DataError(where, got, 'a time column, or a rate such as "fs = 2000 Hz"', do)
-    told = "given" if rate else f'from "{raw.facts.told}"'
-    source = f"counted at {format_number(found, 7)} Hz, {told}"
+    origin = "given" if rate else f'from "{raw.facts.quoted}"'
+    source = f"counted at {format_number(found, 7)} Hz, {origin}"
     counter = _counter(columns, group)
     if counter is not None:
         values = counter.numbers.values

@@ -1,4 +1,4 @@
-"""Which column is the time, the force, the position, the drive: told by the user, or read from headings and units."""
+"""Which column is the time, the force, the position, the drive: stated by the user, or read from headings and units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fibrefit.core.roles import ROLES
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, score
 
-#: Roles looked for when nobody says which; two forces take the place of one they cannot be told from.
+#: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
 USUAL = ("force", "position", "drive", "angle")
 PAIR = ("force_1", "force_2")
 

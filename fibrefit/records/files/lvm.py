@@ -167,9 +167,9 @@ def _refuse_uncertain(segments: Sequence[_Segment], where: str) -> None:
     for segment in segments:
         if segment.unplaced:
             raise DataError(f"{where}, line {segment.unplaced[0]}", "a row with too many or too few cells", "", do)
-        told = [int(cell) for cell in segment.tags.get("samples", []) if cell.isdecimal()]
-        if told and max(told) != len(segment.cells):
-            got = f"the header announces {max(told)} samples, and {len(segment.cells)} are there"
+        announced = [int(cell) for cell in segment.tags.get("samples", []) if cell.isdecimal()]
+        if announced and max(announced) != len(segment.cells):
+            got = f"the header announces {max(announced)} samples, and {len(segment.cells)} are there"
             raise DataError(where, got, "", do)
 
 
@@ -214,8 +214,8 @@ def _with_rate(column: RawColumn, segment: _Segment, at: tuple[int, int], mark: 
     if not step or step <= 0:
         got = "the header gives no step in time (Delta_X) and there is no column of times"
         raise DataError(where, got, "one of the two", "Export the file again.")
-    told = _tag(segment, "samples", at, ".")
-    n = int(told) if told else len(segment.cells)
+    announced = _tag(segment, "samples", at, ".")
+    n = int(announced) if announced else len(segment.cells)
     whole = column.numbers
     numbers = Numbers(whole.values[:n], whole.reasons[:n], whole.shapes[:n], whole.texts[:n], whole.mark)
     start = _tag(segment, "x0", at, mark) or 0.0

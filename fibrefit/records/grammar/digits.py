@@ -105,7 +105,7 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
     odd = rows & (shapes != usual)
     if not odd.any() or odd.sum() > (1 - _ALIKE) * rows.sum():
         return np.zeros(shapes.size, bool)
-    # A held weight repeats one number: only different ones tell how often a last digit is zero.
+    # A held weight repeats one number: only different ones show how often a last digit is zero.
     distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
     complete = _keeps_zeros(numbers, rows) or _too_few_to_be_round(short, distinct)
     return odd if complete else np.zeros(shapes.size, bool)

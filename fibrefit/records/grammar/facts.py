@@ -46,7 +46,7 @@ class Facts:
     ----------
     rates : tuple of float
         Sampling rates named, in Hz, each once.
-    told : str
+    quoted : str
         The words that name the first of them.
     samples : int or None
         Number of samples announced.
@@ -55,7 +55,7 @@ class Facts:
     """
 
     rates: tuple[float, ...] = ()
-    told: str = ""
+    quoted: str = ""
     samples: int | None = None
     notes: tuple[str, ...] = ()
 
@@ -94,8 +94,8 @@ def find_facts(above: Iterable[str]) -> Facts:
         for match in _COUNT.finditer(line):
             number = float(match.group(2).replace(",", "."))
             samples |= {int(number)} if 0 < number < _MOST_SAMPLES else set()
-    told = next(iter(rates.values()), "").strip('"')
-    return Facts(tuple(rates), told, samples.pop() if len(samples) == 1 else None, tuple(dict.fromkeys(notes)))
+    quoted = next(iter(rates.values()), "").strip('"')
+    return Facts(tuple(rates), quoted, samples.pop() if len(samples) == 1 else None, tuple(dict.fromkeys(notes)))
 
 
 def _is_possible(rate: float) -> bool:

@@ -1,4 +1,4 @@
-"""Several ensembles of walkers that know nothing of each other, run until they agree."""
+"""Several independent ensembles of walkers, run until they agree (convergence by R-hat)."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ FIRST_CHECK = 60
 GROWTH = 1.25
 """Each look comes when the chains are longer by this factor: the looks cost little and cannot be chosen by luck."""
 WARM_UP = 1.0 / 3.0
-"""Share of the steps that is left out: the way from the start to where the posterior is."""
+"""Share of the steps that is discarded as warm-up: the way from the start to the posterior."""
 BLOCK_SECONDS = 1.0
 """Time between two words of progress."""
 
 
 @dataclass(frozen=True)
-class Progress:
+class SamplerProgress:
     """How far a run has come.
 
     Parameters
@@ -125,7 +125,7 @@ def run(
     settings: Settings,
     checkpoint_file: Path | None = None,
     resume: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SamplerProgress], None] | None = None,
 ) -> Course:
     """Sample until the ensembles agree and enough draws are gathered, or the budget is spent.
 
@@ -140,7 +140,7 @@ def run(
     resume : bool
         Go on from that file, where there is one.
     progress : callable, optional
-        Told about every second.
+        Called about every second.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def _until_converged(
     settings: Settings,
     pool: ThreadPoolExecutor,
     keeper: _Keeper,
-    progress: Callable[[Progress], None] | None,
+    progress: Callable[[SamplerProgress], None] | None,
     began: float,
 ) -> tuple[Mixing, bool]:
     block, last = 1, None
@@ -265,14 +265,16 @@ def _acceptance(points: np.ndarray) -> np.ndarray:
     return np.any(np.diff(points, axis=1) != 0.0, axis=-1).sum(axis=1) / max(moves, 1)
 
 
-def _progress(ensembles: list[_Ensemble], settings: Settings, last: Mixing | None, seconds: float) -> Progress:
+def _progress(ensembles: list[_Ensemble], settings: Settings, last: Mixing | None, seconds: float) -> SamplerProgress:
     steps = len(ensembles[0].points)
     recent = np.stack([e.points[-20:] for e in ensembles])
     acceptance = float(_acceptance(recent).mean()) if steps > 1 else np.nan
     if last is None:
-        return Progress(steps, settings.max_steps, seconds, np.nan, acceptance)
+        return SamplerProgress(steps, settings.max_steps, seconds, np.nan, acceptance)
     ess, r_hat = float(np.minimum(last.ess_bulk, last.ess_tail).min()), float(last.r_hat.max())
     # Draws grow with the steps, and so does what R-hat still lacks.
     factor = max(settings.ess / max(ess, 1.0), (r_hat - 1.0) / (settings.r_hat - 1.0), 1.0)
-    left = min(factor * steps, settings.max_steps) - steps
-    return Progress(steps, settings.max_steps, seconds, seconds / steps * max(left, 0.0), acceptance, r_hat, ess)
+    remaining = min(factor * steps, settings.max_steps) - steps
+    return SamplerProgress(
+        steps, settings.max_steps, seconds, seconds / steps * max(remaining, 0.0), acceptance, r_hat, ess
+    )

@@ -1,8 +1,8 @@
-"""What the errors of measured inputs do to a posterior.
+"""Errors in variables: what the errors of measured inputs do to a posterior.
 
 A likelihood takes the inputs for exact. Where a drive's position is measured and multiplied by a stiff fibre it is not:
 its error is one more unknown of each record. Values and errors are brought to the place where both together explain the
-records best, under the colour of the noise. The ensembles walk around there with the inputs as corrected, which leaves
+records best, under the noise spectrum. The ensembles walk around there with the inputs as corrected, which leaves
 out how the errors could vary with the values; by what that takes away, the posterior is widened.
 """
 
@@ -33,7 +33,7 @@ CHUNK = 32
 
 @dataclass(frozen=True)
 class Settled:
-    """Values and input errors that explain the records best under the colour of the noise.
+    """Values and input errors that explain the records best under the noise spectrum.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def settled(
     whitening: Whitening,
     level: np.ndarray,
 ) -> Settled:
-    """Go from the plain estimate to that under coloured noise.
+    """Go from the plain (OLS) estimate to that under coloured noise (GLS).
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def settled(
         Noise over what the whitening assumes.
     """
     problem, layout = task.problem, task.problem.layout
-    at = _look(problem, known, values, waves, whitening, level)
+    at = _evaluate(problem, known, values, waves, whitening, level)
     parting = parted(at.step, at.of_plain, at.covariance)
     for _ in range(STEPS):
         error = np.sqrt(np.clip(np.diag(at.covariance), 0.0, None))
@@ -111,14 +111,14 @@ def settled(
         values, waves = _inside(layout, values, at.step), at.best
         if change < SETTLED:
             break
-        at = _look(problem, known, values, waves, whitening, level)
+        at = _evaluate(problem, known, values, waves, whitening, level)
     slope = _slope(layout, values)
     widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
     found = replace(task, problem=corrected(problem, known, waves))
     return Settled(found, values, widening, parting)
 
 
-class _Look(NamedTuple):
+class _Evaluation(NamedTuple):
     """Step of the values, best waves after it, and covariances ``(n_free, n_free)``, all in SI units.
 
     Parameters
@@ -136,31 +136,31 @@ class _Look(NamedTuple):
     of_plain: np.ndarray
 
 
-def _look(
+def _evaluate(
     problem: Problem,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
     waves: Waves,
     whitening: Whitening,
     level: np.ndarray,
-) -> _Look:
+) -> _Evaluation:
     layout, rows = problem.layout, expanded(problem, known, values, waves)
     shape = rows[0][0].shape
     missed = [residuals.ravel() - _flat(waves, r) @ reactions for r, (residuals, _, reactions) in enumerate(rows)]
     slopes = [own for _, own, _ in rows]
     # What no error of the input can imitate, in the eyes of the plain estimate.
     plain = [without(reactions, own)[1] for _, own, reactions in rows]
-    sharp = _whitened(
+    white = _whitened(
         [np.concatenate([own, miss[None], reactions]) for (_, own, reactions), miss in zip(rows, missed, strict=True)],
         shape, whitening, level,
     )  # fmt: skip
     size = len(slopes[0])
-    kept = [without(part[size + 1 :], part[: size + 1]) for part in sharp]
-    first = [part[:size] for part in sharp]
-    left = [rest for _, rest in kept]
-    normal = _sum(layout, first, [rest[:size] for rest in left])
+    kept = [without(part[size + 1 :], part[: size + 1]) for part in white]
+    first = [part[:size] for part in white]
+    orthogonal = [rest for _, rest in kept]
+    normal = _sum(layout, first, [rest[:size] for rest in orthogonal])
     covariance = inverse(normal)
-    pull = np.stack([own @ rest[-1] for own, rest in zip(first, left, strict=True)])
+    pull = np.stack([own @ rest[-1] for own, rest in zip(first, orthogonal, strict=True)])
     step = -covariance @ gathered(pull, layout.local_columns, layout.size)
     waved = [reactions @ own.T for (_, _, reactions), own in zip(rows, plain, strict=True)]
     middle = _sum(layout, plain, _coloured(plain, shape, whitening, level)) + _sum(
@@ -169,7 +169,9 @@ def _look(
     bread = inverse(_sum(layout, slopes, plain))
     local = np.concatenate([step, [0.0, 0.0]])[layout.local_columns]
     best = np.stack([-(imitated @ np.append(own, 1.0)) for (imitated, _), own in zip(kept, local, strict=True)])
-    return _Look(step, _named(known, best), covariance, inverse(_sum(layout, first, first)), bread @ middle @ bread)
+    return _Evaluation(
+        step, _named(known, best), covariance, inverse(_sum(layout, first, first)), bread @ middle @ bread
+    )
 
 
 def _sum(layout: Layout, left: list[np.ndarray], right: list[np.ndarray]) -> np.ndarray:
@@ -185,8 +187,8 @@ def _whitened(rows: list[np.ndarray], shape: tuple[int, ...], whitening: Whiteni
     stacked = np.concatenate([stacked, np.zeros((len(rows), rest, *shape))], axis=1)
     for first in range(0, stacked.shape[1], CHUNK):
         part = np.moveaxis(stacked[:, first : first + CHUNK], 1, -1)
-        sharp = np.asarray(innovations(whitening, jnp.asarray(part))) / level[:, None, None]
-        stacked[:, first : first + CHUNK] = np.moveaxis(sharp, -1, 1)
+        white = np.asarray(innovations(whitening, jnp.asarray(part))) / level[:, None, None]
+        stacked[:, first : first + CHUNK] = np.moveaxis(white, -1, 1)
     count = len(rows[0])
     return [part[:count].reshape(count, -1) for part in stacked]
 

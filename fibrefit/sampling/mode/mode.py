@@ -1,4 +1,4 @@
-"""The way from a fit to the nearest mode of the posterior, and how the density falls off around it."""
+"""Search for the mode of the posterior nearest to a fit, and its Laplace approximation."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _curvature(density: LogPosterior, linear: Linearised, slope: jax.Array, nois
     return whole.at[size:, size:].set(of_noise)
 
 
-def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -> tuple[Approximation, np.ndarray]:
+def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -> tuple[Approximation, np.ndarray]:
     """The mode nearest to a start, by damped Gauss-Newton steps.
 
     Parameters
@@ -80,8 +80,8 @@ def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -
     Returns
     -------
     approximation : Approximation
-    learnt : (n,)
-        Share of each coordinate's sharpness that comes from the data, 0 to 1.
+    from_likelihood : (n,)
+        Share of each coordinate's precision that comes from the likelihood, 0 to 1.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -
         If neither data nor priors limit some direction: there is no posterior.
     """
     point = np.asarray(start, dtype=float)
-    floor = _prior_sharpness(density, priors, point)
+    floor = _prior_precision(density, priors, point)
     proper = np.array([prior.proper for prior in priors])
     here = jax.tree.map(np.asarray, _local(density, jnp.asarray(point)))
     damping = 0.0
@@ -108,13 +108,13 @@ def climb(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -
             break
     curvature = _sum(here, floor, proper, density)
     covariance = _inverse(curvature)
-    from_data = np.clip(np.diag(here.of_likelihood), 0.0, None)
-    learnt = from_data / np.where(np.diag(curvature) > 0.0, np.diag(curvature), 1.0)
-    return Approximation(point, covariance, float(here.value)), learnt
+    curved = np.clip(np.diag(here.of_likelihood), 0.0, None)
+    from_likelihood = curved / np.where(np.diag(curvature) > 0.0, np.diag(curvature), 1.0)
+    return Approximation(point, covariance, float(here.value)), from_likelihood
 
 
 def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPosterior) -> np.ndarray:
-    """Curvature of likelihood and prior; flat directions of a proper prior get the sharpness of its spread."""
+    """Curvature of likelihood and prior; flat directions of a proper prior get the precision of its spread."""
     # One that is not proper limits nothing, however its density bends in these coordinates.
     of_prior = np.where(proper, np.maximum(np.nan_to_num(here.of_prior), floor), 0.0)
     curvature = np.asarray(here.of_likelihood) + np.diag(of_prior)
@@ -152,12 +152,12 @@ def _inverse(curvature: np.ndarray) -> np.ndarray:
     return (vectors / values) @ vectors.T / np.outer(scale, scale)
 
 
-def _prior_sharpness(density: LogPosterior, priors: tuple[Prior, ...], point: np.ndarray) -> np.ndarray:
-    """One over the variance of each coordinate under its prior; nil where the prior is not proper."""
+def _prior_precision(density: LogPosterior, priors: tuple[Prior, ...], point: np.ndarray) -> np.ndarray:
+    """One over the variance of each coordinate under its prior; zero where the prior is not proper."""
     shares = (np.arange(200) + 0.5) / 200
     size = density.problem.layout.size
     values = np.asarray(density.values(jnp.asarray(point)))
-    sharp = np.zeros(len(priors))
+    precision = np.zeros(len(priors))
     for i, prior in enumerate(priors):
         if not prior.proper:
             continue
@@ -167,5 +167,5 @@ def _prior_sharpness(density: LogPosterior, priors: tuple[Prior, ...], point: np
             coordinate = np.asarray(jax.vmap(density.problem.layout.free)(jnp.asarray(column)))[:, i]
         else:
             coordinate = np.log(prior.quantile(shares))
-        sharp[i] = 1.0 / coordinate.var()
-    return sharp
+        precision[i] = 1.0 / coordinate.var()
+    return precision

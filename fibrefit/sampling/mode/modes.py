@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.chains.ensembles import Course, Progress, run
+from fibrefit.sampling.chains.ensembles import Course, SamplerProgress, run
 from fibrefit.sampling.evidence import Evidence, bridge
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
@@ -17,7 +17,7 @@ from fibrefit.sampling.target import Target
 NEGLIGIBLE = 1e-4
 """Weight, by Laplace's method, below which a mode is named but not sampled."""
 SAME = 3.0
-"""Distance in standard deviations below which two climbs ended in one mode."""
+"""Distance in standard deviations below which two searches ended in one mode."""
 LOOK_STEPS, LOOK_ESS = 300, 100.0
 """Budget of a mode that is only weighed; one that proves the heaviest is sampled like any other."""
 MOVED = 0.05
@@ -37,15 +37,15 @@ class Mode:
         None where the mode was too light to be sampled.
     evidence : Evidence
         By bridge sampling, or by Laplace's method with an infinite error where it was not sampled.
-    left : bool
-        Whether its ensembles wandered off to another mode, whose draws then stand for both.
+    absorbed : bool
+        Whether its ensembles moved to another mode, whose draws then stand for both.
     """
 
     approximation: Approximation
     weight: float
     course: Course | None
     evidence: Evidence
-    left: bool = False
+    absorbed: bool = False
 
 
 def distinct(found: Sequence[Approximation]) -> list[Approximation]:
@@ -63,7 +63,7 @@ def sample_modes(
     settings: Settings,
     checkpoint_file: Path | None = None,
     resume: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[SamplerProgress], None] | None = None,
 ) -> list[Mode]:
     """Sample every mode of some weight with ensembles of its own.
 
@@ -115,12 +115,12 @@ def _settled(modes: list[Mode]) -> list[Mode]:
     """Mark the modes whose ensembles did not stay: the heavier of two that mix has the draws of both."""
     settled: list[Mode] = []
     for mode in sorted(modes, key=lambda mode: -mode.evidence.log_value):
-        others = [other for other in settled if not other.left]
-        settled.append(replace(mode, left=mode.course is not None and _wandered(mode, others)))
+        others = [other for other in settled if not other.absorbed]
+        settled.append(replace(mode, absorbed=mode.course is not None and _moved(mode, others)))
     return settled
 
 
-def _wandered(mode: Mode, heavier: list[Mode]) -> bool:
+def _moved(mode: Mode, heavier: list[Mode]) -> bool:
     assert mode.course is not None
     points = mode.course.kept.reshape(-1, mode.course.points.shape[-1])
     own = mode.approximation.distance(points)
@@ -128,7 +128,7 @@ def _wandered(mode: Mode, heavier: list[Mode]) -> bool:
 
 
 def _weighed(modes: list[Mode]) -> list[Mode]:
-    logs = np.array([-np.inf if mode.left else mode.evidence.log_value for mode in modes])
+    logs = np.array([-np.inf if mode.absorbed else mode.evidence.log_value for mode in modes])
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
     return [replace(mode, weight=float(weight)) for mode, weight in zip(modes, weights, strict=True)]

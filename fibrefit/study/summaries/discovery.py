@@ -12,7 +12,7 @@ Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 
 
 class Place(Part):
-    """A stretch of a record in which the model and the measurement part."""
+    """A stretch of a record in which model and measurement differ."""
 
     record: str
     channel: str
@@ -28,11 +28,11 @@ class Candidate(Part):
     effect: str = Field(description='Its name; several, joined by " + ", where they were tried together.')
     gap_after: float
     evidence: float = Field(
-        description="Gain in twice the log likelihood, for noise of the colour found, less what chance gives to as "
-        "many candidates and parameters."
+        description="Gain of twice the log-likelihood under the noise spectrum found, penalised for the number of "
+        "candidates and parameters."
     )
     gap_foreseen: float | None = Field(
-        default=None, description="Gap of all records, each foreseen from the others; null where it was not asked."
+        default=None, description="Leave-one-record-out cross-validation: gap of all records; null where not asked for."
     )
     parameters: dict[str, ParameterSummary]
 
@@ -87,7 +87,7 @@ class Before(Part):
 
 
 class HeldOut(Part):
-    """How one record is predicted from the others, with only its own zero and start left to it."""
+    """Leave-one-record-out: one record predicted from a fit to the others; only its own zero and start are fitted."""
 
     record: str
     gap_before: float = Field(description="Of the model the search began with.")
@@ -95,13 +95,13 @@ class HeldOut(Part):
 
 
 class Weight(Part):
-    """How much an added effect matters."""
+    """Effect size of an added effect."""
 
     effect: str
-    share_of_signal: float = Field(description="What it explains over what was measured, both rms.")
+    share_of_signal: float = Field(description="RMS contribution over signal RMS.")
     signal: str = Field(description="What was measured: `force` where a force drives the rig, else `readings`.")
     share_of_gap: float = Field(description="Of the squared gap beyond noise, 0 to 1.")
-    standard_errors: float = Field(description="By which its strength differs from nothing.")
+    standard_errors: float = Field(description="By which its strength differs from zero.")
     says: str
 
 
@@ -114,12 +114,12 @@ class Separation(Part):
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
     cosine_before: float | None = Field(
-        default=None, description="Likeness of two effects of unknown size without it; 1 is inseparable."
+        default=None, description="|cosine| of the sensitivities of both effects without it; 1 is not separable."
     )
     cosine_after: float | None = Field(default=None, description="The same with it.")
     apart_before: float | None = Field(
         default=None,
-        description="Rms difference of what the two foretell with the values found, in units of the noise, in the "
+        description="RMS difference of the predictions of both with the values found, in units of the noise, in the "
         "record at hand where it is largest.",
     )
     apart_after: float | None = Field(default=None, description="The same in the further record.")
@@ -132,7 +132,7 @@ class Detectable(Part):
     effect: str
     parameter: str
     unit: str
-    smallest_detectable: float | None = Field(description="None where they would show none.")
+    smallest_detectable: float | None = Field(description="Detection limit; null where these records show none.")
     unique: float = Field(description="Share of its change that base parameters cannot imitate, 0 to 1.")
 
 

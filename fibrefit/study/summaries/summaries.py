@@ -29,32 +29,35 @@ class ParameterSummary(Part):
     at_bound: bool = False
     std_errors: dict[str, float | None] = Field(
         default_factory=dict,
-        description="Standard error by method: white (of plain least squares, if noise had no memory), spectrum, "
-        "newey_west, block_bootstrap; whitened where the estimate is.",
+        description="Standard error by method: white (of ordinary least squares under white noise), spectrum, "
+        "newey_west, block_bootstrap; whitened where the estimate is that of generalised least squares.",
     )
     interval_kind: str = Field(default="normal", description="How the interval was found.")
     plain_value: float | None = Field(
-        default=None, description="What plain least squares says, where the value is that of whitened least squares."
+        default=None,
+        description="Ordinary least squares estimate, where the value is the generalised least squares one.",
     )
-    plain_error: float | None = Field(default=None, description="Its standard error, noise with a memory allowed for.")
+    plain_error: float | None = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
 
 
 class ChannelGap(Part):
-    """How far measurement and simulation part in one channel."""
+    """Residual of one channel: measured minus simulated."""
 
     rms: float = Field(description="Root mean square of measured minus simulated, in `unit`.")
     unit: str
     noise: float | None = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
-    ratio: float | None = Field(default=None, description="rms over noise; 1 for a perfect model.")
+    ratio: float | None = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
 
 
 class Gap(BaseModel):
-    """The gap of each channel by name, and their root mean square."""
+    """The gap, or normalised residual RMS, of each channel by name, and their root mean square."""
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
     __pydantic_extra__: dict[str, ChannelGap] = Field(init=False)
 
-    total: float | None = Field(default=None, description="Root of the mean of the squared ratios.")
+    total: float | None = Field(
+        default=None, description="Root of the mean of the squared ratios, as the root of a reduced chi-square."
+    )
 
     @property
     def channels(self) -> dict[str, ChannelGap]:
@@ -75,7 +78,7 @@ class RecordSummary(Part):
 
 
 class CheckSummary(Part):
-    """A test the result was put to."""
+    """A test the result was put to; `name` is what is true where it passed."""
 
     name: str
     passed: bool
@@ -84,6 +87,8 @@ class CheckSummary(Part):
     threshold: float | None = None
     unit: str = "-"
     fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
+    identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
+    quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
 
 
 class Basin(Part):
@@ -95,7 +100,7 @@ class Basin(Part):
 
 
 class StartsSummary(Part):
-    """Whether the starts agree on the minimum."""
+    """Multistart: whether the starts agree on the minimum."""
 
     tried: int
     agreeing: int
@@ -115,7 +120,7 @@ class Provenance(Part):
 
 
 class InputErrorSummary(Part):
-    """Error that was found in a measured input, and taken off it."""
+    """Error that was estimated in a measured input, and subtracted from it (errors in variables)."""
 
     rms: float
     noise: float = Field(description="Noise rms of the input.")
@@ -141,11 +146,12 @@ class FitResultSummary(Part):
     checks: tuple[CheckSummary, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
-    estimator: str | None = Field(default=None, description="Plain or whitened least squares.")
+    estimator: str | None = Field(default=None, description="Ordinary (plain) or generalised (whitened) least squares.")
     estimator_says: str | None = Field(default=None, description="Why it is this one, in words.")
     error_method: str | None = Field(default=None, description="Method behind the reported standard errors.")
     error_inflation: float | None = Field(
-        default=None, description="Reported errors over those plain least squares would have under white noise, median."
+        default=None,
+        description="Reported standard errors over those of ordinary least squares under white noise, median.",
     )
     findings: tuple[str, ...] = Field(default=(), description="What the data do and do not determine, in words.")
     advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")
@@ -171,9 +177,9 @@ class PosteriorParameter(Part):
     ess_tail: float | None = None
     prior: str = Field(default="", description="The prior in words.")
     prior_share: float | None = Field(
-        default=None, description="Share of the prior's width that is left: 1 where the data taught nothing."
+        default=None, description="Posterior over prior width, 0 to 1: 1 where the data tell nothing."
     )
-    fitted: float | None = Field(default=None, description="Value of the fit the walkers began around.")
+    fitted: float | None = Field(default=None, description="Value of the fit the walkers were initialised around.")
 
 
 class ModeSummary(Part):
@@ -192,26 +198,28 @@ class Measure(Part):
 
 
 class ForesightSummary(Part):
-    """How well the model foretells blocks of the records that were left out."""
+    """Leave-one-block-out cross-validation by Pareto-smoothed importance sampling (PSIS-LOO)."""
 
-    total: Measure = Field(description="Sum of the expected log densities of the blocks.")
+    total: Measure = Field(description="elpd_loo: sum of the expected log predictive densities of the blocks.")
     blocks: int
-    unsure: int = Field(description="Blocks whose figure cannot be relied on.")
-    effective_parameters: float
+    unsure: int = Field(description="Blocks with Pareto k above 0.7, whose figure is unreliable.")
+    effective_parameters: float = Field(description="p_loo: effective number of parameters.")
 
 
 class ComparedModel(Part):
-    """Another posterior of the same data; differences are positive where this one foretells or explains it better."""
+    """Another posterior of the same data; differences are positive where this one predicts or explains it better."""
 
     result: str
     study: str
     effects: tuple[str, ...]
-    foresight: Measure = Field(description="Difference of the sums of expected log densities.")
-    log_evidence: Measure | None = Field(default=None, description="Difference of the log marginal likelihoods.")
+    foresight: Measure = Field(description="Difference of elpd_loo.")
+    log_evidence: Measure | None = Field(
+        default=None, description="Difference of the log marginal likelihoods: log Bayes factor."
+    )
 
 
 class SecondOpinionSummary(Part):
-    """The same posterior by the No-U-Turn sampler."""
+    """Cross-check of the posterior with the No-U-Turn sampler (NUTS)."""
 
     agrees: bool
     draws: int
@@ -240,12 +248,13 @@ class PosteriorSummary(Part):
     walkers: int
     draws: int
     steps: int | None = Field(default=None, description="Of each ensemble, warm-up included.")
-    warm_up: int | None = Field(default=None, description="Steps left out.")
+    warm_up: int | None = Field(default=None, description="Steps discarded as warm-up.")
     ended: Literal["converged", "budget"] | None = Field(default=None, description="What ended the run.")
     acceptance: float | None = Field(default=None, description="Share of moves accepted.")
     modes: tuple[ModeSummary, ...] = ()
     covered: dict[str, float] = Field(
-        default_factory=dict, description="Share of the samples inside the 90 % predictive band, by channel."
+        default_factory=dict,
+        description="Posterior predictive check: share of the samples inside the 90 % band, by channel.",
     )
     log_evidence: Measure | None = Field(
         default=None, description="Logarithm of the marginal likelihood; null where a prior is not proper."
@@ -253,7 +262,7 @@ class PosteriorSummary(Part):
     foresight: ForesightSummary | None = None
     compared: tuple[ComparedModel, ...] = ()
     second_opinion: SecondOpinionSummary | None = None
-    fit_status: Status | None = Field(default=None, description="Of the fit the walkers began around.")
+    fit_status: Status | None = Field(default=None, description="Of the fit the walkers were initialised around.")
     remarks: tuple[str, ...] = Field(default=(), description="What a reader should know besides the checks.")
     checks: tuple[CheckSummary, ...]
     advice: tuple[str, ...] = ()

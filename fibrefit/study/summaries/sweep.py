@@ -10,35 +10,37 @@ from fibrefit.study.summaries.summaries import CheckSummary, Part, Provenance, S
 
 
 class JumpSummary(Part):
-    """A jump of the swing between two neighbouring frequencies."""
+    """A jump of the amplitude between two neighbouring frequencies."""
 
     from_hz: float
     to_hz: float
-    from_rad: float = Field(description="Half the travel of the settled angle at the lower frequency.")
+    from_rad: float = Field(description="Steady-state amplitude at the lower frequency: half the travel of the angle.")
     to_rad: float
-    farthest_from_rad: float = Field(description="Largest angle from the first instant on, at the lower frequency.")
+    farthest_from_rad: float = Field(description="Maximum |angle|, transient included, at the lower frequency.")
     farthest_to_rad: float
 
 
 class PeakSummary(Part):
-    """The frequency at which a branch swings most."""
+    """The frequency at which a branch has its largest angle."""
 
     frequency_hz: float
     angle_rad: float
 
 
 class BranchSummary(Part):
-    """One way to come to the frequencies: from rest, or on from the next lower or higher one."""
+    """One branch of the response: from rest at each frequency, or continued from the next lower or higher one."""
 
-    peak: PeakSummary | None = Field(default=None, description="Of the settled motion; null where all overturned.")
-    farthest: PeakSummary | None = Field(default=None, description="From the first instant on, overturned runs apart.")
-    largest_force_n: float | None = Field(default=None, description="In either fibre, once settled.")
+    peak: PeakSummary | None = Field(default=None, description="Steady-state amplitude; null where all overturned.")
+    farthest: PeakSummary | None = Field(
+        default=None, description="Maximum |angle|, transient included, without overturned runs."
+    )
+    largest_force_n: float | None = Field(default=None, description="Steady-state maximum in either fibre.")
     jumps: tuple[JumpSummary, ...] = ()
     overturned_hz: tuple[tuple[float, float], ...] = Field(
         default=(), description="First and last frequency of each range in which the pendulum overturns."
     )
     not_periodic_hz: tuple[tuple[float, float], ...] = Field(
-        default=(), description="The same where the motion does not repeat itself after up to four periods."
+        default=(), description="The same where the motion is not periodic within four periods of the drive."
     )
     unstable_hz: tuple[tuple[float, float], ...] = Field(
         default=(), description="The same where a Floquet multiplier of the motion is above 1."
@@ -51,7 +53,7 @@ class CurveSummary(Part):
 
     amplitude_m: float
     preload_n: float
-    natural_frequency_hz: float = Field(description="Of small oscillations about the upright position.")
+    natural_frequency_hz: float = Field(description="Linear natural frequency about the upright position.")
     branches: dict[str, BranchSummary]
 
 

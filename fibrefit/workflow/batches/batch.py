@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.progress import Progress
 from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
-Progress = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Batch:
     items : mapping of str to BatchItem
         In the order of the jobs.
     conditions : mapping of str to Conditions
-        Of the records, where each was identified alone.
+        Of the records, where each was identified by itself.
     seconds : float
         Of this run; what an earlier one had done is not counted.
     taken_up : int
@@ -144,7 +144,7 @@ def batch_studies(
         since is taken up.
     engine : Engine, optional
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def batch_studies(
     """
     from fibrefit.plots import file_names
 
-    began, follow = time.perf_counter(), progress or _unheard
+    began, follow = time.perf_counter(), progress or _ignored
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     items: dict[str, BatchItem] = {}
     todo: list[Job] = []
@@ -171,7 +171,7 @@ def batch_studies(
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
         items[job.name] = _kept(folder / ITEMS / places[job], job, done)
-        follow(*_told(len(items), len(jobs), items, (len(items) - taken_up), time.perf_counter() - began))
+        follow(*_progress_line(len(items), len(jobs), items, (len(items) - taken_up), time.perf_counter() - began))
     ordered = {job.name: items[job.name] for job in jobs}
     return Batch(name, tuple(jobs), ordered, conditions_of(jobs), time.perf_counter() - began, taken_up)
 
@@ -179,9 +179,9 @@ def batch_studies(
 def _known(place: Path, job: Job) -> BatchItem | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
-        told = json.loads((place / ITEM).read_text(encoding="utf-8"))
-        same = told["digest"] == job.digest() and (place / NAME).exists()
-        return BatchItem.model_validate(told["item"], strict=False) if same else None
+        kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
+        same = kept["digest"] == job.digest() and (place / NAME).exists()
+        return BatchItem.model_validate(kept["item"], strict=False) if same else None
     except (OSError, ValueError, KeyError, TypeError, FibrefitError):
         return None
 
@@ -213,12 +213,14 @@ def _said(error: Exception) -> str:
     return f"fault in the program: {type(error).__name__}: {first}"
 
 
-def _told(done: int, total: int, items: Mapping[str, BatchItem], here: int, seconds: float) -> tuple[str, float | None]:
+def _progress_line(
+    done: int, total: int, items: Mapping[str, BatchItem], here: int, seconds: float
+) -> tuple[str, float | None]:
     failed = sum(item.status is None for item in items.values())
-    left = seconds / max(here, 1) * (total - done)
+    remaining = seconds / max(here, 1) * (total - done)
     also = f", {failed} not possible" if failed else ""
-    return f"{done} of {total} identified{also}, about {spoken(left)} left", done / total
+    return f"{done} of {total} identified{also}, about {spoken(remaining)} left", done / total
 
 
-def _unheard(doing: str, share: float | None) -> None:
-    """Nobody listens."""
+def _ignored(doing: str, share: float | None) -> None:
+    """Progress is not shown."""

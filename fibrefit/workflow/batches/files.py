@@ -29,16 +29,24 @@ def batch_checks(items: Mapping[str, BatchItem]) -> tuple[CheckSummary, ...]:
     doubted = [name for name, item in items.items() if item.status == "suspect"]
     total = len(items)
     return (
-        _check("every identification was possible", stopped, total, "could not be carried out"),
-        _check("every fit held", failed, total, "cannot be relied on"),
-        _check("every fit explains its records", doubted, total, "must be read with care"),
+        _check("every identification was possible", "identifications", stopped, total, "could not be carried out"),
+        _check("no fit failed", "fits", failed, total, "failed"),
+        _check("every fit passes its checks", "batch", doubted, total, "suspect"),
     )
 
 
-def _check(name: str, wrong: list[str], total: int, what: str) -> CheckSummary:
+def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) -> CheckSummary:
     named = ", ".join(wrong[:MOST_NAMED]) + (f" and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else "")
-    says = f"{len(wrong)} of {total} {what}: {named}." if wrong else f"All {total}: yes."
-    return CheckSummary(name=name, passed=not wrong, says=says, statistic=float(len(wrong)), threshold=0.0)
+    says = f"{len(wrong)} of {total} items {what}: {named}." if wrong else f"All {total}: yes."
+    return CheckSummary(
+        name=name,
+        passed=not wrong,
+        says=says,
+        statistic=float(len(wrong)),
+        threshold=0.0,
+        identifier=quantity.replace(" ", "_"),
+        quantity=quantity,
+    )
 
 
 def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, Conditions]) -> list[list[str]]:

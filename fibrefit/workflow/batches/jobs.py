@@ -66,7 +66,7 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     ----------
     origins : sequence of Origin
     each : {"record", "study"} or None
-        What is identified alone; None: the records of a single study, or else each study.
+        What is identified by itself; None: the records of a single study, or else each study.
     starts, seed, robust
         As for a fit.
 
@@ -113,7 +113,7 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
 
 
 def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
-    """What is known of the records that were identified alone; nothing of those that cannot be read."""
+    """What is known of the records that were identified by themselves; nothing of those that cannot be read."""
     from fibrefit.problem.formulate.formulate import stated_of
     from fibrefit.rigs.catalogue import RIGS
 

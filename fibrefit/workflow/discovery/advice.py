@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fibrefit.discovery.model.finding import Finding
 
-FORESEEN = 1.15
-"""Gap up to which a record counts as foreseen by a model fitted to the others."""
+PREDICTED = 1.15
+"""Gap up to which a record counts as predicted within noise by a fit to the others (leave-one-record-out)."""
 TRY_AGAIN = "fibrefit discover"
 
 
@@ -36,11 +36,11 @@ def _named(finding: Finding) -> tuple[str, ...]:
             "these do not separate them."
         )
     said += [parting.says for parting in finding.partings]
-    missed = [held.record for held in finding.held_out if not held.gap_after <= FORESEEN]
+    missed = [held.record for held in finding.held_out if not held.gap_after <= PREDICTED]
     if missed:
         said.append(
-            f"{', '.join(missed)}: the other records do not foresee {'it' if len(missed) == 1 else 'them'} down to the "
-            "noise. See whether anything was different there before building on the new model."
+            f"{', '.join(missed)}: not predicted within noise by a fit to the other records (gap above {PREDICTED:g}). "
+            "See whether anything was different there before building on the new model."
         )
     said.append(
         "study.toml beside this result holds the new model with the values found: fibrefit fit, sample and simulate "
@@ -51,8 +51,8 @@ def _named(finding: Finding) -> tuple[str, ...]:
 
 def _unexplained(narrowed: bool) -> tuple[str, ...]:
     said = [
-        "Look at the figures of places, states and spectrum: they show where the model goes wrong and on what that "
-        "depends."
+        "Look at the figures of places, states and spectrum: they show where the residuals exceed noise, on which "
+        "state they depend, and at which frequencies."
     ]
     if narrowed:
         said.insert(0, "Let the whole catalogue be tried: effects were left out of this search by --only or --exclude.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import Limits
 from fibrefit.discovery.model.finding import Candidate, Finding
@@ -28,7 +29,6 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
-Progress = Callable[[str, float | None], None]
 Choose = Callable[[Sequence[Candidate]], str | None]
 
 
@@ -50,7 +50,7 @@ class Options:
     also: tuple[str, ...] = ()
     seed: int = 0
 
-    def told(self) -> dict[str, str]:
+    def as_settings(self) -> dict[str, str]:
         """Settings as a summary keeps them; the seed has a place of its own there."""
         lists = {name: ", ".join(sorted(getattr(self, name))) for name in ("only", "exclude", "also")}
         return {"max_effects": str(self.max_effects), **{name: text for name, text in lists.items() if text}}
@@ -103,7 +103,7 @@ class Discovery(Saved):
 
     def summary(self) -> DiscoverySummary:
         """Content of ``summary.json``."""
-        settings = self.options.told() | ({"interactive": "yes"} if self.chosen else {})
+        settings = self.options.as_settings() | ({"interactive": "yes"} if self.chosen else {})
         origin = provenance(
             self.study.resolved_toml(),
             inputs_of(self.study, self.options),
@@ -155,7 +155,7 @@ def discover_study(
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------
@@ -223,7 +223,7 @@ def finished(folder: Path, study: Study, options: Options) -> DiscoverySummary |
     now: Mapping[str, object] = {
         "resolved_study": study.resolved_toml(),
         "inputs": sorted(digests),
-        "settings": options.told(),
+        "settings": options.as_settings(),
         "seed": options.seed,
         "versions": versions(),
     }

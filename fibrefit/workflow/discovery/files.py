@@ -157,7 +157,7 @@ def _trials(finding: Finding) -> dict[str, Variable]:
         "gap_foreseen": Variable(
             np.array([c.gap_foreseen for _, c in trials], dtype=float),
             ("trial",),
-            doc="Gap of all records, each foreseen from the others.",
+            doc="Leave-one-record-out: gap of all records, each predicted from a fit to the others.",
         ),
         "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
         "parameter": Variable(_text(v[1] for v in values), ("value",)),
@@ -245,8 +245,10 @@ def _places(places: Sequence[Place]) -> tuple[d.Place, ...]:
 
 
 def _unexplained(finding: Finding) -> d.Unexplained:
-    left, curves = finding.unexplained, tuple(map(_curve, finding.curves))
-    return d.Unexplained(gap=left.gap, where=_places(left.where), looks_like=left.looks_like or None, curves=curves)
+    unexplained, curves = finding.unexplained, tuple(map(_curve, finding.curves))
+    return d.Unexplained(
+        gap=unexplained.gap, where=_places(unexplained.where), looks_like=unexplained.looks_like or None, curves=curves
+    )
 
 
 def _curve(curve: FreeCurve) -> d.FreeCurve:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.report.posterior import advice
-from fibrefit.sampling.compare import Foresight
+from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.mode.modes import Mode
-from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
-    CheckSummary,
     ForesightSummary,
     Measure,
     ModeSummary,
@@ -21,7 +20,7 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
     SecondOpinionSummary,
 )
-from fibrefit.workflow.fit_files import finite
+from fibrefit.workflow.fit_files import check_summary, finite
 from fibrefit.workflow.sampling.found import Findings
 
 
@@ -30,18 +29,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
     posterior, course = found.posterior, found.posterior.course
     records = posterior.density.problem.layout.records
     evidence = posterior.log_evidence
-    checks = tuple(
-        CheckSummary(
-            name=check.name,
-            passed=check.passed,
-            says=check.says,
-            statistic=finite(check.statistic),
-            threshold=finite(check.threshold),
-            unit=check.unit,
-            fatal=check.fatal,
-        )
-        for check in found.checks
-    )
+    checks = tuple(map(check_summary, found.checks))
     return PosteriorSummary(
         status=found.status,
         study=found.study.name,
@@ -63,13 +51,13 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         modes=tuple(_mode(posterior, mode) for mode in posterior.modes),
         covered={channel: band.covered for channel, band in found.bands.items()},
         log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
-        foresight=_foresight(found.foresight),
+        foresight=_cross_validation(found.cross_validation),
         compared=found.compared,
-        second_opinion=None if found.opinion is None else _opinion(posterior, found.opinion),
+        second_opinion=None if found.cross_check is None else _cross_check(posterior, found.cross_check),
         fit_status=found.start.status,
         remarks=posterior.remarks,
         checks=checks,
-        advice=advice(checks, course.converged, found.opinion is not None),
+        advice=advice(checks, course.converged, found.cross_check is not None),
         provenance=origin,
     )
 
@@ -112,18 +100,18 @@ def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
     return ModeSummary(weight=mode.weight, sampled=mode.course is not None, parameters=values)
 
 
-def _foresight(found: Foresight) -> ForesightSummary | None:
+def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
     if not (len(found.blocks) and np.isfinite(found.total)):
         return None
     return ForesightSummary(
         total=Measure(value=found.total, error=found.error),
         blocks=len(found.blocks),
-        unsure=found.unsure,
+        unsure=found.unreliable,
         effective_parameters=found.effective_parameters,
     )
 
 
-def _opinion(posterior: Posterior, found: SecondOpinion) -> SecondOpinionSummary:
+def _cross_check(posterior: Posterior, found: CrossCheck) -> SecondOpinionSummary:
     names = posterior.target.names
     return SecondOpinionSummary(
         agrees=found.agrees,
@@ -140,7 +128,7 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
         name: {key: Variable(*entry) for key, entry in group.items()}
         for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
     }
-    ahead = found.foresight
+    ahead = found.cross_validation
     groups["foresight"] = {
         "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
         "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),

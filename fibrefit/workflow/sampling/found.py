@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.sampling.compare import Foresight
-from fibrefit.sampling.nuts import SecondOpinion
+from fibrefit.sampling.compare import CrossValidation
+from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
 from fibrefit.study import Study
@@ -28,9 +28,9 @@ class Options:
     noise : str
         ``auto``, ``white``, ``autoregressive`` or ``coloured``.
     heavy : bool
-        Student's t instead of a normal law for single samples.
+        Student's t instead of a normal likelihood.
     nuts : bool
-        Ask NUTS for a second opinion.
+        Cross-check with NUTS.
     compare : tuple of str
         Folders of other posteriors of the same data.
     """
@@ -49,13 +49,14 @@ class Findings:
     ----------
     study : Study
     start : Start
-        What the walkers began around.
+        The fit around which the walkers are initialised.
     posterior : Posterior
     bands : mapping of channel to Bands
-        What it foretells of the records.
-    foresight : Foresight
-        How well it foretells what was left out.
-    opinion : SecondOpinion or None
+        Posterior predictive bands of the records.
+    cross_validation : CrossValidation
+        Predictive performance on blocks left out.
+    cross_check : CrossCheck or None
+        With NUTS.
     rivals : tuple of Rival
     options : Options
     """
@@ -64,15 +65,18 @@ class Findings:
     start: Start
     posterior: Posterior
     bands: Mapping[str, Bands]
-    foresight: Foresight
-    opinion: SecondOpinion | None
+    cross_validation: CrossValidation
+    cross_check: CrossCheck | None
     rivals: tuple[Rival, ...]
     options: Options
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
-        """What the result was put to: the posterior's checks, the fit before it, and the second opinion."""
-        more = (self.start.check(), *((self.opinion.check(self.posterior.target.names),) if self.opinion else ()))
+        """All checks: the posterior's checks, the fit before it, and the cross-check with NUTS."""
+        more = (
+            self.start.check(),
+            *((self.cross_check.check(self.posterior.target.names),) if self.cross_check else ()),
+        )
         return (*self.posterior.checks, *more)
 
     @property
@@ -84,8 +88,8 @@ class Findings:
     def parameters(self) -> dict[str, Marginal]:
         """Marginals of what all records share, noise included, by name; SI units."""
         names = self.posterior.density.problem.layout.records
-        alone = tuple(f"[{name}]" for name in names)
-        return {name: found for name, found in self.posterior.marginals.items() if not name.endswith(alone)}
+        of_records = tuple(f"[{name}]" for name in names)
+        return {name: found for name, found in self.posterior.marginals.items() if not name.endswith(of_records)}
 
     @cached_property
     def draws(self) -> dict[str, np.ndarray]:
@@ -96,4 +100,4 @@ class Findings:
     @cached_property
     def compared(self) -> tuple[ComparedModel, ...]:
         """The model against its rivals."""
-        return tuple(compared(self.foresight, self.posterior.log_evidence, rival) for rival in self.rivals)
+        return tuple(compared(self.cross_validation, self.posterior.log_evidence, rival) for rival in self.rivals)

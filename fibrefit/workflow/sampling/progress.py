@@ -1,43 +1,42 @@
-"""What a person is told while the walkers walk."""
+"""Progress of the sampler in words, for a person."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
-from fibrefit.sampling.chains.ensembles import Progress
+from fibrefit.core.progress import Progress
+from fibrefit.sampling.chains.ensembles import SamplerProgress
 from fibrefit.sampling.settings import Settings
 
-Follow = Callable[[str, float | None], None]
 
-
-def followed(follow: Follow, settings: Settings) -> Callable[[Progress], None]:
-    """A listener of the sampler that tells its progress in words.
+def followed(on_progress: Progress, settings: Settings) -> Callable[[SamplerProgress], None]:
+    """A listener of the sampler that passes its progress on in words.
 
     Parameters
     ----------
-    follow : callable
-        Told what is being done and the share that is finished.
+    on_progress : Progress
+        Called with what is being done and the share that is finished.
     settings : Settings
     """
 
-    def told(progress: Progress) -> None:
-        follow(line_of(progress, settings), share_of(progress, settings))
+    def listener(progress: SamplerProgress) -> None:
+        on_progress(line_of(progress, settings), share_of(progress, settings))
 
-    return told
+    return listener
 
 
-def share_of(progress: Progress, settings: Settings) -> float | None:
-    """Share of the run that is finished, as far as it can be foreseen."""
+def share_of(progress: SamplerProgress, settings: Settings) -> float | None:
+    """Share of the run that is finished, as far as it can be estimated."""
     if math.isnan(progress.seconds_left):
         return None
-    left = progress.seconds_left
+    remaining = progress.seconds_left
     if settings.max_seconds is not None:
-        left = min(left, max(settings.max_seconds - progress.seconds, 0.0))
-    return progress.seconds / max(progress.seconds + left, 1e-9)
+        remaining = min(remaining, max(settings.max_seconds - progress.seconds, 0.0))
+    return progress.seconds / max(progress.seconds + remaining, 1e-9)
 
 
-def line_of(progress: Progress, settings: Settings) -> str:
+def line_of(progress: SamplerProgress, settings: Settings) -> str:
     """``step 75, 20 s left, accepted 45 %, R-hat 1.013, ESS 311/400``: short enough for a terminal with a bar."""
     said = [f"step {progress.steps}"]
     if not math.isnan(progress.seconds_left):

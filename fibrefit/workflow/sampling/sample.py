@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
-from fibrefit.sampling.compare import Foresight, foresight
-from fibrefit.sampling.nuts import require_nuts, second_opinion
+from fibrefit.sampling.compare import CrossValidation, cross_validate
+from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
 from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
@@ -27,16 +28,15 @@ from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, Options
-from fibrefit.workflow.sampling.progress import Follow, followed
+from fibrefit.workflow.sampling.progress import followed
 from fibrefit.workflow.sampling.start import CHAINS, begin
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
-Progress = Callable[[str, float | None], None]
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
-"""Settings that say when a run ends and what is told of it: a run may go on with others."""
+"""Settings that say when a run ends and what is reported of it: a run may go on with others."""
 
 
 def identity(options: Options, settings: Settings) -> str:
@@ -50,14 +50,16 @@ class Sampled(Findings, Saved):
 
     def summary(self) -> PosteriorSummary:
         """Content of ``summary.json``."""
-        told = {name: str(value) for name, value in {**asdict(self.options), **asdict(self.posterior.settings)}.items()}
-        del told["seed"]
+        settings = {
+            name: str(value) for name, value in {**asdict(self.options), **asdict(self.posterior.settings)}.items()
+        }
+        del settings["seed"]
         origin = provenance(
             self.study.resolved_toml(),
             self.study.input_files(),
             seed=self.posterior.settings.seed,
             seconds=self.posterior.seconds,
-            settings=told,
+            settings=settings,
         )
         return posterior_summary(self, origin)
 
@@ -78,19 +80,19 @@ class Sampled(Findings, Saved):
         return corner_figures(self.posterior, names)
 
     def plot_traces(self, *names: str) -> Figures:
-        """The way of each ensemble and its ranks: of all that records share, unless named."""
+        """Traces of each ensemble and rank plots: of all that records share, unless named."""
         from fibrefit.plots import trace_figures
 
         return trace_figures(self.posterior, names)
 
     def plot_bands(self, *records: str) -> Figures:
-        """What the posterior foretells against what was measured, for all records unless named."""
+        """Posterior predictive bands against what was measured, for all records unless named."""
         from fibrefit.plots import band_figures
 
         return band_figures(self.posterior, self.bands, records)
 
     def plot_prior(self, *names: str) -> Figures:
-        """What was believed before against what the data say, for all that records share unless named."""
+        """Prior against posterior, for all that records share unless named."""
         from fibrefit.plots import prior_figures
 
         return prior_figures(self.posterior, names)
@@ -122,11 +124,12 @@ def sample(
     start: Fit | None = None,
     seed: int = 0,
     noise: str = "auto",
+    student_t: bool = False,
     heavy: bool = False,
     nuts: bool = False,
     compare: Sequence[str | Path] = (),
     checkpoint: str | Path | None = None,
-    progress: Follow | None = None,
+    progress: Progress | None = None,
     **settings: Any,
 ) -> Sampled:
     """Sample the joint posterior of a study's parameters until independent ensembles of walkers agree.
@@ -135,21 +138,21 @@ def sample(
     ----------
     study : Study
     start : Fit, optional
-        Fit of the same study, around which the walkers begin; made where there is none.
+        Fit of the same study, around which the walkers are initialised; made where there is none.
     seed : int
         Of all random numbers; the same seed gives the same draws.
     noise : {"auto", "white", "autoregressive", "coloured"}
-        Colour of the noise; ``"auto"`` lets the residuals of the fit choose.
-    heavy : bool
-        Student's t instead of a normal law, for records in which single samples stray.
+        Noise spectrum; ``"auto"`` lets the residuals of the fit choose.
+    student_t : bool
+        Student's t (heavy-tailed) likelihood instead of a normal one; `heavy` is its earlier name.
     nuts : bool
-        Ask the No-U-Turn sampler for a second opinion; needs the extra ``nuts``.
+        Cross-check with the No-U-Turn sampler (NUTS); needs the extra ``nuts``.
     compare : sequence of str or pathlib.Path
         Folders of other posteriors of the same records.
     checkpoint : str or pathlib.Path, optional
         Folder in which the chains are kept while they grow; a run that finds its own there goes on with them.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     **settings
         ``ess``, ``r_hat``, ``max_steps``, ``max_seconds``, ``ensembles``, ``walkers``, ``interval``, as on the
         command line; see `fibrefit.sampling.settings.Settings`.
@@ -165,7 +168,7 @@ def sample(
     >>> posterior = fibrefit.sample(study, start=fibrefit.fit(study))
     >>> posterior.parameters["stiffness"].interval, posterior.draws["stiffness"].mean()
     """
-    options = Options(noise, heavy, nuts, tuple(map(str, compare)))
+    options = Options(noise, heavy or student_t, nuts, tuple(map(str, compare)))
     asked = settings_of({"seed": seed, **settings})
     return sample_study(study, start=start, settings=asked, options=options, folder=checkpoint, progress=progress)
 
@@ -177,7 +180,7 @@ def sample_study(
     settings: Settings | None = None,
     options: Options | None = None,
     folder: str | Path | None = None,
-    progress: Follow | None = None,
+    progress: Progress | None = None,
 ) -> Sampled:
     """The joint posterior of a study's parameters.
 
@@ -192,7 +195,7 @@ def sample_study(
     folder : str or pathlib.Path, optional
         Folder in which the chains are kept while they grow; those that are there already go on.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Raises
     ------
@@ -203,15 +206,15 @@ def sample_study(
     UsageError
         If the chains of the folder belong to another run, settings cannot work, or a package is missing.
     """
-    settings, options, follow = settings or Settings(), options or Options(), progress or _unheard
+    settings, options, on_progress = settings or Settings(), options or Options(), progress or _ignored
     if options.nuts:
         require_nuts()
-    follow("reading records", None)
+    on_progress("reading records", None)
     task = task_of(study, start.records if start is not None else read_records(study))
     rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
     stated = _stated(study, task)
     kept = None if folder is None else Path(folder)
-    begun = begin(study, task, start, settings.seed, kept, follow)
+    begun = begin(study, task, start, settings.seed, kept, on_progress)
     posterior = sample_posterior(
         task,
         begun.plain,
@@ -223,9 +226,9 @@ def sample_study(
         settings=settings,
         checkpoint_file=None if kept is None else kept / CHAINS,
         resume=True,
-        progress=followed(follow, settings),
+        progress=followed(on_progress, settings),
     )
-    return _looked_into(Sampled(study, begun, posterior, {}, _NOTHING, None, rivals, options), follow)
+    return _evaluated(Sampled(study, begun, posterior, {}, _NOTHING, None, rivals, options), on_progress)
 
 
 def _stated(study: Study, task: Task) -> dict[str, PriorSetting]:
@@ -236,17 +239,17 @@ def _stated(study: Study, task: Task) -> dict[str, PriorSetting]:
     return stated
 
 
-def _looked_into(found: Sampled, follow: Follow) -> Sampled:
-    """The posterior with what it foretells, and what NUTS says of it."""
+def _evaluated(found: Sampled, on_progress: Progress) -> Sampled:
+    """The posterior with its predictions, its cross-validation and the cross-check with NUTS."""
     posterior, seed = found.posterior, found.posterior.settings.seed
-    follow("foretelling the records", None)
-    bands, ahead = predict(posterior, seed=seed), foresight(posterior, seed=seed)
-    opinion = second_opinion(posterior, seed=seed, progress=follow) if found.options.nuts else None
-    return replace(found, bands=bands, foresight=ahead, opinion=opinion)
+    on_progress("predicting the records", None)
+    bands, ahead = predict(posterior, seed=seed), cross_validate(posterior, seed=seed)
+    nuts = cross_check(posterior, seed=seed, progress=on_progress) if found.options.nuts else None
+    return replace(found, bands=bands, cross_validation=ahead, cross_check=nuts)
 
 
-def _unheard(doing: str, share: float | None) -> None:
-    """Nobody listens."""
+def _ignored(doing: str, share: float | None) -> None:
+    """Progress is not shown."""
 
 
-_NOTHING = Foresight(np.zeros(0), np.zeros(0), 0.0)
+_NOTHING = CrossValidation(np.zeros(0), np.zeros(0), 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import Waves
@@ -64,10 +64,12 @@ class Start:
     def check(self) -> Check:
         """Whether the fit came to an end that can be built on."""
         passed = self.status != "failed"
-        says = f"The fit the walkers began around ended {self.status}." + (
+        says = f"The status of the fit the walkers are initialised around is {self.status}." + (
             "" if passed else " See what fibrefit fit says of this study."
         )
-        return Check("the fit before it held", passed, says)
+        return Check(
+            "the initial fit is usable", passed, says, identifier="initial_fit", quantity="status of the initial fit"
+        )
 
 
 def begin(
@@ -76,7 +78,7 @@ def begin(
     fit: Fit | None,
     seed: int,
     folder: Path | None,
-    progress: Callable[[str, float | None], None],
+    progress: Progress,
 ) -> Start:
     """Where the walkers begin: where they began before, around the fit that is given, or around one made now; kept.
 
@@ -127,11 +129,11 @@ def start_of(found: Identification) -> Start:
 
 def _read(path: Path) -> Start:
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        basins = tuple(np.array(basin, dtype=float) for basin in told["basins"])
-        values, plain = (np.array(told[name], dtype=float) for name in ("values", "plain"))
-        waves = {name: np.array(rows, dtype=float) for name, rows in told["waves"].items()}
-        return Start(tuple(told["names"]), values, plain, basins, str(told["status"]), waves)
+        kept = json.loads(path.read_text(encoding="utf-8"))
+        basins = tuple(np.array(basin, dtype=float) for basin in kept["basins"])
+        values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
+        waves = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
+        return Start(tuple(kept["names"]), values, plain, basins, str(kept["status"]), waves)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
