@@ -10,9 +10,10 @@ import numpy as np
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales, Weighed
 from fibrefit.discovery.engine.supermodel import waves_at
-from fibrefit.discovery.engine.thresholds import APART, NAMED, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import APART, NAMED, PRICE, false_alarm, occam
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
+from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import Left, left_at
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
@@ -109,7 +110,8 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
         look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
         at = replace(at, search=look.search, look=look)
         chosen = _chosen(look, limits)
-        if chosen is None and limits.choose is None and not at.best.effects and limits.max_effects > 1:
+        alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
+        if chosen is None and alone and is_incomplete(look.search, look.parent):
             look, chosen = _pair(look)
         if chosen is None:
             return replace(at, best=look.parent)
@@ -138,6 +140,12 @@ def looked(search: Search, parent: Weighed, what: str) -> Look:
         found = [*look.found, *look.search.tried(look.parent, costly, what)]
         look = _same_noise(look.search, look.parent, sorted(found, key=lambda one: -one.log))
     return look
+
+
+def is_incomplete(search: Search, weighed: Weighed) -> bool:
+    """Whether tests of the innovations say that something is missing."""
+    tested = tests_of(search.scales, weighed, search.task.traces, search.task.problem.model.rig.channels)
+    return any(test.raised for test in tested)
 
 
 def _explains(look: Look) -> bool:
@@ -254,7 +262,11 @@ def candidate(look: Look, one: Weighed) -> Candidate:
         for name in [f"{effect.name}.{parameter.name}"]
     }
     others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
-    chances = [(size, occam(look.parent.evidence, other.evidence)) for size, other in others]
+    # What was not descended into costs what is usual.
+    chances = [
+        (size, occam(look.parent.evidence, o.evidence) if o.evidence.mode.steps > 1 else PRICE * size)
+        for size, o in others
+    ]
     return Candidate(
         " + ".join(effect.name for effect in added) or "nothing",
         look.search.gap(look.search.plain(one)),

@@ -14,10 +14,11 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, absent_values, carried
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import Evidence, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
-from fibrefit.problem.estimate.gauss_newton import Unknowns, arrowhead, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import Unknowns, arrowhead, local_grams, mode, place_of, score_test
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -249,6 +250,52 @@ def _log(ratio: float) -> float:
         return float(np.log(max(ratio, 0.0)))
 
 
+class Promise(NamedTuple):
+    """What slopes promise of an effect.
+
+    Parameters
+    ----------
+    gain : float
+        In nats, what the effect costs beforehand taken off.
+    values : mapping of str to float
+        Its parameters there, in SI units.
+    """
+
+    gain: float
+    values: dict[str, float]
+
+
+class Direction(NamedTuple):
+    """A shape of an effect, and the ways in which it enters a model then.
+
+    Parameters
+    ----------
+    shapes : mapping of str to float
+        Parameters besides the strengths, in SI units.
+    strengths : tuple of (str, float)
+        What is moved, and to where, in SI units.
+    """
+
+    shapes: dict[str, float]
+    strengths: tuple[tuple[str, float], ...]
+
+
+def directions(effect: type[Effect]) -> list[Direction]:
+    """Every shape of an effect, each of its strengths moved by itself."""
+    others = [p for p in effect.parameters if p.name not in effect.strength]
+    strengths = []
+    for parameter in effect.parameters:
+        if parameter.name in effect.strength:
+            weak = _weak(effect, parameter)
+            # A negative strength does the opposite of a positive one, but each frequency something of its own.
+            strengths += [(parameter.name, value) for value in (weak if parameter.unit == "Hz" else weak[:1])]
+    found = []
+    for sizes in product(*(_weak(effect, parameter) for parameter in others)):
+        shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
+        found.append(Direction(shapes, tuple(strengths)))
+    return found
+
+
 class Scales:
     """Weighs hypotheses against one yardstick.
 
@@ -310,27 +357,90 @@ class Scales:
         normal = arrowhead(unknowns, place, self._gram(frame))
         return laplace(Optimum(unknowns, place, normal, sigma, np.inf, 1))
 
-    def extended(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], starts: int = 1) -> Weighed:
-        """A parent with further effects, from where they are weak, each sign and shape of them looked at.
+    def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
+        """A hypothesis where it is, without a descent."""
+        found = parent.evidence.mode
+        return Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
+
+    def absent(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], gain: float) -> Weighed:
+        """A parent with further effects at their nulls, and the gain that slopes promise of them."""
+        effects, found = (*parent.effects, *added), parent.evidence.mode
+        local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+        place, old = place_of(unknowns, local, found.place.eta), parent.evidence
+        size = len(unknowns.shared)
+        blank = np.full((len(old.grid), size), np.nan)
+        covariance = np.full((len(old.grid), size, size), np.nan)
+        at = Optimum(unknowns, place, found.normal, found.sigma, 0.0, 0)
+        return Weighed(effects, frame, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+
+    def extended(self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise) -> Weighed:
+        """A parent with a further effect, from where slopes promise most of it.
 
         Parameters
         ----------
         parent : Weighed
         frame : Frame
-            One that holds all effects.
-        added : sequence of Effect classes
-        starts : int
-            Descents, from the places where slopes promise most.
+            One that holds the effect too.
+        effect : Effect class
+        promise : Promise
+            Of the effect on that parent.
         """
-        effects, found = (*parent.effects, *added), parent.evidence.mode
+        found = parent.evidence.mode
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        places = weak_starts(frame, local, added)
-        if len(places) > starts:
-            promised = [self.glance(frame, effects, place, found.sigma, found.place.eta).log for place in places]
-            order = np.argsort([-value if np.isfinite(value) else np.inf for value in promised])
-            places = [places[i] for i in order[:starts]]
-        ends = [self.weigh(frame, effects, place, found.sigma, found.place.eta) for place in places]
-        return max(ends, key=lambda end: end.log)
+        for name, value in promise.values.items():
+            local[:, frame.names.index(name)] = value
+        return self.weigh(frame, (*parent.effects, effect), local, found.sigma, found.place.eta)
+
+    def screened(self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]]) -> dict[type[Effect], Promise]:
+        """What slopes promise of each effect on top of a parent, at the best of its shapes.
+
+        All effects of a frame are looked at together, one simulation each.
+
+        Parameters
+        ----------
+        parent : Weighed
+        frame : Frame
+            One that holds all of them.
+        effects : sequence of Effect classes
+        """
+        unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
+        base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        promised = dict.fromkeys(effects, Promise(-np.inf, {}))
+        shapes = {effect: directions(effect) for effect in effects}
+        for number in range(max((len(ways) for ways in shapes.values()), default=0)):
+            there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
+            local = base.copy()
+            for effect, direction in there.items():
+                for name, value in direction.shapes.items():
+                    local[:, frame.names.index(f"{effect.name}.{name}")] = value
+            for effect, promise in self._promises(frame, unknowns, local, found, there):
+                promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
+        return promised
+
+    def _promises(
+        self,
+        frame: Frame,
+        unknowns: Unknowns,
+        local: np.ndarray,
+        found: Optimum,
+        there: dict[type[Effect], Direction],
+    ) -> list[tuple[type[Effect], Promise]]:
+        """Score test of each direction: its gain less what it costs, and where that is."""
+        ways = [(effect, name, value) for effect, way in there.items() for name, value in way.strengths]
+        columns = np.array([frame.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
+        place = place_of(unknowns, local, found.place.eta)
+        values = np.array([value for *_, value in ways])
+        grams = local_grams(unknowns, place, self._gram(frame), (columns, values))
+        score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
+        seen = np.where(information > 0.0, information, np.inf)
+        gains = np.where(information > 0.0, 0.5 * score**2 / seen - PRICE, -np.inf)
+        found_all = []
+        for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
+            shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
+            start = {f"{effect.name}.{name}": _start(frame, f"{effect.name}.{name}", value, share)}
+            found_all.append((effect, Promise(float(gain), shapes | start)))
+        return found_all
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, from where it is."""
@@ -386,17 +496,16 @@ class Scales:
         return lambda local, columns, targets: seen.grams(local, columns, targets, self.ground.whole)
 
 
-def weak_starts(frame: Frame, local: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
-    """Values with added effects weakly present: each sign that makes sense, each shape."""
-    choices = [list(product(*(_weak(effect, parameter) for parameter in effect.parameters))) for effect in added]
-    starts = []
-    for choice in product(*choices):
-        values = local.copy()
-        for effect, sizes in zip(added, choice, strict=True):
-            for parameter, size in zip(effect.parameters, sizes, strict=True):
-                values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
-        starts.append(values)
-    return starts
+def _start(frame: Frame, name: str, weak: float, share: float) -> float:
+    """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
+    declared = frame.declared[name]
+    if declared.reciprocal or declared.unit == "Hz":
+        return weak
+    most = abs(1.0 / WEAK)
+    least = 1.0 if declared.lower >= declared.null or declared.upper <= declared.null else -most
+    return float(
+        np.clip(declared.null + np.clip(share, least, most) * (weak - declared.null), declared.lower, declared.upper)
+    )
 
 
 def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
@@ -413,4 +522,4 @@ def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
     return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]
 
 
-__all__ = ["Scales", "Weighed", "Yardstick", "mode", "unknowns_of", "weak_starts", "yardstick_of"]
+__all__ = ["Scales", "Weighed", "Yardstick", "mode", "unknowns_of", "yardstick_of"]
