@@ -29,8 +29,10 @@ STEADY = 10.0
 """Largest change of a disturbance of the velocity at a reversal."""
 
 
-def responses(conditions: Conditions, base: Base, times: np.ndarray, noise: Noise) -> tuple[np.ndarray, np.ndarray]:
-    """Force and position ``(n, m)`` for independent errors of the drive of variance one.
+def responses(
+    conditions: Conditions, base: Base, times: np.ndarray, noise: Noise
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Force and position ``(n, m)`` for errors of the drive, per metre, and the precision ``(m, m)`` of their sizes.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def responses(conditions: Conditions, base: Base, times: np.ndarray, noise: Nois
     n, rate = times.size, 1.0 / (times[1] - times[0])
     count = int(2.0 * HIGHEST * n / rate) + 1
     turns = math.pi * np.arange(count) * rate / n
-    lines = [(frequency, 10.0 * size) for frequency, size in noise.all_lines("drive") if frequency < HIGHEST]
+    lines = [(frequency, 10.0 * size) for frequency, size in noise.all_lines("drive") if size and frequency < HIGHEST]
     force, position = disturbed(
         conditions,
         base,
@@ -50,22 +52,22 @@ def responses(conditions: Conditions, base: Base, times: np.ndarray, noise: Nois
         np.concatenate([turns, *([2.0 * math.pi * frequency] * 2 for frequency, _ in lines)]),
         np.concatenate([0.5 * turns / rate, *([0.0, -0.5 * math.pi] for _ in lines)]),
     )
-    mixing = np.zeros((len(force[0]), len(force[0])))
-    mixing[:count, :count] = _mixing(covariance(noise, "drive", n, rate).tobytes(), count)
-    tail = np.arange(count, len(mixing))
-    mixing[tail, tail] = np.repeat([size for _, size in lines], 2)
-    return force @ mixing, position @ mixing
+    precision = np.zeros((force.shape[1],) * 2)
+    precision[:count, :count] = _precision(covariance(noise, "drive", n, rate).tobytes(), count)
+    tail = np.arange(count, len(precision))
+    precision[tail, tail] = np.repeat([size**-2 for _, size in lines], 2)
+    return force, position, precision
 
 
 @lru_cache(maxsize=16)
-def _mixing(lags: bytes, count: int) -> np.ndarray:
-    """Amplitudes ``(count, count)`` of the first cosines over a record, for independent deviates of variance one."""
+def _precision(lags: bytes, count: int) -> np.ndarray:
+    """Inverse of the covariance ``(count, count)`` of the first cosines in noise with this covariance."""
     known = np.frombuffer(lags)
     n = known.size
     cosines = np.cos(math.pi / n * (np.arange(n)[:, None] + 0.5) * np.arange(count))
-    sizes = 1.0 / np.linalg.norm(cosines, axis=0)
-    cosines *= sizes
-    return sizes[:, None] * np.linalg.cholesky(cosines.T @ _spread(known, cosines))
+    lengths = np.linalg.norm(cosines, axis=0)
+    cosines /= lengths
+    return lengths[:, None] * np.linalg.inv(cosines.T @ _spread(known, cosines)) * lengths
 
 
 def _spread(lags: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -87,7 +89,8 @@ def disturbed(
     force, position, _ = driven_steps(replace(conditions, zeroed=False), laws, {}, steps, STEP)
     slides, factors = _switches(np.diff(position, append=position[-1]))
     every = round((times[1] - times[0]) / STEP)
-    return _disturbed(force > 0.0, slides, factors, turns, phases, laws, STEP, every, times.size)
+    forces, positions = _disturbed(force > 0.0, slides, factors, turns, phases, laws, STEP, every, times.size)
+    return forces.T, positions.T
 
 
 def _switches(travels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +110,7 @@ def _switches(travels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @compiled
 def _disturbed(taut, slides, factors, turns, phases, p, step, every, n):
-    forces, positions = np.zeros((n, turns.size)), np.zeros((n, turns.size))
+    forces, positions = np.zeros((turns.size, n)), np.zeros((turns.size, n))
     pace = 2.0 * p.mass / step
     stiff = pace + 0.5 * step * p.stiffness + p.damping
     for j in range(turns.size):
@@ -130,8 +133,8 @@ def _disturbed(taut, slides, factors, turns, phases, p, step, every, n):
             velocity = 2.0 * middle - velocity if slides[i] else 0.0
             half = place + 0.5 * step * middle
             if i % every == 0 and i // every < n:
-                positions[i // every, j] = half
+                positions[j, i // every] = half
                 if taut[i]:
-                    forces[i // every, j] = p.stiffness * (error - half) + p.damping * (rate - middle)
+                    forces[j, i // every] = p.stiffness * (error - half) + p.damping * (rate - middle)
             place += step * middle
     return forces, positions

@@ -1,8 +1,8 @@
 """Compiled time stepping of a weight on a fibre, with or without a pulley between.
 
 The scheme is that of Moreau: half a step of position, an impulse balance in which Coulomb friction is a projection of
-the velocity onto its cone, half a step of position. Nothing is located: the step is small instead, and what a switch
-inside a step costs falls with it.
+the velocity onto its cone, half a step of position. Nothing is located: a fibre that becomes taut within a step, or a
+velocity that changes its sign, counts for its share of the step, so that readings depend smoothly on parameters.
 """
 
 from __future__ import annotations
@@ -24,10 +24,17 @@ compiled = numba.njit(cache=True, fastmath=False, error_model="numpy")
 
 
 @compiled
-def tension(stretch, rate, dashpot, loop, drive_speed, time, p):
-    """Tension of a fibre; the clamped law unless `heaviside` is set."""
-    if stretch <= 0.0:
+def tension(stretch, rate, dashpot, loop, drive_speed, time, step, p):
+    """Tension of a fibre, mean over a step with this `stretch` at its middle; the clamped law unless `heaviside` is set.
+
+    In the step in which a fibre becomes taut it pulls for a share of the step only.
+    """
+    reach, share = 0.5 * rate * step, 1.0
+    if stretch <= min(0.0, -reach):
         return 0.0
+    if stretch < reach:
+        share = 0.5 * (1.0 + stretch / reach)
+        stretch = share**2 * reach
     elastic = p.stiffness * stretch * (1.0 + p.hardening * stretch)
     if p.toe_depth != 0.0:
         elastic *= 1.0 - p.toe_depth * math.exp(-stretch / p.toe_length)
@@ -40,8 +47,8 @@ def tension(stretch, rate, dashpot, loop, drive_speed, time, p):
     factor = max(0.05, 1.0 + p.damping_rate_factor * abs(rate) / SPEED_OF_RATE_LAWS)
     if p.load_damping != 0.0:
         factor *= 1.0 + p.load_damping * p.stiffness * stretch / (p.mass * GRAVITY)
-    total = elastic + p.damping * factor * rate
-    total += p.branch_stiffness * (stretch - dashpot) + p.hysteretic_stiffness * loop
+    total = elastic + share * p.damping * factor * rate
+    total += p.branch_stiffness * (stretch - share * dashpot) + share * p.hysteretic_stiffness * loop
     if total < 0.0 and p.heaviside == 0.0:
         return 0.0
     return total
@@ -97,8 +104,23 @@ def resistance(position, velocity, p):
 
 
 @compiled
-def rubbed(free, up, down):
-    """Velocity after friction impulses of at most `up` against + and `down` against -: the projection."""
+def rubbed(velocity, free, up, down):
+    """Velocity after a step that ends at `free` without friction; its impulses are at most `up` against +, `down` against -.
+
+    A velocity that passes zero within the step stays there if friction can hold it, and else feels the other sign for
+    the rest of the step.
+    """
+    push = free - velocity
+    if velocity > 0.0:
+        end = free - up
+        if end >= 0.0:
+            return end
+        return min(push + down, 0.0) * end / (end - velocity)
+    if velocity < 0.0:
+        end = free + down
+        if end <= 0.0:
+            return end
+        return max(push - up, 0.0) * end / (end - velocity)
     if free > up:
         return free - up
     if free < -down:
@@ -142,7 +164,7 @@ def weight_after(velocity, middle, load, position, time, path, bristle, step, p,
         return velocity + step / p.mass * force
     up = step / p.mass * level(1.0, middle, load, position, time, path, p)
     down = step / p.mass * level(-1.0, middle, load, position, time, path, p)
-    return rubbed(velocity + step / p.mass * force, up, down)
+    return rubbed(velocity, velocity + step / p.mass * force, up, down)
 
 
 @compiled
@@ -188,7 +210,7 @@ def run_direct(position, dashpot, deflection, drive, drive_rate, start, step, p)
                 pull = middle_mount / p.mount_compliance
             else:
                 middle_loop = loop + 0.5 * step * loop_rate(loop, stretch, rate, p)
-                pull = tension(stretch, rate, middle_dashpot, middle_loop, drive_rate[i], time, p)
+                pull = tension(stretch, rate, middle_dashpot, middle_loop, drive_rate[i], time, step, p)
             load = pull
             if p.capstan != 0.0:
                 load *= math.exp(-p.capstan * middle / (abs(middle) + CREEP_OF_CAPSTAN))
@@ -237,10 +259,10 @@ def run_rim(position, rim, dashpots, drive, drive_rate, start, step, p):
             rate_one, rate_two = 2.0 * (pace - spin_middle), 2.0 * (spin_middle - slope * middle)
             loop_one = first_loop + 0.5 * step * loop_rate(first_loop, one, rate_one, p)
             loop_two = second_loop + 0.5 * step * loop_rate(second_loop, two, rate_two, p)
-            pull = tension(one, rate_one, creep(first, one, half_left), loop_one, drive_rate[i], time, p)
-            load = tension(two, rate_two, creep(second, two, half_left), loop_two, drive_rate[i], time, p)
+            pull = tension(one, rate_one, creep(first, one, half_left), loop_one, drive_rate[i], time, step, p)
+            load = tension(two, rate_two, creep(second, two, half_left), loop_two, drive_rate[i], time, step, p)
             rubbing = step * p.bearing_friction / p.rim_mass
-            spin_after = rubbed(spin + step * (pull - load) / p.rim_mass, rubbing, rubbing)
+            spin_after = rubbed(spin, spin + step * (pull - load) / p.rim_mass, rubbing, rubbing)
             spin_after = (spin_after + stiff * spin_before) / (1.0 + stiff)
             after = weight_after(velocity, middle, load, middle_position, time, path, bristle, step, p, slope)
             if abs(after - before) < CLOSE and abs(spin_after - spin_before) < CLOSE:

@@ -1,46 +1,49 @@
 """What a perfect whitened test gains where an effect is hidden: its noncentrality.
 
-It is the least cost, in twice the log likelihood, at which a model without the effect accounts for clean readings with it:
-base parameters, what each record has for itself and errors of the measured drive are free, the last at the price of their
-prior; parameters that differ from record to record pay theirs. Noise is whitened by its true spectrum. For a faint effect
-this is the squared length of the effect's change of the readings off all that; for others the projection is
-repeated about where it leads, as Gauss and Newton do.
+The change of the readings that an effect makes is projected off all a model without it can do as well: base parameters,
+what each record has for itself (zero of position, release or load at the start, lines of the mains) and, on the driven rig,
+errors of the measured drive at the price of their prior; base parameters that differ from record to record pay theirs.
+What is left, whitened by the true spectrum of the noise and squared, is the gain in twice the log likelihood that is to
+be expected, but for the one or two that chance adds.
 
-Approximations: errors of the drive act to first order and as in the rig without the effect; parameters that scatter do so
-about the base values; noise of heavy tails is weighed by its variance alone, and rounding as white noise.
+Approximations. All is to first order about the rig without the effect, by differences so small that no reading changes by
+more than about its noise: on the driven rig bounces multiply any change, and what fits the readings stays near them. Effects
+of the sensors, which do not touch the motion, and the mass of a fibre count at full strength. Samples next to one at which the fibre becomes taut
+are left out, since the force jumps there. Errors of the drive are those below 60 Hz (see `drive_error`). Noise of heavy
+tails is weighed by its variance alone, and rounding as white noise.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import block_diag, solve_triangular
 
 from tests.independent.drive_error import responses
-from tests.independent.laws import DRIVE, DROP, EFFECTS, values_at
+from tests.independent.laws import CHAIN, DRIVE, DROP, EFFECTS, values_at
 from tests.independent.sensors import Noise
 from tests.independent.series import Plan
-from tests.independent.simulate import Base, Channels, Effects, simulate
+from tests.independent.simulate import OF_READINGS, Base, Channels, Conditions, Effects, simulate
+from tests.independent.whitening import Whitening, whitening
 
-STEP = 2e-5
-FINE = 1e-5
-STIFF = {"pulley.inertia", "pulley.bearing_friction", "drive.compliance", "fibre.mass", "guide.presliding"}
+STEP, FINE = 2.5e-5, 1e-5
+STIFF = {"pulley.inertia", "fibre.mass", "guide.presliding", "drive.compliance", "sensor.gauge_resonance"}
 FREE = 1e3
 """What has no prior may be this many times as large as usual."""
-NUDGES = (5e-4, 5e-3, 1e-2)
-"""Relative change of stiffness, damping and friction by which slopes are taken: large enough to move switches by more
-than the step within which they fall, small against a bounce."""
-OWN_NUDGES = {DROP: 1e-5, DRIVE: 0.02}
+FIRST = (1e-4, 1e-3, 1e-3)
+"""Relative change of stiffness, damping and friction that differences begin with."""
+FIRST_OWN = {DROP: 1e-6, DRIVE: 1e-3}
 """Of what a record has for itself: s by which it is released later; N by which the fibre carries more at the start."""
-STRENGTH_NUDGE = 0.02
-ROUNDS, HALVINGS = 15, 5
-SETTLED = 2e-3
-LEAST = 1e-3
+FIRST_STRENGTH = 1e-3
+SMALL, LARGE = 0.05, 1.0
+"""Range of the largest change of a reading, in units of the noise, from which a difference is taken."""
+SINGULAR = 1e-3
+"""Least strength from which differences of a stiff law are taken."""
 
 
 class Hidden(NamedTuple):
@@ -82,12 +85,29 @@ class Yardstick:
     noise: Noise
 
     @cached_property
-    def _whiten(self) -> tuple:
-        from tests.independent.whitening import whitening
+    def _clean(self) -> np.ndarray:
+        """Force without the effect."""
+        return simulate(self.plan.conditions, self.base, {}, self.plan.times, STEP).force
 
-        clean = simulate(self.plan.conditions, self.base, {}, self.plan.times, STEP)
+    @cached_property
+    def _whiten(self) -> tuple[Whitening, Whitening]:
         rate = 1.0 / (self.plan.times[1] - self.plan.times[0])
-        return tuple(whitening(self.noise, channel, clean.force, rate) for channel in ("force", "position"))
+        force, position = (whitening(self.noise, channel, self._clean, rate) for channel in ("force", "position"))
+        return force, position
+
+    @cached_property
+    def smooth(self) -> np.ndarray:
+        """Samples of the force at which it does not jump."""
+        found = np.ones(self.plan.times.size, bool)
+        found[self._snaps] = False
+        return found
+
+    @property
+    def _snaps(self) -> np.ndarray:
+        """Samples near which the fibre becomes taut: the force jumps there, before or after a sample."""
+        begins = np.flatnonzero((self._clean[1:] > 0.0) & (self._clean[:-1] <= 0.0))
+        near = np.unique(begins[:, None] + np.arange(-1, 3))
+        return near[(near >= 0) & (near < self._clean.size)]
 
     def whitened(self, force: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Innovations of columns of both channels, one below the other."""
@@ -95,21 +115,28 @@ class Yardstick:
 
     @cached_property
     def _free(self) -> tuple[np.ndarray, np.ndarray]:
-        """Whitened columns of all that is free, by their prior, and the factor of their normal matrix."""
-        times, columns = self.plan.times, []
-        nothing = np.zeros((times.size, 1))
-        columns.append((nothing, np.full((times.size, 1), FREE * self.noise.rms["position"])))
+        """Whitened columns of all that is free, and the factor of their normal matrix with the prior's."""
+        times, snaps = self.plan.times, self._snaps
+        zero = np.full((times.size, 1), FREE * self.noise.rms["position"])
+        jumps = np.zeros((times.size, snaps.size))
+        jumps[snaps, np.arange(snaps.size)] = FREE * self.noise.rms["force"]
+        columns = [(np.zeros_like(zero), zero), (jumps, np.zeros_like(jumps))]
         for channel in ("force", "position"):
             for frequency, size in self.noise.all_lines(channel):
                 if size > 0.0:
                     angle = 2.0 * math.pi * frequency * times
                     waves = FREE * size * np.column_stack([np.cos(angle), np.sin(angle)])
-                    zero = np.zeros_like(waves)
-                    columns.append((waves, zero) if channel == "force" else (zero, waves))
+                    pair = (waves, np.zeros_like(waves))
+                    columns.append(pair if channel == "force" else pair[::-1])
+        prior = np.eye(sum(force.shape[1] for force, _ in columns))
         if self.plan.conditions.kind == DRIVE:
-            columns.append(responses(self.plan.conditions, self.base, times, self.noise))
+            *both, precision = responses(self.plan.conditions, self.base, times, self.noise)
+            columns.append((both[0], both[1]))
+            prior = block_diag(prior, precision)
         rows = self.whitened(*(np.concatenate(parts, axis=1) for parts in zip(*columns, strict=True)))
-        return rows, np.linalg.cholesky(np.eye(rows.shape[1]) + rows.T @ rows)
+        sizes = 1.0 / np.linalg.norm(rows, axis=0)
+        rows *= sizes
+        return rows, np.linalg.cholesky(rows.T @ rows + sizes[:, None] * prior * sizes)
 
     def project(self, force: np.ndarray, position: np.ndarray) -> Projected:
         """Columns ``(n, m)`` of both channels as the metric sees them."""
@@ -118,18 +145,7 @@ class Yardstick:
         return Projected(rows, solve_triangular(factor, free.T @ rows, lower=True))
 
 
-class Account(NamedTuple):
-    """How well a model without an effect accounts for readings with it.
-
-    Parameters
-    ----------
-    noncentrality : in twice the log likelihood
-    point : logarithms of base parameters over the true ones, strengths of the known effects over the true ones less one,
-        then for each record what it has for itself and its own deviations
-    """
-
-    noncentrality: float
-    point: np.ndarray
+Change = Callable[[float], Sequence[Channels]]
 
 
 @dataclass(frozen=True)
@@ -148,177 +164,130 @@ class Ideal:
     base: Base
     noise: Noise
     scatter: float = 0.0
+    _directions: dict = field(default_factory=dict)
 
     @cached_property
     def yardsticks(self) -> tuple[Yardstick, ...]:
         """Of all records."""
         return tuple(Yardstick(plan, self.base, self.noise) for plan in self.plans)
 
-    def respond(self, effects: Effects, step: float, point: np.ndarray | None = None, shared: int = 3) -> list[Channels]:
-        """Clean readings of all records at a point."""
-        own = 1 + 3 * (self.scatter > 0.0)
-        found = []
-        for i, plan in enumerate(self.plans):
-            base, conditions = self.base, plan.conditions
-            if point is not None:
-                mine = point[shared + i * own : shared + (i + 1) * own]
-                logs = point[:3] + (mine[1:] if own > 1 else 0.0)
-                base = Base(*(value * math.exp(log) for value, log in zip(self.base, logs, strict=True)))
-                conditions = _moved(conditions, mine[0])
-            found.append(simulate(conditions, base, effects, plan.times, step))
-        return found
+    @cached_property
+    def _slopes(self) -> tuple[list[Projected], ...]:
+        """Changes by the base parameters and by what each record has for itself, record by record."""
+        kind, columns = self.plans[0].conditions.kind, []
+        for i, first in enumerate(FIRST):
+            columns.append(
+                self._derivative(lambda size, i=i: self._respond({}, STEP, base=_grown(self.base, i, size)), first)
+            )
+        columns.append(self._derivative(lambda size: self._respond({}, STEP, later=size), FIRST_OWN[kind]))
+        return tuple(columns)
 
-    def account(self, hidden: Sequence[Hidden], known: Sequence[Hidden] = (), start: np.ndarray | None = None) -> Account:
-        """How well a model with the `known` effects, of free strength, accounts for readings with them and the hidden.
+    def _respond(self, effects: Effects, step: float, base: Base | None = None, later: float = 0.0) -> list[Channels]:
+        return [
+            simulate(_moved(plan.conditions, later), base or self.base, effects, plan.times, step)
+            for plan in self.plans
+        ]
+
+    def _derivative(self, change: Change, first: float, from_size: float = 0.0, least: float = 0.0) -> list[Projected]:
+        """Projected changes of the readings per unit, by a difference of suitable size."""
+        here, size = change(from_size), first
+        for _ in range(6):
+            there = change(from_size + size)
+            parts = [
+                (t.force - h.force, t.position - h.position - (t.position - h.position).mean())
+                for t, h in zip(there, here, strict=True)
+            ]
+            largest = max(
+                max(
+                    np.abs(force[y.smooth]).max() / self.noise.rms["force"],
+                    np.abs(position).max() / self.noise.rms["position"],
+                )
+                for y, (force, position) in zip(self.yardsticks, parts, strict=True)
+            )
+            if SMALL < largest < LARGE or (largest >= LARGE and size <= least):
+                break
+            size = max(size * min(max(0.3 * LARGE / max(largest, 1e-12), 1e-4), 100.0), least)
+        return [
+            y.project(force[:, None] / size, position[:, None] / size)
+            for y, (force, position) in zip(self.yardsticks, parts, strict=True)
+        ]
+
+    def direction(self, hidden: Hidden) -> list[Projected]:
+        """Changes of the readings per unit of an effect's strength."""
+        full = hidden.name in OF_READINGS or hidden.name == CHAIN
+        key = (
+            hidden.name,
+            tuple(hidden.shape.items()),
+            hidden.strength if full else math.copysign(1.0, hidden.strength),
+        )
+        if key not in self._directions:
+            self._directions[key] = self._direction(hidden, full)
+        return self._directions[key]
+
+    def _direction(self, hidden: Hidden, full: bool) -> list[Projected]:
+        step = FINE if hidden.name in STIFF else STEP
+
+        def change(size: float) -> list[Channels]:
+            effect = hidden._replace(strength=math.copysign(size, hidden.strength))
+            return self._respond({hidden.name: effect.values(self.base.stiffness)} if size else {}, step)
+
+        if full:
+            size = abs(hidden.strength)
+            return [
+                y.project((t.force - h.force)[:, None] / size, (t.position - h.position)[:, None] / size)
+                for y, t, h in zip(self.yardsticks, change(size), change(0.0), strict=True)
+            ]
+        if hidden.name in STIFF:
+            return self._derivative(change, 10.0 * SINGULAR, from_size=SINGULAR, least=SINGULAR)
+        return self._derivative(change, FIRST_STRENGTH)
+
+    def noncentrality(self, hidden: Sequence[Hidden], known: Sequence[Hidden] = ()) -> float:
+        """Gain in twice the log likelihood over a model that has the `known` effects only, of free strength.
 
         Parameters
         ----------
         hidden : what the model lacks
-        known : what it has
-        start : a point near the answer
+        known : what it has, as strong as it is
         """
-        search = _Search(self, tuple(known), FINE if STIFF & {one.name for one in (*hidden, *known)} else STEP)
-        effects = {one.name: one.values(self.base.stiffness) for one in (*known, *hidden)}
-        return search.least(self.respond(effects, search.step), start)
+        if not hidden:
+            return 0.0
+        own = 1 + 3 * (self.scatter > 0.0)
+        columns = [*self._slopes[:3], *(self.direction(one) for one in known), self._slopes[3]]
+        shared, count = len(columns) - 1, len(self.plans)
+        normal, gradient, length = np.zeros((shared + own * count,) * 2), np.zeros(shared + own * count), 0.0
+        for r in range(count):
+            mine = _joined([column[r] for column in columns])
+            lacking = _joined([self.direction(one)[r] for one in hidden])
+            sizes = np.array([abs(one.strength) for one in hidden])
+            # Deviations of a record change it as the shared parameters do.
+            order = [*range(shared + 1), *range(own - 1)]
+            places = np.array([*range(shared), *range(shared + r * own, shared + (r + 1) * own)])
+            normal[np.ix_(places, places)] += mine.dot(mine)[np.ix_(order, order)]
+            gradient[places] += mine.dot(lacking)[order] @ sizes
+            length += sizes @ lacking.dot(lacking) @ sizes
+        if own > 1:
+            deviations = np.array([shared + r * own + i for r in range(count) for i in range(1, own)])
+            normal[deviations, deviations] += self.scatter**-2
+        scale = 1.0 / np.sqrt(np.diag(normal))
+        # A base parameter that others imitate altogether must not blow up.
+        inner = normal * np.outer(scale, scale) + 1e-12 * np.eye(scale.size)
+        return float(length - (scale * gradient) @ np.linalg.solve(inner, scale * gradient))
 
 
-def _moved(conditions, by: float):
+def _grown(base: Base, which: int, size: float) -> Base:
+    """Base parameters of which one is greater by a share."""
+    return Base(*(value * math.exp(size * (i == which)) for i, value in enumerate(base)))
+
+
+def _moved(conditions: Conditions, by: float) -> Conditions:
     """The same conditions with the weight released later, or with the fibre carrying more before the drive starts."""
     if conditions.kind == DROP:
         return replace(conditions, release=conditions.release + by)
     return replace(conditions, start_excess=conditions.start_excess + by)
 
 
-@dataclass(frozen=True)
-class _Search:
-    """Gauss-Newton steps of a model towards given readings.
-
-    Parameters
-    ----------
-    ideal : what is known of the series
-    known : effects of the model
-    step : of the simulator
-    """
-
-    ideal: Ideal
-    known: tuple[Hidden, ...]
-    step: float
-
-    @property
-    def shared(self) -> int:
-        """Number of unknowns that all records share."""
-        return 3 + len(self.known)
-
-    @property
-    def own(self) -> int:
-        """Number of unknowns of one record."""
-        return 1 + 3 * (self.ideal.scatter > 0.0)
-
-    @property
-    def size(self) -> int:
-        """Number of all unknowns."""
-        return self.shared + self.own * len(self.ideal.plans)
-
-    def model(self, point: np.ndarray) -> list[Channels]:
-        """Readings of the model."""
-        strengths = zip(self.known, point[3 : self.shared], strict=True)
-        effects = {
-            one.name: one._replace(strength=_possible(one, more)).values(self.ideal.base.stiffness)
-            for one, more in strengths
-        }
-        return self.ideal.respond(effects, self.step, point, self.shared)
-
-    def slopes(self, point: np.ndarray, here: Sequence[Channels]) -> list[Projected]:
-        """Of each record: by what is shared, then by what it has for itself but for its deviations."""
-        nudges = [*NUDGES, *[STRENGTH_NUDGE] * len(self.known), OWN_NUDGES[self.ideal.plans[0].conditions.kind]]
-        columns = []
-        for i, nudge in enumerate(nudges):
-            moved = point.copy()
-            if i < self.shared:
-                moved[i] += nudge
-            else:
-                # Each record's own unknown changes only that record: all at once.
-                moved[self.shared :: self.own] += nudge
-            columns.append(self.model(moved))
-        return [
-            yardstick.project(
-                np.column_stack([(c[r].force - here[r].force) / d for c, d in zip(columns, nudges, strict=True)]),
-                np.column_stack([(c[r].position - here[r].position) / d for c, d in zip(columns, nudges, strict=True)]),
-            )
-            for r, yardstick in enumerate(self.ideal.yardsticks)
-        ]
-
-    def left(self, truth: Sequence[Channels], model: Sequence[Channels]) -> list[Projected]:
-        """What the model leaves of each record."""
-        return [
-            yardstick.project((t.force - m.force)[:, None], (t.position - m.position)[:, None])
-            for yardstick, t, m in zip(self.ideal.yardsticks, truth, model, strict=True)
-        ]
-
-    def price(self, point: np.ndarray) -> np.ndarray:
-        """Precision of the prior of each unknown."""
-        found = np.zeros(self.size)
-        if self.own > 1:
-            for i in range(1, self.own):
-                found[self.shared + i :: self.own] = self.ideal.scatter**-2
-        return found
-
-    def cost(self, point: np.ndarray, left: Sequence[Projected]) -> float:
-        """What is left, and what the deviations cost."""
-        return sum(one.dot(one).item() for one in left) + float(self.price(point) @ point**2)
-
-    def least(self, truth: Sequence[Channels], start: np.ndarray | None) -> Account:
-        """The least cost."""
-        point = np.zeros(self.size) if start is None else start.copy()
-        here = self.model(point)
-        left = self.left(truth, here)
-        cost, slopes = self.cost(point, left), self.slopes(point, here)
-        fresh = True
-        for _ in range(ROUNDS):
-            step = self.newton(point, slopes, left)
-            moved, better = None, cost
-            for halving in range(HALVINGS if fresh else 2):
-                trial = point + 0.5**halving * step
-                there = self.model(trial)
-                rest = self.left(truth, there)
-                if (better := self.cost(trial, rest)) < cost:
-                    moved = trial, there, rest
-                    break
-            gain = cost - better if moved else 0.0
-            if moved:
-                (point, here, left), cost = moved, better
-            if gain < max(SETTLED * cost, LEAST):
-                if fresh or gain < 0.1 * max(SETTLED * cost, LEAST) and moved:
-                    break
-                slopes, fresh = self.slopes(point, here), True
-            else:
-                # Slopes that lead nearly all the way are good enough for another step.
-                fresh = gain < 0.5 * (cost + gain)
-                if fresh:
-                    slopes = self.slopes(point, here)
-        return Account(cost, point)
-
-    def newton(self, point: np.ndarray, slopes: Sequence[Projected], left: Sequence[Projected]) -> np.ndarray:
-        """Step to the least cost if readings changed by `slopes`."""
-        normal = np.diag(self.price(point) + 1e-12)
-        gradient = -self.price(point) * point
-        for r, (mine, rest) in enumerate(zip(slopes, left, strict=True)):
-            own = self.shared + r * self.own
-            columns = [*range(self.shared + 1), *range(3)] if self.own > 1 else [*range(self.shared + 1)]
-            places = np.array([*range(self.shared), *range(own, own + self.own)])
-            inner = mine.dot(mine)[np.ix_(columns, columns)]
-            normal[np.ix_(places, places)] += inner
-            gradient[places] += mine.dot(rest)[columns, 0]
-        scale = 1.0 / np.sqrt(np.diag(normal))
-        # A damper that base parameters imitate altogether must not send the step away.
-        return scale * np.linalg.solve(normal * np.outer(scale, scale) + 1e-10 * np.eye(self.size), scale * gradient)
-
-
-def _possible(one: Hidden, more: float) -> float:
-    """Strength of a known effect inside what is physical."""
-    limits = EFFECTS[one.name]
-    size = abs(one.strength) * (1.0 + more)
-    return math.copysign(min(max(size, max(limits.least, 1e-6)), limits.most), one.strength)
+def _joined(columns: Sequence[Projected]) -> Projected:
+    return Projected(*(np.concatenate(parts, axis=1) for parts in zip(*columns, strict=True)))
 
 
 class Found(NamedTuple):
@@ -329,7 +298,7 @@ class Found(NamedTuple):
 
 
 def strength_for(
-    ideal: Ideal, hidden: Hidden, wanted: float, *, known: Sequence[Hidden] = (), close: float = 0.01
+    ideal: Ideal, hidden: Hidden, wanted: float, *, known: Sequence[Hidden] = (), close: float = 0.005
 ) -> Found:
     """The effect at the strength that has the noncentrality `wanted`.
 
@@ -343,31 +312,19 @@ def strength_for(
     """
     limits, sign = EFFECTS[hidden.name], math.copysign(1.0, hidden.strength)
     size, low, high = min(max(abs(hidden.strength), limits.least), limits.most), 0.0, math.inf
-    account, best = None, None
-    seen: list[tuple[float, float]] = []
-    for _ in range(14):
+    best: Found | None = None
+    for _ in range(25):
         trial = hidden._replace(strength=sign * size)
-        start = None if account is None else account.point * size / seen[-1][0]
-        account = ideal.account([trial], known, start)
-        reached = max(account.noncentrality, 1e-9)
-        seen.append((size, reached))
-        if best is None or abs(math.log(reached / wanted)) < abs(math.log(best.noncentrality / wanted)):
-            best = Found(trial, reached)
+        found = Found(trial, ideal.noncentrality([trial], known))
+        reached = max(found.noncentrality, 1e-9)
+        if best is None or abs(math.log(reached / wanted)) < abs(math.log(max(best.noncentrality, 1e-9) / wanted)):
+            best = found
         if abs(reached / wanted - 1.0) < close or size == (limits.most if reached < wanted else limits.least):
             break
         low, high = (size, high) if reached < wanted else (low, size)
-        size = min(max(_guess(seen, wanted, low, high), limits.least), limits.most)
+        # The noncentrality grows with the square of the strength, or with a higher power.
+        size = min(max(size * min(max(math.sqrt(wanted / reached), 0.02), 50.0), limits.least), limits.most)
+        if not low < size < high:
+            size = math.sqrt(low * high) if low > 0.0 else 0.3 * high
     assert best is not None
     return best
-
-
-def _guess(seen: Sequence[tuple[float, float]], wanted: float, low: float, high: float) -> float:
-    """Next strength, by the power with which the noncentrality grew last, between what is too little and too much."""
-    size, reached = seen[-1]
-    power = 2.0
-    if len(seen) > 1 and seen[-2][0] != size:
-        power = min(max(math.log(reached / seen[-2][1]) / math.log(size / seen[-2][0]), 1.0), 6.0)
-    guess = size * min(max((wanted / reached) ** (1.0 / power), 0.05), 20.0)
-    if not low < guess < high:
-        guess = math.sqrt(low * high) if low > 0.0 else 0.3 * high
-    return guess

@@ -59,16 +59,16 @@ class Whitening:
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Innovations of signals ``(n, m)``: of the noise they have variance one and no memory."""
-        signals = columns / self.scale[:, None]
-        order, n = len(self.first), len(signals)
+        signals = np.ascontiguousarray(columns.T) / self.scale
+        order, n = len(self.first), signals.shape[1]
         if order == 1:
-            return signals * self.rest[0]
+            return signals.T * self.rest[0]
         size = next_fast_len(n + order, real=True)
-        spectrum = rfft(signals, size, axis=0)
-        spectrum *= rfft(self.rest, size)[:, None]
-        found = irfft(spectrum, size, axis=0)[:n]
-        found[:order] = self.first @ signals[:order]
-        return found
+        spectrum = rfft(signals, size)
+        spectrum *= rfft(self.rest, size)
+        found = irfft(spectrum, size)[:, :n]
+        found[:, :order] = signals[:, :order] @ self.first.T
+        return found.T
 
 
 def whitening(noise: Noise, channel: str, force: np.ndarray, rate: float) -> Whitening:
