@@ -1,7 +1,7 @@
 """What an error of the measured drive does to the readings a model foretells, to first order.
 
-The true motion of the drive is smooth: what its reading has above `HIGHEST` is known to be noise. Below, errors are a sum
-of cosines over the record. Their effect is that of the linearised rig along its true motion: the fibre pulls or is
+The true motion of the drive is smooth: what its reading has above `HIGHEST` is known to be noise. Below, errors are a
+sum of cosines over the record. Their effect is that of the linearised rig along its true motion: the fibre pulls or is
 slack, the weight slides or sticks as in the undisturbed run; a fibre that becomes taut earlier or later gives the
 impulse of its damper, and a reversal under friction changes the disturbance of the velocity by the ratio of the
 accelerations.
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def _switches(travels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     slides, factors = travels != 0.0, np.ones(travels.size)
     moving = np.flatnonzero(slides)
-    for last, first in zip(moving[:-1], moving[1:], strict=True):
+    for last, first in pairwise(moving):
         if travels[last] * travels[first] < 0.0 and first - last <= TURNING and first + 2 < travels.size and last > 1:
             slides[last:first] = True
             before, after = travels[last - 1] - travels[last - 2], travels[first + 2] - travels[first + 1]

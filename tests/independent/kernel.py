@@ -25,7 +25,7 @@ compiled = numba.njit(cache=True, fastmath=False, error_model="numpy")
 
 @compiled
 def tension(stretch, rate, dashpot, loop, drive_speed, time, step, p):
-    """Tension of a fibre, mean over a step with this `stretch` at its middle; the clamped law unless `heaviside` is set.
+    """Tension, mean over a step with this `stretch` at its middle; the clamped law unless `heaviside` is set.
 
     In the step in which a fibre becomes taut it pulls for a share of the step only.
     """
@@ -105,10 +105,10 @@ def resistance(position, velocity, p):
 
 @compiled
 def rubbed(velocity, free, up, down):
-    """Velocity after a step that ends at `free` without friction; its impulses are at most `up` against +, `down` against -.
+    """Velocity after a step that ends at `free` without friction.
 
-    A velocity that passes zero within the step stays there if friction can hold it, and else feels the other sign for
-    the rest of the step.
+    Impulses of friction are at most `up` against + and `down` against -. A velocity that passes zero within the step
+    stays there if friction can hold it, and else feels the other sign for the rest of the step.
     """
     push = free - velocity
     if velocity > 0.0:

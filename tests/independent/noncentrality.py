@@ -1,16 +1,16 @@
 """What a perfect whitened test gains where an effect is hidden: its noncentrality.
 
-The change of the readings that an effect makes is projected off all a model without it can do as well: base parameters,
-what each record has for itself (zero of position, release or load at the start, lines of the mains) and, on the driven rig,
-errors of the measured drive at the price of their prior; base parameters that differ from record to record pay theirs.
-What is left, whitened by the true spectrum of the noise and squared, is the gain in twice the log likelihood that is to
-be expected, but for the one or two that chance adds.
+The change of the readings that an effect makes is projected off all that a model without it can do as well: base
+parameters, what each record has for itself (zero of position, release or load at the start, lines of the mains) and, on
+the driven rig, errors of the measured drive at the price of their prior; base parameters that differ from record to
+record pay theirs. What is left, whitened by the true spectrum of the noise and squared, is the gain in twice the log
+likelihood that is to be expected, but for the one or two that chance adds.
 
-Approximations. All is to first order about the rig without the effect, by differences so small that no reading changes by
-more than about its noise: on the driven rig bounces multiply any change, and what fits the readings stays near them. Effects
-of the sensors, which do not touch the motion, and the mass of a fibre count at full strength. Samples next to one at which the fibre becomes taut
-are left out, since the force jumps there. Errors of the drive are those below 60 Hz (see `drive_error`). Noise of heavy
-tails is weighed by its variance alone, and rounding as white noise.
+Approximations. All is to first order about the rig without the effect, by differences so small that no reading changes
+by more than about its noise: on the driven rig bounces multiply any change, and what fits the readings stays near them.
+Effects of the sensors, which do not touch the motion, and the mass of a fibre count at full strength. Samples next to
+one at which the fibre becomes taut are left out, since the force jumps there. Errors of the drive are those below 60 Hz
+(see `drive_error`). Noise of heavy tails is weighed by its variance alone, and rounding as white noise.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ class Ideal:
     base: Base
     noise: Noise
     scatter: float = 0.0
-    _directions: dict = field(default_factory=dict)
+    _directions: dict = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def yardsticks(self) -> tuple[Yardstick, ...]:

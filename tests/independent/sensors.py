@@ -83,7 +83,7 @@ class Noise:
         return ((50.0, self.hum[channel]), *self.lines.get(channel, ()))
 
     def scale(self, channel: str, force: np.ndarray) -> np.ndarray:
-        """Amplitude of the noise of a channel over that at rest, sample by sample, for the true reading of the force."""
+        """Amplitude of the noise of a channel over that at rest, sample by sample, for the true force."""
         if channel != "force" or self.growth == 0.0:
             return np.ones(force.size)
         return 1.0 + self.growth * np.abs(force) / np.abs(force).max()
