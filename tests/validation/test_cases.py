@@ -204,7 +204,7 @@ def gains(ideal: Ideal, hidden: Hidden, sizes: list[float], whiten_as=None, numb
     rng, n = np.random.default_rng(5), len(ideal.plans)
     direction = judge.direction(hidden)
     noisy = []
-    for r, (plan, yardstick) in enumerate(zip(ideal.plans, judge.yardsticks, strict=True)):
+    for plan, yardstick in zip(ideal.plans, judge.yardsticks, strict=True):
         nothing = np.zeros(plan.times.size)
         force, position = (
             np.column_stack([logged(channel, nothing, plan.times, ideal.noise, rng) for _ in range(number)])
