@@ -153,7 +153,7 @@ def main() -> None:
     parser.add_argument("--rig", action="append", choices=RIGS, help="may be given twice; both if not given")
     parser.add_argument("--noise", choices=NOISES, help="only cases with this noise")
     parser.add_argument(
-        "--strength", type=float, choices=map(float, STRENGTHS), help="only faint effects as strong as this"
+        "--strength", type=float, choices=[*map(float, STRENGTHS)], help="only faint effects as strong as this"
     )
     parser.add_argument("--tuning", action="store_true", help="cases of the tuning set, which never count")
     parser.add_argument("--processes", type=int, default=PROCESSES)
