@@ -161,25 +161,38 @@ ENOUGH = 1.02
 def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Look:
     """Candidates and parent weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
+    again: list[Weighed] = []
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         scales = Scales(search.ground, search.scales.reference, search.scales.refined(richest))
         search = search.weighed_with(scales)
         parent = scales.again(parent)
         near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
-        again = [scales.again(one) for one in near]
-        rest = ranked[len(near) :]
+        again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
         parent = max([parent, *led], key=lambda one: one.log)
-        first, ranked = (ranked[0].names if ranked else ()), sorted(again, key=lambda one: -one.log) + rest
-        if not ranked or ranked[0].names == first:
+        if not again or again[0].names == ranked[0].names:
             break
-    # Those far behind keep what they were found to be behind.
-    kept = {one.names for one in again}
-    ranked = [one if one.names in kept else one.moved_to(parent.log + behind[one.names]) for one in ranked]
-    return Look(search, parent, tuple(ranked))
+        ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
+    weighed = {one.names: _sobered(scales, parent, one) for one in again}
+    # The others keep what they were found to be behind.
+    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
+    return Look(search, parent, tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log)))
 
 
+def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
+    """A candidate whose gain counts for less where the innovations scatter more than they are taken to."""
+    gain = one.log - parent.log
+    if not 0.0 < gain < BEYOND_DOUBT:
+        return one
+    added = [effect for effect in one.effects if effect not in parent.effects]
+    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    cost = max(occam(parent.evidence, one.evidence), 0.0)
+    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
+
+
+BEYOND_DOUBT = 100.0
+"""Nats that no inflation of the scores' variance makes doubtful."""
 FAR_BEHIND = 30.0
 """Nats behind the best one from which a candidate is not weighed again in better known noise."""
 
@@ -260,6 +273,7 @@ def candidate(look: Look, one: Weighed) -> Candidate:
         for effect in one.effects
         for parameter in effect.parameters
         for name in [f"{effect.name}.{parameter.name}"]
+        if np.isfinite(shared[name])
     }
     others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
     # What was not descended into costs what is usual.

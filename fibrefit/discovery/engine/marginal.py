@@ -13,12 +13,21 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, absent_values, carried
-from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows
+from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import Evidence, laplace, weigh
+from fibrefit.problem.estimate.gauss_newton import (
+    RIGID,
+    Unknowns,
+    arrowhead,
+    local_grams,
+    mode,
+    place_of,
+    score_test,
+    solved,
+)
 from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
-from fibrefit.problem.estimate.gauss_newton import Unknowns, arrowhead, local_grams, mode, place_of, score_test
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -485,6 +494,44 @@ class Scales:
             drawn = [np.asarray(best) + (i > 0) * root @ random.standard_normal(len(best)) for i in range(draws)]
             found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.reactions.rows[r]))
         return np.stack(found, axis=1).reshape(draws, *shape)
+
+    def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
+        """Variance of estimates by the scatter of the scores of parts of the records, over that by the matrices; at least 1.
+
+        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that foretell little, a
+        spectrum that is not quite right. A gain counts for as much less.
+
+        Parameters
+        ----------
+        weighed : Weighed
+        names : iterable of str
+            Shared values; the largest of their ratios is told.
+
+        Source
+        ------
+        White, Econometrica 50 (1982).
+        """
+        found, kept = weighed.evidence.mode, []
+        unknowns, frame = found.unknowns, self.yardstick.on(weighed.frame)
+
+        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            kept.append(stretch_products(frame, local, columns, targets, self.ground.whole)[0])
+            return kept[0].sum(axis=1)
+
+        grams = local_grams(unknowns, found.place, gram)
+        raw = np.sqrt(np.maximum(np.einsum("rsii->ri", kept[0]), 1e-300))
+        rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
+        scores = kept[0][..., :-1, -1] * rate[:, None, :-1]
+        n, mine = len(unknowns.shared), unknowns.own
+        precision = np.concatenate([np.zeros(len(unknowns.each)), np.maximum(found.sigma, RIGID) ** -2.0])
+        held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
+        share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
+        own = np.where(held[:, None], 0.0, scores[..., mine])
+        covariance = weighed.evidence.covariance[int(np.argmax(weighed.evidence.weight))]
+        moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
+        ratio = np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300)
+        index = [unknowns.names.index(name) for name in names]
+        return max(1.0, *(float(ratio[i]) for i in index))
 
     def innovations(self, weighed: Weighed) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
