@@ -33,6 +33,8 @@ from fibrefit.problem.task import Task
 
 BROAD = 0.02
 """Standard deviation between records with which the noise is first looked for: whatever records differ by is not in it."""
+LOUD = 1.1
+"""Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
 ROUGH = 0.1
 """Promised fall of the objective at which that descent ends."""
 ARRIVED = 0.5
@@ -193,8 +195,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     if not len(unknowns.columns):
         return None
     if len(unknowns.scattering):
-        sigma = np.full(len(unknowns.scattering), BROAD)
-        place = mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH).place
+        place = _apart(unknowns, place, seen, task.ladders)
     evidence = None
     for _ in range(2):
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
@@ -204,6 +205,32 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
             return None
         place = evidence.mode.place
     return _sharp(task, bars, evidence, seen, noise)
+
+
+def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) -> Place:
+    """Where records that may differ are best in plain least squares.
+
+    A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
+    fitted over horizons that grow once more, and each taken from where it is best.
+    """
+    sigma = np.full(len(unknowns.scattering), BROAD)
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH)]
+    samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
+    for ladder in ladders:
+        if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
+            break
+        there = place._replace(eta=np.zeros_like(place.eta))
+        for counts in ladder:
+            shorter = replace(seen, problem=seen.problem.until(jnp.asarray(counts)))
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
+            there = end.place
+        found.append(end)
+    if len(found) == 1:
+        return found[0].place
+    best = np.argmin([end.normal.costs for end in found], axis=0)
+    local = np.stack([found[i].local[r] for r, i in enumerate(best)])
+    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGH))
+    return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
 
 
 def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: Evidence | None) -> Evidence | None:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
-from fibrefit.problem.diagnose.phases import HELD, PHASES, REST, Motion
+from fibrefit.problem.diagnose.phases import HELD, PHASES, Motion
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
 SPECTRUM_RATIO = 1.25
@@ -26,8 +26,6 @@ HATS = 12
 DRAWS = 20
 FEWEST = 200
 """Samples below which a phase is too short to be judged."""
-STILL = (HELD, REST)
-"""Phases in which nothing moves."""
 LOUDEST = 1.5
 """Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
 FEW = 8
@@ -85,20 +83,23 @@ def loudness(residuals: Residuals, channel: int, inside: np.ndarray | None = Non
     inside : (n_record, n_time) bool, optional
         Samples that are looked at; all that count by default.
     """
-    counted = residuals.counted[:, channel]
-    still = np.isin(residuals.motion.phase, STILL) & counted
-    resting = _fast(residuals.scaled[:, channel], still)
-    noise = residuals.noise[residuals.channels[channel]]
-    white = np.sqrt(noise.white * 0.5 * residuals.rate) / float(residuals.sigma[:, channel].mean())
-    here = _fast(residuals.scaled[:, channel], counted if inside is None else inside)
-    return float(np.clip(here / max(resting, white, 1e-300), 1.0, LOUDEST))
+    name, sigma = residuals.channels[channel], residuals.sigma[:, channel, None]
+    noise, pieces = residuals.noise[name], residuals.rests.get(name, ())
+    inside = residuals.counted[:, channel] if inside is None else inside
+    here = _fast(residuals.scaled[:, channel] * sigma, inside)
+    parts = [(_fast(values[None], np.ones((1, len(values)), dtype=bool)), len(values)) for values, _ in pieces]
+    number = sum(size for _, size in parts)
+    still = np.sqrt(sum(part**2 * size for part, size in parts) / number) if number else 0.0
+    if still == 0.0:
+        still = np.sqrt(noise.white * 0.5 * residuals.rate)
+    return float(np.clip(here / max(still, np.sqrt(noise.floor * 0.5 * residuals.rate), 1e-300), 1.0, LOUDEST))
 
 
 def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
     """Standard deviation of the fast part of some samples, from third differences, which hardly anything else enters."""
     whole = inside[:, 3:] & inside[:, 2:-1] & inside[:, 1:-2] & inside[:, :-3]
     differences = np.diff(scaled, 3, axis=1)[whole]
-    if differences.size < FEWEST:
+    if differences.size < FEW:
         return 0.0
     # Squares rather than a median, which is nil where readings are coarse; the largest are those of a bounce.
     size = np.abs(differences)
