@@ -28,6 +28,7 @@ FEW = 2
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger."""
 CONVERGED = "the solver converged"
+SECOND = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
 def converged(promised: float, success: bool) -> Check:
@@ -36,23 +37,33 @@ def converged(promised: float, success: bool) -> Check:
     says = (
         "The solver arrived at a minimum."
         if passed
-        else f"The solver ended where another step still promises a fall of the cost by {promised:.3g}: at a kink, "
-        "where a bounce begins or ceases, or short of the minimum."
+        else f"The cost would fall by {promised:.3g} in another step; at most {SETTLED:g} is expected. The solver ended "
+        "at a kink, where a bounce begins or ceases, or short of the minimum."
     )
-    return Check(CONVERGED, passed, says, promised, SETTLED, fatal=not promised <= ASTRAY)
+    return Check(
+        CONVERGED,
+        passed,
+        says,
+        promised,
+        SETTLED,
+        fatal=not promised <= ASTRAY,
+        identifier="convergence",
+        quantity="convergence of the solver",
+    )
 
 
 def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:
     """Whether simulation of the solution is sound."""
+    named = {"identifier": "simulation", "quantity": "soundness of the simulation"}
     if not np.isfinite(values).all():
-        return Check("the simulation is sound", False, "The best simulation is not finite.", fatal=True)
+        return Check("the simulation is sound", False, "The best simulation is not finite.", fatal=True, **named)
     bad = [name for name, flag in zip(records, trouble, strict=True) if flag]
     says = (
         f"The motion simulated for {', '.join(bad)} switches faster than can be followed."
         if bad
         else "All switches of the simulated motion were located."
     )
-    return Check("the simulation is sound", not bad, says, float(len(bad)), 0.0, fatal=True)
+    return Check("the simulation is sound", not bad, says, float(len(bad)), 0.0, fatal=True, **named)
 
 
 def second_solver(distance: float, gain: float) -> Check:
@@ -62,14 +73,14 @@ def second_solver(distance: float, gain: float) -> Check:
         "A second, independent solver ends at the same values."
         if passed
         else f"A second solver ends {distance:.2g} standard errors away, with a cost {abs(gain):.3g} "
-        f"{'lower' if gain > 0 else 'higher'}."
+        f"{'lower' if gain > 0 else 'higher'}; at most {AGREEMENT:g} is expected. The minimum is not a plain one."
     )
-    return Check("a second solver agrees", passed, says, distance, AGREEMENT)
+    return Check("a second solver agrees", passed, says, distance, AGREEMENT, **SECOND)
 
 
 def no_second_solver() -> Check:
     """What is said where a second solver was not asked."""
-    return Check("a second solver agrees", False, "A second solver was not asked.")
+    return Check("a second solver agrees", False, "A second solver was not asked.", **SECOND)
 
 
 def interrupted(starts: Starts) -> Check:
@@ -77,7 +88,15 @@ def interrupted(starts: Starts) -> Check:
     planned = starts.planned or starts.tried
     says = f"Interrupted: {starts.tried} of {planned} starts came to an end"
     says += "; what should follow them was cut short." if starts.tried == planned else "; the best of them is kept."
-    return Check("the fit ran to its end", False, says, float(starts.tried), float(planned))
+    return Check(
+        "the fit ran to its end",
+        False,
+        says,
+        float(starts.tried),
+        float(planned),
+        identifier="completion",
+        quantity="completion of the fit",
+    )
 
 
 def starts_agree(starts: Starts, noise: bool = False) -> Check:
@@ -97,7 +116,17 @@ def starts_agree(starts: Starts, noise: bool = False) -> Check:
     few = noise and starts.agreeing >= FEW and excess > WORSE
     if few and share < STARTS:
         says += " The best one leaves only noise: none can lie below it."
-    return Check("starts agree", share >= STARTS or few, says, share, STARTS)
+    elif share < STARTS:
+        says += f" At least {100 * STARTS:.0f} % are expected: a better minimum may have been missed."
+    return Check(
+        "starts agree",
+        share >= STARTS or few,
+        says,
+        share,
+        STARTS,
+        identifier="starts",
+        quantity="agreement of the starts (multistart)",
+    )
 
 
 def inside_bounds(at_bound: list[str]) -> Check:
@@ -108,13 +137,29 @@ def inside_bounds(at_bound: list[str]) -> Check:
         if at_bound
         else "No parameter lies at a bound."
     )
-    return Check("no parameter at a bound", not at_bound, says, float(len(at_bound)), 0.0)
+    return Check(
+        "no parameter at a bound",
+        not at_bound,
+        says,
+        float(len(at_bound)),
+        0.0,
+        identifier="bounds",
+        quantity="distance of the parameters from their bounds",
+    )
 
 
 def determined(weak: tuple[Weakness, ...]) -> Check:
     """Whether the records determine every shared parameter."""
     says = " ".join(weakness.says for weakness in weak) or "The records determine every parameter."
-    return Check("every parameter is determined", not weak, says, float(len(weak)), 0.0)
+    return Check(
+        "every parameter is determined",
+        not weak,
+        says,
+        float(len(weak)),
+        0.0,
+        identifier="identifiability",
+        quantity="identifiability of the parameters",
+    )
 
 
 def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
@@ -124,16 +169,13 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     ----------
     gap : Gap
     expected : float
-        Gap of a perfect model: more than 1 where the noise of a measured input moves the simulation too.
+        Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """
-    ratio = total(gap)
-    passed = ratio <= GAP * expected
-    says = (
-        f"Model and measurement differ by {ratio:.3g} times the noise: nothing to explain."
-        if passed
-        else f"Model and measurement differ by {ratio:.3g} times the noise: the model lacks something."
-    )
-    return Check("the gap is noise", passed, says, ratio, GAP * expected)
+    ratio, limit = total(gap), GAP * expected
+    passed = ratio <= limit
+    says = f"The residual RMS is {ratio:.3g} times the noise; at most {limit:.3g} is expected. "
+    says += "There is nothing to explain." if passed else "The model lacks something."
+    return Check("the gap is noise", passed, says, ratio, limit, identifier="residual_size", quantity="residual size")
 
 
 def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
@@ -147,8 +189,21 @@ def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
         elif ratio == 0.0:
             says = f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
         else:
-            says = f"The {name} would have to be wrong by {ratio:.3g} times its noise: the model lacks something."
-        checks.append(Check(f"the {name} is as measured", passed, says, ratio, INPUT_ERROR))
+            says = (
+                f"The error of the {name} would have to be {ratio:.3g} times its noise; at most {INPUT_ERROR:g} is "
+                "expected. The model lacks something."
+            )
+        checks.append(
+            Check(
+                f"the {name} is as measured",
+                passed,
+                says,
+                ratio,
+                INPUT_ERROR,
+                identifier=f"{name}_error",
+                quantity=f"error of the measured {name}",
+            )
+        )
     return checks
 
 
@@ -161,7 +216,15 @@ def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
         if guessed
         else "Noise is known from records at rest or from the study."
     )
-    return Check("the noise is known", not guessed, says, float(len(guessed)), 0.0)
+    return Check(
+        "the noise is known",
+        not guessed,
+        says,
+        float(len(guessed)),
+        0.0,
+        identifier="noise_level",
+        quantity="noise level",
+    )
 
 
 def at_bound(value: float, error: float, limits: Range) -> bool:

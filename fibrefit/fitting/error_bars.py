@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.problem.statement.problem import Problem
+
+if TYPE_CHECKING:
+    from fibrefit.fitting.gls import Sharp
 
 Z_95 = 1.959964
 
@@ -63,16 +67,6 @@ def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> Err
     return ErrorBars(found, max(found, key=lambda name: size(problem, found[name])))
 
 
-def beside(plain: ErrorBars, whitened: ErrorBars) -> ErrorBars:
-    """Error bars of a whitened estimate, and beside them what noise without memory would leave the plain one.
-
-    Innovations have no memory if the whitening is right: what is `white` of them has a name of its own.
-    """
-    name = {"white": "whitened"}
-    own = {name.get(method, method): matrix for method, matrix in whitened.covariances.items()}
-    return ErrorBars({"white": plain.covariances["white"], **own}, name.get(whitened.method, whitened.method))
-
-
 def size(problem: Problem, covariance: np.ndarray) -> float:
     """Sum of the logarithms of the shared parameters' variances."""
     variance = np.diag(covariance)[_shared(problem)]
@@ -95,7 +89,11 @@ def ratio(problem: Problem, errors: np.ndarray, others: np.ndarray) -> float:
 
 
 def estimates(
-    problem: Problem, values: np.ndarray, bars: ErrorBars, plain: PlainEstimate | None = None
+    problem: Problem,
+    values: np.ndarray,
+    bars: ErrorBars,
+    plain: PlainEstimate | None = None,
+    sharp: Sharp | None = None,
 ) -> tuple[Estimate, ...]:
     """Estimates of all values in the order of the layout, then those that are held.
 
@@ -106,11 +104,15 @@ def estimates(
     bars : ErrorBars
     plain : PlainEstimate, optional
         What is told beside the estimates.
+    sharp : Sharp, optional
+        Where the intervals are from.
     """
     found, layout, errors = [], problem.layout, bars.errors
     for i, (slot, record) in enumerate(layout.entries):
         value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
-        low, high = max(value - Z_95 * error, limits.lower), min(value + Z_95 * error, limits.upper)
+        low, high = (value - Z_95 * error, value + Z_95 * error) if sharp is None else sharp.intervals[i]
+        low, high = max(float(low), limits.lower), min(float(high), limits.upper)
+        differs = record is None and sharp is not None and slot.name in sharp.between and sharp.between[slot.name].found
         found.append(
             Estimate(
                 name=slot.name,
@@ -120,6 +122,7 @@ def estimates(
                 std_error=error,
                 interval_95=(low, high),
                 at_bound=judge.at_bound(value, error, limits),
+                interval_kind="population" if differs else "normal",
                 std_errors={name: float(column[i]) for name, column in errors.items()},
                 plain_value=math.nan if plain is None else float(plain.values[i]),
                 plain_error=math.nan if plain is None else float(plain.errors[i]),

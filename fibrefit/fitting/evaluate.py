@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.fitting.result import ChannelGap, Gap
 from fibrefit.fitting.structure import Residuals
-from fibrefit.problem.diagnose.phases import Motion, motion
+from fibrefit.problem.diagnose.phases import Motion, motion_of
+from fibrefit.problem.noise.spectrum import Noise, rests
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
@@ -31,7 +31,7 @@ class Look:
     record_gaps: Mapping[str, Gap]
 
 
-def look(task: Task, problem: Problem, values: np.ndarray) -> Look:
+def look(task: Task, problem: Problem, local: np.ndarray) -> Look:
     """Simulate and compare.
 
     Parameters
@@ -39,9 +39,10 @@ def look(task: Task, problem: Problem, values: np.ndarray) -> Look:
     task : Task
     problem : Problem
         Of the task, errors of its inputs taken off.
-    values : (n_free,) in SI units
+    local : (n_record, n_local) in SI units
+        Values of each record.
     """
-    moved = motion(problem, jnp.asarray(values))
+    moved = motion_of(problem, local)
     return Look(moved, *_gaps(task, moved.readings))
 
 
@@ -52,19 +53,41 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
     for channel, reading in readings.items():
         weight = np.asarray(data.weight[channel])
         counted = weight > 0.0
-        error = np.where(counted, np.asarray(data.measured[channel]) - reading, 0.0)
+        measured = np.asarray(data.measured[channel])
+        error = np.where(counted, measured - reading, 0.0)
+        squares = np.array([_squares(row[seen]) for row, seen in zip(measured, counted, strict=True)])
         sigma = 1.0 / weight.max(axis=1)
         for r, name in enumerate(names):
             rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
-            gaps[name][channel] = ChannelGap(rms, float(sigma[r]), task.units[channel])
+            share = _explained(float(np.sum(error[r] ** 2)), float(squares[r]))
+            gaps[name][channel] = ChannelGap(rms, float(sigma[r]), task.units[channel], share)
         number = counted.sum(axis=1)
         rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
-        whole[channel] = ChannelGap(rms, noise, task.units[channel])
+        share = _explained(float(np.sum(error**2)), float(squares.sum()))
+        whole[channel] = ChannelGap(rms, noise, task.units[channel], share)
     return whole, gaps
 
 
-def residuals_of(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
-    """Residuals ``(n_record, n_channel, n_time)`` in units of the noise, with what is needed to judge them."""
+def _squares(values: np.ndarray) -> float:
+    """Sum of squared distances from the mean."""
+    return float(np.sum((values - values.mean()) ** 2)) if values.size else 0.0
+
+
+def _explained(left: float, whole: float) -> float:
+    return 1.0 - left / whole if whole > 0.0 else float("nan")
+
+
+def residuals_of(task: Task, scaled: np.ndarray, moved: Motion, fitted: Sequence[Noise]) -> Residuals:
+    """Residuals with what is needed to judge them.
+
+    Parameters
+    ----------
+    task : Task
+    scaled : (n_record, n_channel, n_time) in units of the noise
+    moved : Motion
+    fitted : sequence of Noise
+        What is left of each channel, taken for noise.
+    """
     data, channels = task.problem.observations, task.problem.model.rig.channels
     weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
     times = np.asarray(data.experiment.times)
@@ -76,5 +99,20 @@ def residuals_of(task: Task, scaled: np.ndarray, moved: Motion) -> Residuals:
         channels=channels,
         sigma=1.0 / weight.max(axis=2),
         noise=task.noise,
+        fitted=dict(zip(channels, fitted, strict=True)),
+        rests=_rests(task, channels),
         motion=moved,
     )
+
+
+def _rests(task: Task, channels: Sequence[str]) -> dict[str, list[tuple[np.ndarray, float]]]:
+    """Readings at rest of each channel whose noise was taken from there, and their rates in Hz."""
+    found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in channels}
+    for trace in task.traces:
+        rate = 1.0 / float(np.diff(trace.times).mean())
+        for rest in rests(trace):
+            for channel in channels:
+                values = trace.channels[channel][rest]
+                if task.noise[channel].samples and np.isfinite(values).all():
+                    found[channel].append((values, rate))
+    return found

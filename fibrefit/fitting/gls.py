@@ -1,136 +1,344 @@
-"""The last step of a fit: whitened least squares, where the noise is known well enough and the model is not in doubt.
+"""The last step of a fit: the likelihood that the search for effects weighs hypotheses with, at its mode.
 
-Plain least squares is honest under noise that wanders, but wasteful. From where it ended a few whitened steps lead to
-the surest estimate. A model of the noise can also hide what a model of the rig lacks: where the two estimates part by
-more than their errors, or what is left is louder than noise, the plain one stands.
+Plain least squares is honest under noise that wanders, but wasteful, and it takes all records for alike. From where it
+ended, each sample is weighed by what it adds to those before it, each record may deviate in the rig's own parameters,
+and errors of measured inputs are eliminated with what is known of them beforehand. Where what is left is not noise, the
+plain estimate stands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.check import Check
-from fibrefit.fitting import uncertainty
-from fibrefit.fitting.error_bars import ErrorBars, beside, error_bars, estimates, ratio, size
-from fibrefit.fitting.gls_estimate import SETTLED, STEPS, Sharp, length
+from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.search.solve import linearised
-from fibrefit.problem.estimate.gls import Whitened, level_of, whitened
-from fibrefit.problem.estimate.hausman import parting, parting_check
-from fibrefit.problem.noise.whitening import Whitening
+from fibrefit.fitting.unknowns import free_values, places_of, unknowns_of
+from fibrefit.problem.estimate.evidence import Evidence, weigh
+from fibrefit.problem.estimate.gauss_newton import Gram, Mode, Place, Unknowns, local_of, mode, place_of
+from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
+from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
+from fibrefit.problem.inputs.linearity_weights import faded
+from fibrefit.problem.inputs.reactions import Reactions, reactions_of, whitened
+from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem.task import Task
 
-SHARP = "the noise wanders, and each sample counts by what it adds to those before it."
+BROAD = 0.02
+"""Standard deviation between records with which the noise is first looked for: whatever records differ by is not in it."""
+LOUD = 1.1
+"""Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
+ROUGH = 0.1
+"""Promised fall of the objective at which that descent ends."""
+ARRIVED = 0.5
+"""Promised fall beyond which the mode was not reached."""
+DRAWS = 4
+"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
 @dataclass(frozen=True)
-class Reported:
-    """The estimate that is reported, and why it is this one.
+class Seen:
+    """A task seen through a whitening.
+
+    Parameters
+    ----------
+    problem : Problem
+        Errors found before taken off its inputs.
+    whitening : Coloured or None
+        None: each sample by itself.
+    reactions : Reactions or None
+        To errors of measured inputs, whitened.
+    raw : Reactions or None
+        The same, not whitened.
+    """
+
+    problem: Problem
+    whitening: Coloured | None = None
+    reactions: Reactions | None = None
+    raw: Reactions | None = None
+
+    def through(self, whitening: Coloured) -> Seen:
+        """The same through another whitening."""
+        reactions = None if self.raw is None else whitened(self.raw, whitening)
+        return replace(self, whitening=whitening, reactions=reactions)
+
+    def gram(self, unknowns: Unknowns) -> Gram:
+        """What a Gauss-Newton search asks of the records."""
+        free = np.asarray(self.problem.layout.local_free)
+        places = np.searchsorted(free, unknowns.columns)
+
+        def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            steps = jnp.asarray(targets - local[:, columns])
+            linear = self.problem.linearised_at(jnp.asarray(local))
+            return np.asarray(_products(linear, places, steps, self.whitening, self.reactions))
+
+        return of
+
+    def left(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, Waves]:
+        """Residuals ``(n_draw, n_record, n_channel, n_time)`` in units of the noise, and errors of the inputs.
+
+        The first draw is at the best errors of the inputs, the others where these may be as well.
+        """
+        rows = np.asarray(self.problem.linearised_at(jnp.asarray(local)).residuals)
+        if self.reactions is None or self.raw is None:
+            return rows[None], {}
+        offset = np.asarray(self.raw.offset).reshape(rows.shape)
+        rows = np.where(rows != 0.0, rows + offset, 0.0)
+        white = rows if self.whitening is None else np.asarray(_whitened(self.whitening, jnp.asarray(rows)))
+        random, found, best = np.random.default_rng(0), [], []
+        for r, row in enumerate(rows):
+            inverse, seen = np.asarray(self.reactions.inverse[r]), np.asarray(self.reactions.rows[r], dtype=float)
+            best.append(-inverse @ (seen @ white[r].ravel()))
+            root = np.linalg.cholesky(inverse)
+            waves = np.stack([best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
+            left = waves @ np.asarray(self.raw.rows[r], dtype=float)
+            found.append(row + left.reshape(draws, *row.shape))
+        ends = np.cumsum([wave.shape[1] for wave in self.raw.waves.values()])[:-1]
+        waves_found = dict(zip(self.raw.waves, np.split(np.array(best), ends, axis=1), strict=True))
+        return np.stack(found, axis=1), waves_found
+
+
+@eqx.filter_jit
+def _products(
+    linear: Linearised, places: np.ndarray, steps: jax.Array, whitening: Coloured | None, reactions: Reactions | None
+) -> jax.Array:
+    """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
+    residuals = linear.residuals
+    if reactions is not None:
+        residuals = jnp.where(residuals != 0.0, residuals + reactions.offset.reshape(residuals.shape), 0.0)
+    moved = linear.slopes[..., places] * steps[:, None, None, :]
+    rows = jnp.moveaxis(jnp.concatenate([moved, residuals[..., None]], axis=-1), -1, 0)
+    rows = rows if whitening is None else whitening.whiten_rows(rows)
+    rows = jnp.moveaxis(rows, 0, 1).reshape(rows.shape[1], rows.shape[0], -1)
+    grams = jnp.einsum("rin,rjn->rij", rows, rows)
+    if reactions is None:
+        return grams
+    # Rows differ by many orders of magnitude: single precision is that of each row.
+    size = jnp.sqrt(jnp.einsum("rii->ri", grams))
+    size = jnp.where(size > 0.0, size, 1.0)[..., None]
+    pulled = jnp.einsum("rin,rwn->riw", (rows / size).astype(jnp.float32), reactions.rows).astype(float) * size
+    return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, reactions.inverse, pulled)
+
+
+@jax.jit
+def _whitened(whitening: Coloured, residuals: jax.Array) -> jax.Array:
+    return whitening.whiten(residuals)
+
+
+@dataclass(frozen=True)
+class Sharp:
+    """The estimate at the mode of the likelihood.
 
     Parameters
     ----------
     values : (n_free,) in SI units
+        Shared ones: means over the standard deviations between records; the records' own at the mode.
+    local : (n_record, n_local) in SI units
+        Values of each record, its deviations in them.
     residuals : (n_record, n_channel, n_time) in units of the noise
+        There, errors of the inputs at their best.
     bars : ErrorBars
-    sharp : Sharp or None
-        None where the plain estimate stands.
-    says : str
-    checks : tuple of Check
-        Whether both estimates agree, where they could be compared.
+    intervals : (n_free, 2) in SI units
+        Of 95 %.
+    between : mapping of name to Between
+        How much records differ.
+    noise : tuple of Noise
+        Of each channel, in SI units.
+    evidence : Evidence
+    seen : Seen
+    waves : mapping of input to (n_record, n_wave)
     """
 
     values: np.ndarray
+    local: np.ndarray
     residuals: np.ndarray
     bars: ErrorBars
-    sharp: Sharp | None
-    says: str
-    checks: tuple[Check, ...] = ()
+    intervals: np.ndarray
+    between: Mapping[str, Between]
+    noise: tuple[Noise, ...]
+    evidence: Evidence
+    seen: Seen
+    waves: Waves
 
     @property
-    def estimator(self) -> str:
-        """Name of the method."""
-        return "plain least squares" if self.sharp is None else "whitened least squares"
+    def scattered(self) -> bool:
+        """Whether records differ."""
+        return any(one.found for one in self.between.values())
+
+    @property
+    def innovations(self) -> np.ndarray:
+        """Whitened residuals, ``(n_record, n_channel, n_time)``."""
+        assert self.seen.whitening is not None
+        return np.asarray(_whitened(self.seen.whitening, jnp.asarray(self.residuals)))
 
 
-def reported(plain: Optimum, bars: ErrorBars, sound: Sequence[Check], rate: float) -> Reported:
-    """Go from a plain estimate to the whitened one, if there is one to be believed.
+def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
+    """The estimate of the likelihood, from a plain one; None where no mode is reached from there.
 
     Parameters
     ----------
+    task : Task
     plain : Optimum
     bars : ErrorBars
         Of the plain estimate.
-    sound : sequence of Check
-        What must hold for its residuals to be taken for noise.
-    rate : float
-        Samples a second, in Hz.
     """
-    sharp, reason, checks = _sharpened(plain, sound)
-    if sharp is not None:
-        own = beside(bars, error_bars(plain.problem, sharp.scores, rate))
-        if any(estimate.at_bound for estimate in estimates(plain.problem, sharp.values, own)):
-            reason = "the whitened search ends at a bound."
-        elif size(plain.problem, own.covariance) >= size(plain.problem, bars.covariance):
-            reason = "whitening makes no error bar smaller."
-        else:
-            smaller = ratio(plain.problem, own.errors[own.method], bars.errors[bars.method])
-            says = f"Whitened least squares: {SHARP} Error bars are {smaller:.2g} times those of plain least squares."
-            return Reported(sharp.values, sharp.linear.residuals, own, sharp, says, checks)
-    return Reported(plain.values, plain.linear.residuals, bars, None, f"Plain least squares: {reason}", checks)
-
-
-def _sharpened(plain: Optimum, sound: Sequence[Check]) -> tuple[Sharp | None, str, tuple[Check, ...]]:
-    """The whitened estimate, or why there is none, and whether it agrees with the plain one."""
-    if reason := _doubt(plain, sound):
-        return None, reason, ()
-    whitening = whitening_of(plain.problem, noise_of_residuals(plain.problem, plain.linear.residuals))
-    layout, level = plain.problem.layout, level_of(whitening, plain.linear.residuals, _counts(plain.problem))
-    apart = parting_check(layout.free_names, parting(layout, plain.linear, whitening, level))
-    if not apart.passed:
-        return None, "whitened residuals want other values, so the model lacks something.", (apart,)
-    found = _descended(plain, whitening, level)
-    return found, "" if found else "the whitened search came to no end within the bounds.", (apart,)
-
-
-def _doubt(plain: Optimum, sound: Sequence[Check]) -> str:
-    """Why the residuals are not to be taken for noise with a memory."""
-    if plain.input_errors:
-        return f"errors of the measured {' and '.join(plain.input_errors)} are fitted beside the parameters."
-    if plain.problem.soft_beyond is not None:
-        return "samples that stray count less, as asked for."
-    failed = [check.name for check in sound if not check.passed]
-    if failed:
-        return f"whitening is for what is noise alone, and that is in doubt ({'; '.join(failed)})."
-    return ""
-
-
-def _counts(problem: Problem) -> np.ndarray:
-    """Samples of each channel that count, ``(n_channel,)``; one where there are none."""
-    weights = (problem.observations.weight[channel] for channel in problem.model.rig.channels)
-    return np.array([max(np.count_nonzero(np.asarray(weight)), 1) for weight in weights])
-
-
-def _descended(plain: Optimum, whitening: Whitening, level: np.ndarray) -> Sharp | None:
-    """Gauss-Newton steps on the innovations; None where they do not settle, or leave the bounds."""
-    layout, values, linear = plain.problem.layout, plain.values, plain.linear
-    limits = [slot.range for slot, _ in layout.entries]
-    lower, upper = np.array([r.lower for r in limits]), np.array([r.upper for r in limits])
-    for _ in range(STEPS):
-        here = whitened(layout, linear, whitening, level)
-        if length(here.step, here.covariance) < SETTLED:
-            return Sharp(values, linear, _scores(here, plain.scores), whitening, level)
-        values = values + here.step
-        if not np.all((values > lower) & (values < upper)):
+    layout = plain.problem.layout
+    unknowns = unknowns_of(layout, plain.values, bars.errors["white"])
+    seen, place = _seen(task, plain), place_of(unknowns, layout.local(plain.values))
+    if not len(unknowns.columns):
+        return None
+    if len(unknowns.scattering):
+        place = _apart(unknowns, place, seen, task.ladders)
+    evidence = None
+    for _ in range(2):
+        noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
+        seen = seen.through(whitening_of(seen.problem, noise))
+        evidence = _weighed(unknowns, place, seen, evidence)
+        if evidence is None:
             return None
-        linear = linearised(plain.problem, values)
-        if not (np.isfinite(linear.residuals).all() and np.isfinite(linear.slopes).all()):
+        place = evidence.mode.place
+    return _sharp(task, bars, evidence, seen, noise)
+
+
+def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) -> Place:
+    """Where records that may differ are best in plain least squares.
+
+    A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
+    fitted over horizons that grow once more, and each taken from where it is best.
+    """
+    sigma = np.full(len(unknowns.scattering), BROAD)
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH)]
+    samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
+    for ladder in ladders:
+        if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
+            break
+        there = place._replace(eta=np.zeros_like(place.eta))
+        for counts in ladder:
+            shorter = replace(seen, problem=seen.problem.until(jnp.asarray(counts)))
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
+            there = end.place
+        found.append(end)
+    if len(found) == 1:
+        return found[0].place
+    best = np.argmin([end.normal.costs for end in found], axis=0)
+    local = np.stack([found[i].local[r] for r, i in enumerate(best)])
+    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGH))
+    return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
+
+
+def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: Evidence | None) -> Evidence | None:
+    sigma = None if before is None else before.mode.sigma
+    with np.errstate(all="ignore"):
+        try:
+            found = weigh(unknowns, place, seen.gram(unknowns), sigma)
+        except np.linalg.LinAlgError:
             return None
-    return None
+    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.promised < ARRIVED
+    return found if sound else None
 
 
-def _scores(here: Whitened, plain: uncertainty.Scores) -> uncertainty.Scores:
-    return uncertainty.Scores(here.residuals, here.slopes, plain.counts, plain.columns, plain.size)
+def _seen(task: Task, plain: Optimum) -> Seen:
+    reactions = reactions_of(task, plain.values, plain.waves) if plain.input_errors else None
+    if reactions is None:
+        return Seen(plain.problem)
+    return Seen(faded(plain.problem, reactions.fade), None, reactions, reactions)
+
+
+def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, noise: tuple[Noise, ...]) -> Sharp:
+    found, layout = evidence.mode, seen.problem.layout
+    unknowns = found.unknowns
+    places, sizes = places_of(layout, unknowns)
+    shared = np.array([record is None for _, record in layout.entries])
+    slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
+    unit = slopes[places] * sizes
+    covariance = covariance_of_all(evidence)[np.ix_(places, places)] * np.outer(unit, unit)
+    alike = _alike(evidence, places, unit, covariance, shared)
+    # What no record tells is not told by a flat prior either.
+    lost = ~np.isfinite(np.diag(plain_bars.covariance))
+    for matrix in (covariance, alike):
+        matrix[np.diag_indices_from(matrix)] = np.where(lost, np.inf, np.diag(matrix))
+    values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
+    bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
+    local = found.local
+    residuals, waves = seen.left(local)
+    return Sharp(
+        values=values,
+        local=local,
+        residuals=residuals[0],
+        bars=bars,
+        intervals=_intervals(evidence, places, values, bars.errors["whitened"], shared),
+        between=between(evidence),
+        noise=noise,
+        evidence=evidence,
+        seen=seen,
+        waves=waves,
+    )
+
+
+def covariance_size(unknowns: Unknowns) -> int:
+    """Number of shared coordinates and of all records' own ones."""
+    return len(unknowns.shared) + len(unknowns.free) * len(unknowns.each)
+
+
+def _alike(
+    evidence: Evidence, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
+) -> np.ndarray:
+    """Covariance if the records did not differ, of the shared values; of the others as it is."""
+    same = covariance.copy()
+    index = np.flatnonzero(shared)
+    inside = evidence.covariance[0][np.ix_(places[index], places[index])] * np.outer(unit[index], unit[index])
+    same[np.ix_(index, index)] = inside
+    return same
+
+
+def _intervals(
+    evidence: Evidence, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
+) -> np.ndarray:
+    """Intervals of 95 %, ``(n_free, 2)`` in SI units."""
+    found = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
+    for i in np.flatnonzero(shared & np.isfinite(errors)):
+        for end, z in enumerate(quantiles(evidence, int(places[i]))):
+            here = evidence.mean.copy()
+            here[places[i]] = z
+            found[i, end] = evidence.mode.unknowns.value(here)[places[i]]
+    return found
+
+
+Z_95 = 1.959964
+
+
+def cost_with_one_held(sharp: Sharp, index: int) -> Callable[[np.ndarray], float]:
+    """Smallest objective with the value at `index` held, as a function of values ``(n_free,)`` in SI units.
+
+    Standard deviations between records stay what they are.
+    """
+    found, layout = sharp.evidence.mode, sharp.seen.problem.layout
+    place = places_of(layout, found.unknowns)[0][index]
+    gram = sharp.seen.gram(found.unknowns)
+
+    def cost(values: np.ndarray) -> float:
+        shared = found.values
+        shared[place] = values[index]
+        z = found.unknowns.coordinate(shared)
+        held = [bound.copy() for bound in (found.unknowns.lower, found.unknowns.upper)]
+        for bound in held:
+            bound[place] = z[place]
+        unknowns = replace(found.unknowns, lower=held[0], upper=held[1])
+        return mode(unknowns, found.place._replace(z=z), gram, found.sigma).objective
+
+    return cost
+
+
+def problem_at(task: Task, sharp: Sharp) -> Problem:
+    """The task's problem with the errors found taken off its inputs."""
+    return corrected(task.problem, input_errors(task), sharp.waves) if sharp.waves else task.problem
+
+
+__all__ = ["Mode", "Seen", "Sharp", "cost_with_one_held", "problem_at", "sharpened"]

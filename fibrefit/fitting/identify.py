@@ -12,19 +12,17 @@ from fibrefit.core.check import Check
 from fibrefit.core.errors import DataError
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import ErrorBars, error_bars, estimates, inflation
-from fibrefit.fitting.evaluate import Look, look, residuals_of
-from fibrefit.fitting.gls import reported
-from fibrefit.fitting.gls_estimate import cost_with_one_held
+from fibrefit.fitting.error_bars import error_bars, estimates, inflation
+from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
+from fibrefit.fitting.reported import reported
 from fibrefit.fitting.result import Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.multistart import scattered, search, table
-from fibrefit.fitting.search.optimum import Optimum, optimum
+from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
-from fibrefit.fitting.structure import structure_checks
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
@@ -125,7 +123,7 @@ def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop:
 def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.ndarray) -> tuple[Cost, str]:
     """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
     if found.sharp is not None:
-        return cost_with_one_held(found.problem, found.sharp, index), "whitened"
+        return cost_with_one_held(found.sharp, index), "whitened"
     return plain_cost(found.problem, index, width, whole), "white"
 
 
@@ -138,12 +136,11 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:
     plain = optimum(task, values, waves)
-    problem, normal = plain.problem, plain.scores.normal_matrix()
-    rate = 1.0 / float(np.diff(np.asarray(problem.observations.experiment.times[0])).mean())
-    bars, seen = error_bars(problem, plain.scores, rate), look(task, problem, plain.values)
-    sound = _sound(task, plain, bars, seen, bool(np.isfinite(starts.cost.min())))
-    best = reported(plain, bars, tuple(sound.values()), rate)
-    seen = seen if best.sharp is None else look(task, problem, best.values)
+    normal = plain.scores.normal_matrix()
+    rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times[0])).mean())
+    bars = error_bars(plain.problem, plain.scores, rate)
+    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())))
+    problem, seen, sound = best.problem, best.seen, dict(best.sound)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
@@ -154,7 +151,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
         sound.pop("gap"),
-        *judge.inputs_within_noise(plain.input_errors),
+        *judge.inputs_within_noise(best.input_errors),
         *sound.values(),
         *best.checks,
         *force_balance(task, best.values),
@@ -166,11 +163,11 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         covariance=best.bars.covariance,
         method=best.bars.method,
         inflation=inflation(problem, best.bars),
-        estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside),
+        estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside, best.sharp),
         gap=seen.gap,
         expected_gap=plain.expected_gap,
-        input_errors=plain.input_errors,
-        waves=plain.waves,
+        input_errors=best.input_errors,
+        waves=best.waves,
         record_gaps=seen.record_gaps,
         noise=task.noise,
         readings=seen.motion.readings,
@@ -185,18 +182,6 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         plain=aside,
         sharp=best.sharp,
     )
-
-
-def _sound(task: Task, plain: Optimum, bars: ErrorBars, seen: Look, success: bool) -> dict[str, Check]:
-    """Checks of the plain estimate that must hold before its residuals are taken for noise."""
-    found = estimates(plain.problem, plain.values, bars)
-    structure = structure_checks(residuals_of(task, plain.linear.residuals, seen.motion))
-    return {
-        "converged": judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success),
-        "inside": judge.inside_bounds([estimate.name for estimate in found if estimate.at_bound]),
-        "gap": judge.gap_is_noise(seen.gap, plain.expected_gap),
-        **{check.name: check for check in structure},
-    }
 
 
 def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, Check]:

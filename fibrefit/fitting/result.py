@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.fitting.gls_estimate import Sharp
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import Waves
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
+
+if TYPE_CHECKING:
+    from fibrefit.fitting.gls import Sharp
 
 
 @dataclass(frozen=True)
@@ -32,10 +36,12 @@ class Estimate:
         Clipped at the parameter's bounds.
     free, at_bound : bool
     std_errors : dict of str to float
-        By method: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``; where the estimate is a whitened one,
-        also ``whitened``, and ``white`` is what noise without memory would leave the plain one.
+        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``. Where the
+        estimate is a whitened one: ``white``, which is what noise without memory would leave the plain one; ``alike``,
+        if records did not differ; ``whitened``, what is not known of their differences included.
     interval_kind : str
-        ``"normal"`` or ``"profile likelihood"``.
+        ``"normal"``; ``"population"`` for the mean of a parameter that differs from record to record; or
+        ``"profile likelihood"``.
     plain_value, plain_error : float
         What plain least squares says, and its honest error, where the value is a whitened one; nan elsewhere.
     """
@@ -65,11 +71,14 @@ class ChannelGap:
     noise : float
         Noise rms, in `unit`.
     unit : str
+    explained : float
+        Share of the measured signal's variance within each record.
     """
 
     rms: float
     noise: float
     unit: str
+    explained: float = math.nan
 
     @property
     def ratio(self) -> float:
@@ -222,6 +231,11 @@ class Identification:
         if any(check.fatal and not check.passed for check in self.checks):
             return "failed"
         return "ok" if all(check.passed for check in self.checks) else "suspect"
+
+    @property
+    def between(self) -> Mapping[str, Between]:
+        """How much records differ in each parameter that may deviate, by name; empty where that was not asked."""
+        return {} if self.sharp is None else self.sharp.between
 
     @property
     def parameters(self) -> dict[str, Estimate]:

@@ -6,14 +6,15 @@ records' own rests, with each other across the phases of the motion, and with th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
 from fibrefit.problem.diagnose.phases import HELD, PHASES, Motion
-from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
 SPECTRUM_RATIO = 1.25
 """Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
@@ -25,6 +26,14 @@ HATS = 12
 DRAWS = 20
 FEWEST = 200
 """Samples below which a phase is too short to be judged."""
+LOUDEST = 1.5
+"""Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
+FEW = 8
+"""Ordinates of a spectrum below which an octave tells nothing."""
+SHORTEST = 16
+"""Samples of a piece that has a spectrum."""
+RARE = 5e-4
+"""Probability of a ratio of powers beyond which it is not put down to chance."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,10 @@ class Residuals:
     channels : tuple of str
     sigma : (n_record, n_channel) noise rms in SI units
     noise : dict of channel to Noise
+        At rest.
+    fitted : dict of channel to Noise
+        Of the residuals.
+    rests : dict of channel to readings at rest in SI units and their rates in Hz
     motion : Motion
     """
 
@@ -50,6 +63,8 @@ class Residuals:
     channels: tuple[str, ...]
     sigma: np.ndarray
     noise: Mapping[str, Noise]
+    fitted: Mapping[str, Noise]
+    rests: Mapping[str, Sequence[tuple[np.ndarray, float]]]
     motion: Motion
 
 
@@ -58,38 +73,106 @@ def structure_checks(residuals: Residuals) -> tuple[Check, ...]:
     return (_spectrum(residuals), _phases(residuals), _states(residuals))
 
 
+def loudness(residuals: Residuals, channel: int, inside: np.ndarray | None = None) -> float:
+    """Fast part of the residuals over that at rest, at least one: noise that grows with the load is louder in motion.
+
+    Parameters
+    ----------
+    residuals : Residuals
+    channel : int
+    inside : (n_record, n_time) bool, optional
+        Samples that are looked at; all that count by default.
+    """
+    name, sigma = residuals.channels[channel], residuals.sigma[:, channel, None]
+    noise, pieces = residuals.noise[name], residuals.rests.get(name, ())
+    inside = residuals.counted[:, channel] if inside is None else inside
+    here = _fast(residuals.scaled[:, channel] * sigma, inside)
+    parts = [(_fast(values[None], np.ones((1, len(values)), dtype=bool)), len(values)) for values, _ in pieces]
+    number = sum(size for _, size in parts)
+    still = np.sqrt(sum(part**2 * size for part, size in parts) / number) if number else 0.0
+    if still == 0.0:
+        still = np.sqrt(noise.white * 0.5 * residuals.rate)
+    return float(np.clip(here / max(still, np.sqrt(noise.floor * 0.5 * residuals.rate), 1e-300), 1.0, LOUDEST))
+
+
+def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
+    """Standard deviation of the fast part of some samples, from third differences, which hardly anything else enters."""
+    whole = inside[:, 3:] & inside[:, 2:-1] & inside[:, 1:-2] & inside[:, :-3]
+    differences = np.diff(scaled, 3, axis=1)[whole]
+    if differences.size < FEW:
+        return 0.0
+    # Squares rather than a median, which is nil where readings are coarse; the largest are those of a bounce.
+    size = np.abs(differences)
+    return float(np.sqrt(np.mean(np.minimum(size, 4.0 * np.mean(size)) ** 2) / 20.0))
+
+
 def _spectrum(residuals: Residuals) -> Check:
     worst, where = 0.0, ""
     for c, channel in enumerate(residuals.channels):
-        for low, ratio, count in _octaves(residuals, c):
-            # A low octave holds few frequencies: chance alone lifts it by some standard errors.
-            excess = ratio / (1.0 + CHANCE / np.sqrt(count))
+        loud = loudness(residuals, c) ** 2
+        for low, ratio, chance in _octaves(residuals, c):
+            # A low octave holds few frequencies: chance alone lifts it.
+            excess = ratio / (chance * loud)
             if excess > worst:
                 worst, where = excess, f"{channel} between {low:.3g} and {2 * low:.3g} Hz"
     passed = worst <= SPECTRUM_RATIO
     says = (
-        "Residuals have the spectrum of the noise at rest."
+        f"The residuals' power is nowhere more than {SPECTRUM_RATIO:g} times that of the noise at rest, chance allowed for."
         if passed
-        else f"Residuals are not noise: their power in the {where} is {worst:.3g} times that of the records at rest."
+        else f"The residuals' power in the {where} is {worst:.3g} times that of the noise at rest, chance allowed for; at "
+        f"most {SPECTRUM_RATIO:g} is expected. They are not noise."
     )
-    return Check("residuals have the noise's spectrum", passed, says, worst, SPECTRUM_RATIO)
+    return Check(
+        "residuals have the noise's spectrum",
+        passed,
+        says,
+        float(worst),
+        SPECTRUM_RATIO,
+        identifier="residual_spectrum",
+        quantity="residual spectrum",
+    )
 
 
-def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, int]]:
-    """Lower edge [Hz], mean power over noise power, and number of frequencies, of each octave."""
-    frequencies, ratios = [], []
-    for r, count in enumerate(residuals.counts):
-        values = residuals.scaled[r, channel, :count] * residuals.sigma[r, channel]
-        power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (count * residuals.rate)
-        frequency = np.fft.rfftfreq(count, 1.0 / residuals.rate)
-        density = residuals.noise[residuals.channels[channel]].density(np.maximum(frequency, frequency[1]))
-        clear = (np.min([np.abs(frequency - line) for line in MAINS], axis=0) > 4.0) & (frequency > 0.0)
-        frequencies.append(frequency[clear])
-        ratios.append((power / density)[clear])
-    frequency, ratio = np.concatenate(frequencies), np.concatenate(ratios)
+def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, float]]:
+    """Of each octave: lower edge [Hz], power over that at rest, and what this ratio is by chance."""
+    name = residuals.channels[channel]
+    fitted, known = residuals.fitted[name], residuals.noise[name]
+    pieces = [
+        (residuals.scaled[r, channel, :count] * residuals.sigma[r, channel], residuals.rate)
+        for r, count in enumerate(residuals.counts)
+    ]
+    moving, resting = _shares(pieces, fitted), _shares(residuals.rests.get(name, ()), fitted)
     edges = 0.5 * residuals.rate / 2.0 ** np.arange(1, 11)
-    inside = [(edge, ratio[(frequency >= edge) & (frequency < 2 * edge)]) for edge in edges]
-    return [(edge, float(part.mean()), len(part)) for edge, part in inside if len(part) >= 8]
+    found = []
+    for edge in edges:
+        left, still = ([share for frequency, share in of if edge <= frequency < 2 * edge] for of in (moving, resting))
+        if len(left) < FEW or (resting and len(still) < FEW):
+            continue
+        frequency = np.array([frequency for frequency, _ in moving if edge <= frequency < 2 * edge])
+        stated = float(np.mean(known.density(frequency) / fitted.density(frequency)))
+        if not resting:
+            found.append((edge, float(np.mean(left)) / stated, 1.0 + CHANCE / np.sqrt(len(left))))
+            continue
+        # Steps of a coarse reading are noise that a rest may not show.
+        floor = float(np.mean(known.floor / fitted.density(frequency)))
+        ratio = float(np.mean(left)) / max(float(np.mean(still)), floor)
+        found.append((edge, ratio, float(f_ratio.isf(RARE, 2 * len(left), 2 * len(still)))))
+    return found
+
+
+def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> list[tuple[float, float]]:
+    """Frequencies [Hz] of pieces that hold no line, and power there over what is expected of a piece of that length."""
+    found: list[tuple[float, float]] = []
+    for values, rate in pieces:
+        count = len(values)
+        if count < SHORTEST:
+            continue
+        frequency, power = periodogram(values, rate)
+        lines = [f for f, _ in noise.lines] + list(MAINS if not noise.lines else ())
+        clear = np.min([np.abs(frequency - line) for line in lines], axis=0) > max(4.0, 3.0 * rate / count)
+        expected = noise.expected(count, rate)
+        found += zip(frequency[clear].tolist(), (power / expected)[clear].tolist(), strict=True)
+    return found
 
 
 def _phases(residuals: Residuals) -> Check:
@@ -98,35 +181,45 @@ def _phases(residuals: Residuals) -> Check:
         for index, phase in enumerate(PHASES):
             inside = (residuals.motion.phase == index) & residuals.counted[:, c]
             if inside.sum() >= FEWEST:
-                expected = 1.0 + CHANCE * _scatter(inside, _pink_share(residuals, c))
-                ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2) / expected))
+                expected = 1.0 + CHANCE * _scatter(inside, _slow_share(residuals, c))
+                loud = loudness(residuals, c, inside)
+                ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2) / expected)) / loud
                 if ratio > worst:
                     worst, where = ratio, f"{channel} while {phase}"
     passed = worst <= PHASE_RATIO
     says = (
-        "No phase of the motion is explained worse than the noise allows."
+        f"The residuals of no phase of the motion are more than {PHASE_RATIO:g} times the noise, chance allowed for."
         if passed
-        else f"The model is worst in the {where}: {worst:.3g} times the noise."
+        else f"The residual of the {where} is {worst:.3g} times the noise, chance allowed for; at most {PHASE_RATIO:g} is "
+        "expected. The model lacks something there."
     )
-    return Check("no phase stands out", passed, says, worst, PHASE_RATIO)
+    return Check(
+        "no phase stands out",
+        passed,
+        says,
+        worst,
+        PHASE_RATIO,
+        identifier="residual_phase",
+        quantity="residuals by phase",
+    )
 
 
-def _pink_share(residuals: Residuals, channel: int) -> float:
-    """Share of the noise's power that is pink."""
+def _slow_share(residuals: Residuals, channel: int) -> float:
+    """Share of the noise's power at rest that is slow."""
     noise = residuals.noise[residuals.channels[channel]]
     duration = float(np.max(residuals.counts)) / residuals.rate
-    return noise.pink * np.log(0.5 * residuals.rate * duration) / noise.rms(duration, residuals.rate) ** 2
+    return 1.0 - noise.white * 0.5 * residuals.rate / noise.rms(duration, residuals.rate) ** 2
 
 
-def _scatter(inside: np.ndarray, pink: float) -> float:
+def _scatter(inside: np.ndarray, slow: float) -> float:
     """Standard deviation of the mean square of noise of variance one over the samples `inside` ``(n_record, n_time)``.
 
-    The pink share hardly changes while a phase lasts: each stretch of it counts as one sample of that.
+    The slow share hardly changes while a phase lasts: each stretch of it counts as one sample of that.
     """
     edges = np.diff(inside.astype(int), axis=1, prepend=0, append=0)
     lengths = np.concatenate([np.flatnonzero(row < 0) - np.flatnonzero(row > 0) for row in edges])
     total = lengths.sum()
-    return float(np.sqrt(2.0 * ((1.0 - pink) ** 2 / total + pink**2 * np.sum(lengths**2) / total**2)))
+    return float(np.sqrt(2.0 * ((1.0 - slow) ** 2 / total + slow**2 * np.sum(lengths**2) / total**2)))
 
 
 def _states(residuals: Residuals) -> Check:
@@ -144,11 +237,20 @@ def _states(residuals: Residuals) -> Check:
     passed = worst <= STATE_SHARE
     names = list(residuals.motion.states)
     says = (
-        f"Residuals do not depend on {', '.join(names[:-1])} or {names[-1]}."
+        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains more than {100 * STATE_SHARE:.0f} % of the residuals."
         if passed
-        else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left."
+        else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left, of noise at most "
+        f"{100 * STATE_SHARE:.0f} %. The model lacks something."
     )
-    return Check("residuals do not depend on the state", passed, says, worst, STATE_SHARE)
+    return Check(
+        "residuals do not depend on the state",
+        passed,
+        says,
+        worst,
+        STATE_SHARE,
+        identifier="residual_state",
+        quantity="residuals vs state",
+    )
 
 
 def _steps(state: np.ndarray) -> np.ndarray:

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
-from fibrefit.discovery.engine.supermodel import Frame, frame_of, reactions_of, waves_at
+from fibrefit.discovery.engine.supermodel import Frame, frame_of, waves_at
 from fibrefit.effects.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_waves
 from fibrefit.problem.inputs.linearity_weights import faded
+from fibrefit.problem.inputs.reactions import reactions_of
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model

@@ -24,7 +24,7 @@ from fibrefit.discovery.curves.probes import (
 )
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import Frame, frame_of, reactions_of
+from fibrefit.discovery.engine.supermodel import Frame, frame_of
 from fibrefit.discovery.model.finding import FreeCurve
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
@@ -32,6 +32,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import HELD
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_waves
+from fibrefit.problem.inputs.reactions import reactions_of
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model

@@ -28,6 +28,7 @@ from fibrefit.problem.estimate.gauss_newton import (
     solved,
 )
 from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
+from fibrefit.problem.inputs.reactions import whitened
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -41,7 +42,6 @@ WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-CHUNK = 64
 VANISHES = 1e-6
 """Base parameter, as a share of its typical size, below which its logarithm says nothing."""
 FURTHEST = 12.0
@@ -82,20 +82,8 @@ def yardstick_of(frame: Frame, noise: Sequence[Noise]) -> Yardstick:
     whitening = whitening_of(frame.problem, noise)
     reactions = frame.reactions
     if reactions is not None:
-        rows = _whitened_rows(whitening, reactions.rows, len(noise))
-        products = jnp.einsum("rwn,rvn->rwv", rows, rows).astype(float)
-        inverse = jnp.linalg.inv(products + jnp.eye(rows.shape[1]))
-        reactions = reactions._replace(rows=rows, inverse=inverse)
+        reactions = whitened(reactions, whitening)
     return Yardstick(tuple(noise), whitening, reactions)
-
-
-def _whitened_rows(whitening: Coloured, rows: jax.Array, channels: int) -> jax.Array:
-    parts = []
-    for first in range(0, rows.shape[1], CHUNK):
-        some = rows[:, first : first + CHUNK].astype(float)
-        split = jnp.moveaxis(some.reshape(*some.shape[:2], channels, -1), 1, 0)
-        parts.append(jnp.moveaxis(_whitened(whitening, split), 0, 1).reshape(some.shape).astype(jnp.float32))
-    return jnp.concatenate(parts, axis=1)
 
 
 @jax.jit

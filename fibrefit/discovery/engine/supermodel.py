@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -18,8 +17,9 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, SensorLaw
-from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, expanded, input_errors, residuals
-from fibrefit.problem.inputs.linearity_weights import counted, faded, fades
+from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors, residuals
+from fibrefit.problem.inputs.linearity_weights import counted, faded
+from fibrefit.problem.inputs.reactions import Reactions
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
@@ -39,60 +39,6 @@ FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
-
-
-class Reactions(NamedTuple):
-    """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
-
-    They are those of the model a search begins with, and of the errors found with it: effects change them at second
-    order.
-
-    Parameters
-    ----------
-    waves : mapping of input to (n_record, n_wave)
-        The errors; they are taken off the inputs.
-    fade : (n_record, n_channel, n_time)
-        Factor on each sample's weight, see `foretold`.
-    offset : (n_record, n_channel * n_time)
-        What the readings would be without that.
-    rows : (n_record, n_wave, n_channel * n_time)
-        In single precision, as they are many.
-    inverse : (n_record, n_wave, n_wave)
-        Of ``I + A'A``.
-    """
-
-    waves: Waves
-    fade: np.ndarray
-    offset: jax.Array
-    rows: jax.Array
-    inverse: jax.Array
-
-
-def reactions_of(task: Task, values: np.ndarray, waves: Waves, far: bool = False) -> Reactions | None:
-    """Reactions of a task's model; None where no input is noisy.
-
-    Parameters
-    ----------
-    task : Task
-    values : (n_free,) in SI units
-    waves : mapping of input to (n_record, n_wave)
-    far : bool
-        Whether the model lacks so much that a right one moves otherwise after the first bounce of a record: only what
-        is before it counts then.
-    """
-    if not (known := input_errors(task)):
-        return None
-    rows = [rows for _, _, rows in expanded(task.problem, known, values, waves)]
-    fade = fades(task.problem, known, values, waves, rows)
-    if far:
-        fade = np.minimum.accumulate(np.broadcast_to(fade.min(axis=1, keepdims=True), fade.shape), axis=-1)
-    offsets, parts, inverses = [], [], []
-    for r, wave in enumerate(np.concatenate([waves[name] for name in known], axis=1)):
-        weaker = jnp.asarray(rows[r] * fade[r].ravel())
-        offsets.append(-wave @ weaker)
-        inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
-        parts.append(weaker.astype(jnp.float32))
-    return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
 
 
 def waves_at(task: Task, values: np.ndarray, reactions: Reactions) -> Waves:

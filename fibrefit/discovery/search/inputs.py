@@ -7,10 +7,11 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, reactions_of, waves_at
+from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, waves_at
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.search.varpro import Joint, expected_gap, joint
 from fibrefit.problem.inputs.errors_in_variables import input_errors
+from fibrefit.problem.inputs.reactions import reactions_of
 
 
 def with_inputs(search: Search, weighed: Weighed) -> Joint | None:

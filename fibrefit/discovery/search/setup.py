@@ -10,10 +10,11 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, reactions_of
+from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
 from fibrefit.discovery.search.search import NEARLY, Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification, total
+from fibrefit.problem.inputs.reactions import reactions_of
 from fibrefit.problem.task import Task
 
 

@@ -39,9 +39,12 @@ def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
         Check(
             name="the force is the one the motion asks for",
             passed=share <= EXPLAINED,
-            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for.",
+            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for; at most "
+            f"{100.0 * EXPLAINED:g} % is expected.",
             statistic=share,
             threshold=EXPLAINED,
+            identifier="force_balance",
+            quantity="force balance (inverse dynamics)",
         ),
     )
 

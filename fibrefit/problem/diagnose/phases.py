@@ -7,6 +7,7 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
@@ -65,23 +66,27 @@ class Motion:
 
 
 @eqx.filter_jit
-def _responses(problem: Problem, values: jax.Array) -> tuple[Response, Any]:
+def _responses(problem: Problem, local: jax.Array) -> tuple[Response, Any]:
     def one(local: jax.Array, data: Observations) -> tuple[Response, Any]:
         named = dict(zip(problem.layout.names, local, strict=True))
         response = problem.model.respond(named, data.experiment)
         return response, problem.model.stretched(named, data.experiment, response.solution)
 
-    return jax.vmap(one)(problem.layout.local(values), problem.observations)
+    return jax.vmap(one)(local, problem.observations)
 
 
 def motion(problem: Problem, values: jax.Array) -> Motion:
     """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
-    response, fibres = jax.tree.map(np.asarray, _responses(problem, values))
+    return motion_of(problem, np.asarray(problem.layout.local(values)))
+
+
+def motion_of(problem: Problem, local: np.ndarray) -> Motion:
+    """Simulated motion of all records at their own values ``(n_record, n_local)`` in SI units."""
+    response, fibres = jax.tree.map(np.asarray, _responses(problem, jnp.asarray(local)))
     experiment, modes, known = problem.observations.experiment, response.solution.modes, _known(response, fibres)
     times = np.asarray(experiment.times)
     held = np.zeros(times.shape, dtype=bool)
     if "release" in problem.layout.names:
-        local = np.asarray(problem.layout.local(values))
         held = times < local[:, [problem.layout.names.index("release")]]
     driven = sliding = None
     if "drive" in experiment.inputs:

@@ -3,9 +3,11 @@
 Law
 ---
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that of
-the priors; ``Z`` is the mean of that over a grid of the standard deviations between records, each of which is zero with
-probability one half, and else anything between a thirtieth of a percent and eight percent, log-uniform. All points of the
-grid share the slopes found at the mode: that is algebra on small matrices.
+the priors; ``Z`` is the mean of that over a grid of the standard deviations between records. With probability one half
+records agree in all parameters. What makes them differ in one hardly leaves the others alone: each standard deviation is
+else nil with a probability of one in ten, or anything up to eight percent, uniform to one percent and log-uniform beyond:
+a prior that is log-uniform throughout lets few records that happen to agree say that all would. All points of the grid
+share the slopes found at the mode: that is algebra on small matrices.
 
 Source
 ------
@@ -27,7 +29,11 @@ FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
 """The same where many parameters deviate."""
 MANY = 3
 AGREE = 0.5
-"""Probability, before the records speak, that they agree in a parameter."""
+"""Probability, before the records speak, that they agree in all parameters."""
+ALONE = 0.1
+"""Probability that they agree in one where they do not in all."""
+USUAL = 0.01
+"""Standard deviation up to which any is as probable as another."""
 FIRST = 0.004
 """Standard deviation a search begins with."""
 ROUNDS = 4
@@ -152,8 +158,14 @@ def _grid(number: int) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand."""
     levels = LEVELS if number <= MANY else FEW_LEVELS
     grid = np.array(list(product(levels, repeat=number))).reshape(-1, number)
-    each = np.where(grid == 0.0, AGREE, (1.0 - AGREE) / (len(levels) - 1))
-    return grid, np.log(each).sum(axis=1)
+    if not number:
+        return grid, np.zeros(1)
+    some = np.array(levels[1:])
+    size = np.gradient(np.log(some)) * np.minimum(some / USUAL, 1.0)
+    weight = np.concatenate([[ALONE], (1.0 - ALONE) * size / size.sum()])
+    share = np.prod([weight[np.searchsorted(levels, column)] for column in grid.T], axis=0)
+    alike = np.all(grid == 0.0, axis=1)
+    return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE**number)))
 
 
 def _log_det(matrices: np.ndarray) -> np.ndarray:

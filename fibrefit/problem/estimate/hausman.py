@@ -119,10 +119,19 @@ def parting_check(names: tuple[str, ...], found: Parting) -> Check:
         order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
         worst = ", ".join(f"{names[i]} by {abs(found.scores[i]):.2g}" for i in order if np.isfinite(found.scores[i]))
         says = (
-            f"Plain and whitened estimates part by more than their errors ({worst} standard errors of the difference): "
-            "the model lacks something, and the noise model is explaining it away. Run discover before you trust this."
+            f"Plain and whitened estimates differ with a probability of {found.chance:.2g} by chance; at least "
+            f"{UNLIKELY:g} is expected ({worst} standard errors of the difference). The model lacks something, and the "
+            "noise model is explaining it away: run discover before you trust this."
         )
-    return Check("plain and whitened estimates agree", passed, says, found.chance, UNLIKELY)
+    return Check(
+        "plain and whitened estimates agree",
+        passed,
+        says,
+        found.chance,
+        UNLIKELY,
+        identifier="hausman",
+        quantity="OLS against GLS estimate (Hausman test)",
+    )
 
 
 def _products(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.noise.spectrum import resolution
 
 WIDTHS = (0.0015, 0.002, 0.003, 0.004, 0.0055)
 """Half-widths of the windows, in s. Wider ones were measured to lose more of a drive's own motion than of its noise."""
@@ -127,8 +128,9 @@ def _widest_agreed(fits: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
 
 def _hiss(values: np.ndarray) -> float:
     """Noise of the fast part, from third differences, which motion hardly enters."""
-    differences = np.diff(values[np.isfinite(values)], 3)
-    return float(np.median(np.abs(differences)) / 0.6745 / np.sqrt(20.0)) + 1e-12
+    finite = values[np.isfinite(values)]
+    fast = float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0))
+    return max(fast, resolution(finite) / np.sqrt(12.0)) + 1e-12
 
 
 def _around(values: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ The spectrum of the rests is therefore modelled, and its total over the band of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,8 @@ class Noise:
         First-order parts.
     lines : tuple of (frequency in Hz, variance in unit^2)
         Lines whose frequencies were found.
+    floor : float
+        One-sided level of the steps of coarse readings, which a rest may not show, in unit^2/Hz.
     """
 
     white: float
@@ -53,6 +55,7 @@ class Noise:
     samples: int
     slow: tuple[tuple[float, float], ...] = ()
     lines: tuple[tuple[float, float], ...] = ()
+    floor: float = 0.0
 
     def rms(self, duration: float, rate: float) -> float:
         """Noise rms over a record of `duration` [s] sampled at `rate` [Hz]."""
@@ -65,6 +68,16 @@ class Noise:
         parts = [variance * (2.0 / np.pi) * corner / (corner**2 + frequency**2) for corner, variance in self.slow]
         return self.white + self.pink / frequency + sum(parts, start=np.zeros_like(frequency, dtype=float))
 
+    def expected(self, count: int, rate: float) -> np.ndarray:
+        """What a periodogram of `count` samples at `rate` [Hz] is expected to be, without lines, leakage included."""
+        inner = slice(1, (count + 1) // 2)
+        frequency = np.fft.rfftfreq(count, 1.0 / rate)[inner]
+        lags = np.arange(count)
+        decay = [variance * np.exp(-2.0 * np.pi * corner * lags / rate) for corner, variance in self.slow]
+        kernel = sum(decay, start=np.zeros(count)) * (1.0 - lags / count)
+        kernel[0] *= 0.5
+        return self.white + self.pink / frequency + 4.0 * np.fft.rfft(kernel).real[inner] / rate
+
     def corner(self) -> float:
         """Frequency in Hz at which slow parts and white noise are equal; 0 where slow parts are nowhere as strong."""
         frequency = np.geomspace(1e-2, 1e4, 600)
@@ -75,7 +88,8 @@ class Noise:
         """The same colour, `factor` times as large."""
         power = factor**2
         slow, lines = (tuple((f, power * v) for f, v in parts) for parts in (self.slow, self.lines))
-        return Noise(power * self.white, power * self.pink, power * self.line, self.samples, slow, lines)
+        white, pink, line, floor = (power * part for part in (self.white, self.pink, self.line, self.floor))
+        return Noise(white, pink, line, self.samples, slow, lines, floor)
 
     def over_mean(self, frequency: np.ndarray, duration: float, rate: float) -> np.ndarray:
         """Power density at `frequency` [Hz] > 0 over its mean in a record of `duration` [s] sampled at `rate` [Hz]."""
@@ -126,7 +140,11 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
             values = trace.channels[channel][rest]
             if np.isfinite(values).all() and np.ptp(values) > 0.0:
                 pieces.append((values, rate))
-    return noise_of(pieces) if pieces else _from_differences(traces, channel)
+    if not pieces:
+        return _from_differences(traces, channel)
+    found, rate = noise_of(pieces), float(np.mean([rate for _, rate in pieces]))
+    floor = min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate)
+    return replace(found, white=max(found.white, floor), floor=floor)
 
 
 def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
@@ -162,19 +180,22 @@ def _hiss(signal: np.ndarray) -> float:
     finite = signal[np.isfinite(signal)]
     # A simulated record has none at all: rounding must not look like motion then.
     least = 1e-9 * float(np.ptp(finite)) + 1e-300 if finite.size else 1e-300
-    return float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0)) + least
+    fast = float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0))
+    # Coarse readings may stand still for long, and differ by whole steps then.
+    return max(fast, resolution(finite) / np.sqrt(12.0)) + least
 
 
 def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
     rate = np.mean([1.0 / np.diff(trace.times).mean() for trace in traces])
     variance = np.mean([_hiss(trace.channels[channel]) ** 2 for trace in traces])
-    smallest = min(_resolution(trace.channels[channel]) for trace in traces)
-    return Noise(float(max(variance, smallest**2 / 12.0) / (0.5 * rate)), 0.0, 0.0, 0)
+    floor = float(min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate))
+    return Noise(max(float(variance / (0.5 * rate)), floor), 0.0, 0.0, 0, floor=floor)
 
 
-def _resolution(signal: np.ndarray) -> float:
+def resolution(signal: np.ndarray) -> float:
+    """Smallest step between readings, in their unit."""
     steps = np.diff(np.unique(signal[np.isfinite(signal)]))
-    return float(steps.min()) if len(steps) else 1e-12
+    return float(steps.min()) if len(steps) else 0.0
 
 
 def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:

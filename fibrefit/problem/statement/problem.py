@@ -83,15 +83,19 @@ class Problem(eqx.Module):
         """
         return jax.lax.map(lambda row: self.record_residuals(*row), (self.layout.local(values), self.observations))
 
-    # Compiled under their own names, they are traced once for all the programs that contain them.
-    @eqx.filter_jit
     def linearised(self, values: jax.Array) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
 
         A record depends on few of a problem's values; the full Jacobian, mostly zeros, is never made.
         """
+        return self.linearised_at(self.layout.local(values))
+
+    # Compiled under their own names, they are traced once for all the programs that contain them.
+    @eqx.filter_jit
+    def linearised_at(self, local: jax.Array) -> Linearised:
+        """As `linearised`, from the values of each record, ``(n_record, n_local)`` in SI units."""
         # One after the other: what belongs to one record stays in the fast memory of a processor.
-        return jax.lax.map(lambda row: self.record_linearised(*row), (self.layout.local(values), self.observations))
+        return jax.lax.map(lambda row: self.record_linearised(*row), (local, self.observations))
 
     @eqx.filter_jit
     def record_linearised(self, local: jax.Array, data: Observations) -> Linearised:

@@ -1,0 +1,158 @@
+"""Which estimate is reported: that of the likelihood with deviations between records, or the plain one, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio
+from fibrefit.fitting.evaluate import Look, look, residuals_of
+from fibrefit.fitting.gls import Sharp, problem_at, sharpened
+from fibrefit.fitting.result import InputError
+from fibrefit.fitting.search.optimum import Optimum
+from fibrefit.fitting.structure import loudness, structure_checks
+from fibrefit.problem.estimate.gls import level_of
+from fibrefit.problem.estimate.hausman import parting, parting_check
+from fibrefit.problem.inputs.errors_in_variables import Waves, error_rms, input_errors
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import noise_of_residuals
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+
+SHARP = "each sample counts by what it adds to those before it, and records may differ in the rig's parameters."
+
+
+@dataclass(frozen=True)
+class Reported:
+    """The estimate that is reported, and why it is this one.
+
+    Parameters
+    ----------
+    problem : Problem
+        Errors found taken off its inputs.
+    values : (n_free,) in SI units
+    residuals : (n_record, n_channel, n_time) in units of the noise
+    bars : ErrorBars
+    sharp : Sharp or None
+        None where the plain estimate stands.
+    seen : Look
+    sound : mapping of name to Check
+        ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
+    input_errors : mapping of input to InputError
+    waves : mapping of input to (n_record, n_wave)
+    says : str
+    checks : tuple of Check
+        Whether both estimates agree, where they could be compared.
+    """
+
+    problem: Problem
+    values: np.ndarray
+    residuals: np.ndarray
+    bars: ErrorBars
+    sharp: Sharp | None
+    seen: Look
+    sound: Mapping[str, Check]
+    input_errors: Mapping[str, InputError]
+    waves: Waves
+    says: str = ""
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def estimator(self) -> str:
+        """Name of the method."""
+        return "plain least squares" if self.sharp is None else "whitened least squares"
+
+
+def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
+    """Go from a plain estimate to that of the likelihood, if there is one to be believed.
+
+    Parameters
+    ----------
+    task : Task
+    plain : Optimum
+    bars : ErrorBars
+        Of the plain estimate.
+    success : bool
+        Whether the search found an end at all.
+    """
+    reason, checks = _doubt(task, success), ()
+    sharp = None if reason else sharpened(task, plain, bars)
+    if sharp is not None:
+        found = _of_sharp(task, plain, sharp)
+        checks = _compared(plain, sharp)
+        failed = [check.name for check in (*found.sound.values(), *checks) if not check.passed]
+        if not failed:
+            smaller = ratio(plain.problem, sharp.bars.errors["whitened"], bars.errors[bars.method])
+            says = f"Whitened least squares: {SHARP} Error bars are {smaller:.2g} times those of plain least squares."
+            return _told(found, says, checks)
+        reason = f"whitening is for what is noise alone, and that is in doubt ({'; '.join(failed)})."
+    reason = reason or "the whitened search came to no end."
+    return _told(_of_plain(task, plain, bars, success), f"Plain least squares: {reason}", checks)
+
+
+def _told(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
+    from dataclasses import replace
+
+    return replace(found, says=says, checks=checks)
+
+
+def _doubt(task: Task, success: bool) -> str:
+    """Why the likelihood is not asked."""
+    if task.problem.soft_beyond is not None:
+        return "samples that stray count less, as asked for."
+    return "" if success else "the search came to no end."
+
+
+def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
+    """Whether both estimates agree; a plain one that takes records for alike may well differ where they are not."""
+    if plain.input_errors or sharp.scattered or sharp.seen.whitening is None:
+        return ()
+    layout, whitening = plain.problem.layout, sharp.seen.whitening
+    counts = np.maximum(np.sum(np.asarray(plain.linear.residuals) != 0.0, axis=(0, 2)), 1)
+    level = level_of(whitening, plain.linear.residuals, counts)
+    return (parting_check(layout.free_names, parting(layout, plain.linear, whitening, level)),)
+
+
+def _of_sharp(task: Task, plain: Optimum, sharp: Sharp) -> Reported:
+    problem = problem_at(task, sharp)
+    seen = look(task, problem, sharp.local)
+    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, plain.expected_gap)
+    moving = judge.converged(min(sharp.evidence.mode.promised, judge.SETTLED), True)
+    limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
+    sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
+    return Reported(
+        problem, sharp.values, sharp.residuals, sharp.bars, sharp, seen, sound, _errors(task, plain, sharp), sharp.waves
+    )
+
+
+def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
+    problem = plain.problem
+    seen, residuals = look(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
+    noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
+    sound = _sound(task, problem, seen, residuals, noise, plain.expected_gap)
+    found = estimates(problem, plain.values, bars)
+    arrived = judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success)
+    limits = [estimate.name for estimate in found if estimate.at_bound]
+    sound = {"converged": arrived, "inside": judge.inside_bounds(limits), **sound}
+    return Reported(problem, plain.values, residuals, bars, None, seen, sound, plain.input_errors, plain.waves)
+
+
+def _sound(
+    task: Task, problem: Problem, seen: Look, residuals: np.ndarray, noise: Sequence[Noise], expected: float
+) -> dict[str, Check]:
+    """Checks of the residuals, which must hold before they are taken for noise."""
+    left = residuals_of(task, residuals, seen.motion, noise)
+    loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
+    gap = judge.gap_is_noise(seen.gap, expected * float(loud))
+    return {"gap": gap, **{check.name: check for check in structure_checks(left)}}
+
+
+def _errors(task: Task, plain: Optimum, sharp: Sharp) -> Mapping[str, InputError]:
+    if not sharp.waves:
+        return plain.input_errors
+    rms = error_rms(task.problem, input_errors(task), sharp.waves)
+    return {name: InputError(rms[name], error.noise, error.unit) for name, error in plain.input_errors.items()}
