@@ -15,9 +15,8 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, absent_values, carried
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows
 from fibrefit.effects.law import Effect
-from fibrefit.problem.estimate.evidence import Evidence, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
-from fibrefit.problem.estimate.gauss_newton import Unknowns, arrowhead, mode, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.gauss_newton import PosteriorMode, Unknowns, arrowhead, mode, place_of
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -103,12 +102,12 @@ class Weighed:
         Added to the model the search began with, in the order they were found.
     frame : Frame
         One that holds them, not whitened.
-    evidence : Evidence
+    evidence : MarginalLikelihood
     """
 
     effects: tuple[type[Effect], ...]
     frame: Frame
-    evidence: Evidence
+    evidence: MarginalLikelihood
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -303,12 +302,12 @@ class Scales:
         sigma: np.ndarray,
         eta: np.ndarray,
         curve: Heights | None = None,
-    ) -> Evidence:
+    ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
         unknowns = unknowns_of(frame, self.ground, effects, self.reference, curve)
         place = place_of(unknowns, local, eta)
         normal = arrowhead(unknowns, place, self._gram(frame))
-        return laplace(Optimum(unknowns, place, normal, sigma, np.inf, 1))
+        return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def extended(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], starts: int = 1) -> Weighed:
         """A parent with further effects, from where they are weak, each sign and shape of them looked at.
