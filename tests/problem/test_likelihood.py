@@ -218,6 +218,30 @@ def test_the_data_choose_coloured_where_it_wanders() -> None:
     assert found.noise[0].lines == ()
 
 
+def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() -> None:
+    task = task_of(series(np.random.default_rng(4), share=0.0), 0.0)
+    linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(fitted(task))))
+    hum = 0.6 * np.sin(2.0 * np.pi * 50.1 * np.arange(linear.residuals.shape[-1]) / 2000.0)
+    hummed = linear.residuals.copy()
+    hummed[:, 0] += hum
+    found = choose_noise_model(task.problem, linear._replace(residuals=hummed))
+    assert found.kind == "coloured"
+    ((frequency, variance),) = found.noise[0].lines
+    # Two records of half a second: lines two hertz apart are told apart, and its phase in so few is no average.
+    assert abs(frequency - 50.1) < 1.0
+    assert variance == pytest.approx(0.5 * (0.6 * 0.4) ** 2, rel=0.3)
+    # The negative control: in the other channel there is none.
+    assert found.noise[1].lines == ()
+    stated = {"force": Noise(2e-4, 0.0, 0.0, 0), "position": Noise(3e-13, 0.0, 0.0, 0)}
+    taken = choose_noise_model(task.problem, linear, "coloured", spectrum=stated)
+    assert taken.noise == tuple(stated.values())
+    assert (
+        taken.says
+        == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in "
+        + ("position), as asked for.")
+    )
+
+
 def test_the_order_of_an_autoregression_is_found() -> None:
     random = np.random.default_rng(6)
     values = np.zeros((4, 3000))
