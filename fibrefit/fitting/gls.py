@@ -19,8 +19,8 @@ import numpy as np
 from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.unknowns import free_values, places_of, unknowns_of
-from fibrefit.problem.estimate.evidence import Evidence, weigh
-from fibrefit.problem.estimate.gauss_newton import Gram, Mode, Place, Unknowns, local_of, mode, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
+from fibrefit.problem.estimate.gauss_newton import Gram, PosteriorMode, Place, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import faded
@@ -151,7 +151,7 @@ class Sharp:
         How much records differ.
     noise : tuple of Noise
         Of each channel, in SI units.
-    evidence : Evidence
+    evidence : MarginalLikelihood
     seen : Seen
     waves : mapping of input to (n_record, n_wave)
     """
@@ -163,7 +163,7 @@ class Sharp:
     intervals: np.ndarray
     between: Mapping[str, Between]
     noise: tuple[Noise, ...]
-    evidence: Evidence
+    evidence: MarginalLikelihood
     seen: Seen
     waves: Waves
 
@@ -233,7 +233,7 @@ def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) ->
     return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
 
 
-def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: Evidence | None) -> Evidence | None:
+def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: MarginalLikelihood | None) -> MarginalLikelihood | None:
     sigma = None if before is None else before.mode.sigma
     with np.errstate(all="ignore"):
         try:
@@ -251,7 +251,7 @@ def _seen(task: Task, plain: Optimum) -> Seen:
     return Seen(faded(plain.problem, reactions.fade), None, reactions, reactions)
 
 
-def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, noise: tuple[Noise, ...]) -> Sharp:
+def _sharp(task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: Seen, noise: tuple[Noise, ...]) -> Sharp:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
     places, sizes = places_of(layout, unknowns)
@@ -288,7 +288,7 @@ def covariance_size(unknowns: Unknowns) -> int:
 
 
 def _alike(
-    evidence: Evidence, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
+    evidence: MarginalLikelihood, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
 ) -> np.ndarray:
     """Covariance if the records did not differ, of the shared values; of the others as it is."""
     same = covariance.copy()
@@ -299,7 +299,7 @@ def _alike(
 
 
 def _intervals(
-    evidence: Evidence, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
+    evidence: MarginalLikelihood, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
 ) -> np.ndarray:
     """Intervals of 95 %, ``(n_free, 2)`` in SI units."""
     found = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
@@ -341,4 +341,4 @@ def problem_at(task: Task, sharp: Sharp) -> Problem:
     return corrected(task.problem, input_errors(task), sharp.waves) if sharp.waves else task.problem
 
 
-__all__ = ["Mode", "Seen", "Sharp", "cost_with_one_held", "problem_at", "sharpened"]
+__all__ = ["PosteriorMode", "Seen", "Sharp", "cost_with_one_held", "problem_at", "sharpened"]

@@ -1,50 +1,48 @@
-"""Which of the explanations a search goes on with, and where it looks for a frequency."""
+"""Where a search looks for a frequency, and the weak starts of a descent in the marginal likelihood."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, Hypothesis, _starts, absent_values
+from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
+from fibrefit.discovery.engine.marginal import WEAK, weak_starts
 from fibrefit.discovery.engine.supermodel import frame_of
-from fibrefit.discovery.search.search import Search
-from fibrefit.effects.catalogue import find_effect
+from fibrefit.effects.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
 
 
-def explanation(cost: float, size: int) -> Hypothesis:
-    """Something with so many parameters that leaves this sum of squares."""
-    return cast(Hypothesis, SimpleNamespace(fit=SimpleNamespace(cost=cost), size=size))
-
-
-@pytest.fixture
-def search(task: Task) -> Search:
-    """One over so many samples that sums of squares within 500 are alike."""
-    nothing = cast(Any, None)
-    return Search(task, (), nothing, nothing, kappa=1.0, slowest=1.0, samples=50_000.0, tell=lambda what, share: None)
-
-
-def test_of_explanations_alike_the_simplest_is_taken(search: Search) -> None:
-    over, best, plain = explanation(60_000.0, 0), explanation(50_000.0, 2), explanation(50_300.0, 1)
-    assert search.simplest([best, plain, explanation(51_000.0, 1)], over) is plain
-
-
-def test_a_simple_one_that_explains_little_is_not_like_the_best(search: Search) -> None:
-    # The best gains 200: within 500 of it are all that gain nothing.
-    over, best, idle = explanation(50_200.0, 0), explanation(50_000.0, 2), explanation(50_170.0, 1)
-    assert search.simplest([best, idle], over) is best
-    assert search.alike(best, [best, idle], over) == [best]
-
-
-def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
+@pytest.mark.parametrize("begin", [_starts, weak_starts])
+def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task, begin: Any) -> None:
     resonance = find_effect("sensor.gauge_resonance")
     frame = frame_of(task, (resonance,))
-    starts = _starts(frame, absent_values(frame, 1), (resonance,))
+    starts = begin(frame, absent_values(frame, 1), (resonance,))
     tried = {float(start[0, frame.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
     assert len(tried) == len(FREQUENCIES)
     assert len(starts) > MANY
     for frequency in np.geomspace(30.0, 1500.0, 40):
         assert min(abs(np.log(frequency / near)) for near in tried) < np.log(1.15)
+
+
+def test_an_effect_enters_weakly_with_each_sign_and_shape(task: Task) -> None:
+    stribeck, delay = CATALOGUE["guide.stribeck_friction"], CATALOGUE["sensor.force_delay"]
+    frame = frame_of(task, (stribeck, delay))
+    blank = absent_values(frame, 2)
+    starts = weak_starts(frame, blank, (stribeck, delay))
+    for effect in (stribeck, delay):
+        for parameter in effect.parameters:
+            column = frame.names.index(f"{effect.name}.{parameter.name}")
+            tried = {float(start[0, column]) for start in starts}
+            assert all(np.ptp(start[:, column]) == 0.0 for start in starts)
+            assert all(parameter.lower <= value <= parameter.upper for value in tried)
+            if parameter.name in effect.strength:
+                away = {abs(value - parameter.null) / abs(parameter.typical - parameter.null) for value in tried}
+                assert max(away) <= max(WEAK, effect.singular) * (1.0 + 1e-9)
+                assert min(away) > 0.0
+            elif parameter.log:
+                assert len(tried) == len(SHAPES)
+    added = [frame.names.index(f"{e.name}.{p.name}") for e in (stribeck, delay) for p in e.parameters]
+    others = np.setdiff1d(np.arange(len(frame.names)), added)
+    assert all(np.array_equal(start[:, others], blank[:, others]) for start in starts)

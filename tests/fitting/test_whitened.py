@@ -7,16 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fibrefit.fitting.gls_estimate import SETTLED, cost_with_one_held
+from fibrefit.problem.noise.residual_noise import wander_of
 
 from fibrefit.core.check import Check
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.fitting import gls as last_step
-from fibrefit.fitting.gls_estimate import SETTLED, cost_with_one_held
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.problem.estimate.gls import whitened
-from fibrefit.problem.noise.residual_noise import wander_of
 from fibrefit.problem.task import Task
 from tests.fitting import made
 

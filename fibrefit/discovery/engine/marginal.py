@@ -16,9 +16,10 @@ from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, ab
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
-from fibrefit.problem.estimate.evidence import Evidence, laplace, weigh
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
     RIGID,
+    PosteriorMode,
     Unknowns,
     arrowhead,
     local_grams,
@@ -27,7 +28,6 @@ from fibrefit.problem.estimate.gauss_newton import (
     score_test,
     solved,
 )
-from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
 from fibrefit.problem.inputs.reactions import whitened
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
@@ -101,12 +101,12 @@ class Weighed:
         Added to the model the search began with, in the order they were found.
     frame : Frame
         One that holds them, not whitened.
-    evidence : Evidence
+    evidence : MarginalLikelihood
     """
 
     effects: tuple[type[Effect], ...]
     frame: Frame
-    evidence: Evidence
+    evidence: MarginalLikelihood
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -347,12 +347,12 @@ class Scales:
         sigma: np.ndarray,
         eta: np.ndarray,
         curve: Heights | None = None,
-    ) -> Evidence:
+    ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
         unknowns = unknowns_of(frame, self.ground, effects, self.reference, curve)
         place = place_of(unknowns, local, eta)
         normal = arrowhead(unknowns, place, self._gram(frame))
-        return laplace(Optimum(unknowns, place, normal, sigma, np.inf, 1))
+        return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
         """A hypothesis where it is, without a descent."""
@@ -368,7 +368,7 @@ class Scales:
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
-        at = Optimum(unknowns, place, found.normal, found.sigma, 0.0, 0)
+        at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
         return Weighed(effects, frame, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
 
     def extended(self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise) -> Weighed:
@@ -420,7 +420,7 @@ class Scales:
         frame: Frame,
         unknowns: Unknowns,
         local: np.ndarray,
-        found: Optimum,
+        found: PosteriorMode,
         there: dict[type[Effect], Direction],
     ) -> list[tuple[type[Effect], Promise]]:
         """Score test of each direction: its gain less what it costs, and where that is."""

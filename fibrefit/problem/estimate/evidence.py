@@ -21,7 +21,8 @@ from itertools import product
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Mode, Place, Unknowns, eliminated, mode, solved
+from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Place, PosteriorMode, Unknowns, mode
+from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
@@ -40,12 +41,12 @@ ROUNDS = 4
 
 
 @dataclass(frozen=True)
-class Evidence:
+class MarginalLikelihood:
     """Marginal likelihood of a model, and what the records say of their differences.
 
     Parameters
     ----------
-    mode : Mode
+    mode : PosteriorMode
         At the most probable standard deviations.
     log : float
         Logarithm of the marginal likelihood, up to what all models of the same records share.
@@ -58,7 +59,7 @@ class Evidence:
     covariance : (n_grid, n_shared, n_shared)
     """
 
-    mode: Mode
+    mode: PosteriorMode
     log: float
     grid: np.ndarray
     weight: np.ndarray
@@ -86,7 +87,9 @@ class Evidence:
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
 
 
-def weigh(unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: float) -> Evidence:
+def weigh(
+    unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: float
+) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
 
     Parameters
@@ -110,8 +113,8 @@ def weigh(unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None
     return evidence
 
 
-def laplace(found: Mode) -> Evidence:
-    """Evidence from the matrices at a mode."""
+def laplace(found: PosteriorMode) -> MarginalLikelihood:
+    """MarginalLikelihood from the matrices at a mode."""
     unknowns, place, normal = found.unknowns, found.place, found.normal
     grid, prior = _grid(len(unknowns.scattering))
     n = len(unknowns.each)
@@ -138,7 +141,9 @@ def laplace(found: Mode) -> Evidence:
     log = log + prior
     peak = log.max()
     weight = np.exp(log - peak)
-    return Evidence(found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), place.z + dz, inverse)
+    return MarginalLikelihood(
+        found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), place.z + dz, inverse
+    )
 
 
 def _one_sided(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 RELAXATIONS = 10
-"""First-order parts: their corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
+"""First-order parts: corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
 PARTS = 4
 """First-order parts are carried in multiples of this."""
 LINES = 3
@@ -87,8 +87,8 @@ class Coloured(eqx.Module):
 
     Law
     ---
-    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the two states of each line by its phase,
-    and lets the others decay. At a masked sample K_t = 0.
+    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the two states of each line by its
+    phase, and lets the others decay. At a masked sample K_t = 0.
 
     Parameters
     ----------
