@@ -233,7 +233,9 @@ def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) ->
     return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
 
 
-def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: MarginalLikelihood | None) -> MarginalLikelihood | None:
+def _weighed(
+    unknowns: Unknowns, place: Place, seen: Seen, before: MarginalLikelihood | None
+) -> MarginalLikelihood | None:
     sigma = None if before is None else before.mode.sigma
     with np.errstate(all="ignore"):
         try:
@@ -251,7 +253,9 @@ def _seen(task: Task, plain: Optimum) -> Seen:
     return Seen(faded(plain.problem, reactions.fade), None, reactions, reactions)
 
 
-def _sharp(task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: Seen, noise: tuple[Noise, ...]) -> Sharp:
+def _sharp(
+    task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: Seen, noise: tuple[Noise, ...]
+) -> Sharp:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
     places, sizes = places_of(layout, unknowns)

@@ -4,48 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, absent_values, carried
+from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
+from fibrefit.discovery.engine.priors import Heights, unknowns_of
+from fibrefit.discovery.engine.screening import Direction, Promise, directions, start_of
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import (
-    RIGID,
-    PosteriorMode,
-    Unknowns,
-    arrowhead,
-    local_grams,
-    mode,
-    place_of,
-    score_test,
-    solved,
-)
+from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.inputs.reactions import whitened
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 
-BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
-"""Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,
-and of a strength in units of its typical size."""
-WEAK = 0.02
-"""Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-VANISHES = 1e-6
-"""Base parameter, as a share of its typical size, below which its logarithm says nothing."""
-FURTHEST = 12.0
-"""Logarithm of the largest factor by which a base parameter may move."""
 
 
 @dataclass(frozen=True)
@@ -139,158 +121,6 @@ class Weighed:
         unknowns, place = self.evidence.mode.unknowns, self.evidence.mode.place
         error = np.sqrt(np.diag(self.evidence.spread)) * np.abs(unknowns.slope(place.z))
         return dict(zip(unknowns.names, error.tolist(), strict=False))
-
-
-class Heights(NamedTuple):
-    """Heights of a curve among the unknowns, and how much neighbours may differ.
-
-    Parameters
-    ----------
-    names : tuple of str
-    size : float
-        Unit of the heights, in SI units.
-    walk : float
-        Standard deviation of the difference of neighbours, in that unit.
-    """
-
-    names: tuple[str, ...]
-    size: float
-    walk: float
-
-    def precision(self) -> np.ndarray:
-        """Prior of the heights ``(n, n)``: a random walk whose level is all but free."""
-        steps = np.diff(np.eye(len(self.names)), axis=0) / self.walk
-        return steps.T @ steps + np.eye(len(self.names)) / (LEVEL_SD**2 * len(self.names))
-
-
-LEVEL_SD = 10.0
-
-
-def unknowns_of(
-    frame: Frame,
-    ground: Ground,
-    effects: Iterable[type[Effect]],
-    reference: dict[str, float],
-    curve: Heights | None = None,
-) -> Unknowns:
-    """What is unknown when effects are on, and the priors.
-
-    Parameters
-    ----------
-    frame : Frame
-    ground : Ground
-    effects : iterable of Effect classes
-    reference : mapping of name to float
-        Base parameters of the first fit, in SI units.
-    curve : Heights, optional
-        Of a probe on top of them.
-    """
-    subset = ground.subset(effects)
-    rows = [_line(frame.declared[name], name, reference.get(name), effects) for name in subset.shared]
-    if curve is not None:
-        subset = replace(subset, shared=subset.shared + curve.names)
-        rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
-    log, middle, scale, mean, sd, lower, upper, one_sided = (
-        np.array([row[i] for row in rows], dtype=kind)
-        for i, kind in enumerate((bool, float, float, float, float, float, float, bool))
-    )
-    precision = np.diag(sd**-2.0)
-    if curve is not None:
-        precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
-    base = np.array([name in ground.scattering for name in subset.shared], dtype=bool)
-    index = {name: i for i, name in enumerate(frame.names)}
-    layout = frame.problem.layout
-    slots = {slot.name: slot for slot in layout.slots}
-    free = np.array(
-        [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
-    ).reshape(len(layout.records), len(subset.each))
-    return Unknowns(
-        names=(*subset.shared, *subset.each),
-        shared=np.array([index[name] for name in subset.shared], dtype=int),
-        each=np.array([index[name] for name in subset.each], dtype=int),
-        free=free,
-        scattering=np.flatnonzero(base & log),
-        log=log,
-        reference=middle,
-        scale=scale,
-        mean=mean,
-        precision=precision,
-        lower=lower,
-        upper=upper,
-        one_sided=one_sided,
-        size=np.array([abs(frame.declared[name].typical) for name in subset.each], dtype=float),
-    )
-
-
-def _line(declared: Parameter, name: str, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
-    """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper, one_sided."""
-    strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
-    typical = declared.typical
-    if reference is not None:
-        if declared.lower >= 0.0 and reference > VANISHES * abs(typical):
-            limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
-            return True, reference, 1.0, 0.0, BASE_SD, *limits, False
-        size = max(abs(typical), abs(reference))
-        limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
-        return False, reference, size, 0.0, BASE_SD, *limits, False
-    spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
-    if spans:
-        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
-    null = declared.null if name in strengths else typical
-    scale = typical - null if name in strengths else (abs(typical) or 1.0)
-    ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
-    return False, null, scale, 0.0, STRENGTH_SD, *ends, name in strengths and 0.0 in ends
-
-
-def _log(ratio: float) -> float:
-    with np.errstate(divide="ignore"):
-        return float(np.log(max(ratio, 0.0)))
-
-
-class Promise(NamedTuple):
-    """What slopes promise of an effect.
-
-    Parameters
-    ----------
-    gain : float
-        In nats, what the effect costs beforehand taken off.
-    values : mapping of str to float
-        Its parameters there, in SI units.
-    """
-
-    gain: float
-    values: dict[str, float]
-
-
-class Direction(NamedTuple):
-    """A shape of an effect, and the ways in which it enters a model then.
-
-    Parameters
-    ----------
-    shapes : mapping of str to float
-        Parameters besides the strengths, in SI units.
-    strengths : tuple of (str, float)
-        What is moved, and to where, in SI units.
-    """
-
-    shapes: dict[str, float]
-    strengths: tuple[tuple[str, float], ...]
-
-
-def directions(effect: type[Effect]) -> list[Direction]:
-    """Every shape of an effect, each of its strengths moved by itself."""
-    others = [p for p in effect.parameters if p.name not in effect.strength]
-    strengths = []
-    for parameter in effect.parameters:
-        if parameter.name in effect.strength:
-            weak = _weak(effect, parameter)
-            # A negative strength does the opposite of a positive one, but each frequency something of its own.
-            strengths += [(parameter.name, value) for value in (weak if parameter.unit == "Hz" else weak[:1])]
-    found = []
-    for sizes in product(*(_weak(effect, parameter) for parameter in others)):
-        shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
-        found.append(Direction(shapes, tuple(strengths)))
-    return found
 
 
 class Scales:
@@ -435,7 +265,7 @@ class Scales:
         found_all = []
         for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            start = {f"{effect.name}.{name}": _start(frame, f"{effect.name}.{name}", value, share)}
+            start = {f"{effect.name}.{name}": start_of(frame, f"{effect.name}.{name}", value, share)}
             found_all.append((effect, Promise(float(gain), shapes | start)))
         return found_all
 
@@ -484,7 +314,7 @@ class Scales:
         return np.stack(found, axis=1).reshape(draws, *shape)
 
     def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
-        """Variance of estimates by the scatter of the scores of parts of the records, over that by the matrices; at least 1.
+        """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
 
         It exceeds one where innovations are not what they are taken for: heavy tails, slopes that foretell little, a
         spectrum that is not quite right. A gain counts for as much less.
@@ -529,32 +359,3 @@ class Scales:
     def _gram(self, frame: Frame):  # type: ignore[no-untyped-def]
         seen = self.yardstick.on(frame)
         return lambda local, columns, targets: seen.grams(local, columns, targets, self.ground.whole)
-
-
-def _start(frame: Frame, name: str, weak: float, share: float) -> float:
-    """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
-    declared = frame.declared[name]
-    if declared.reciprocal or declared.unit == "Hz":
-        return weak
-    most = abs(1.0 / WEAK)
-    least = 1.0 if declared.lower >= declared.null or declared.upper <= declared.null else -most
-    return float(
-        np.clip(declared.null + np.clip(share, least, most) * (weak - declared.null), declared.lower, declared.upper)
-    )
-
-
-def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
-    if parameter.name not in effect.strength:
-        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
-    elif parameter.unit == "Hz":
-        sizes = list(FREQUENCIES * parameter.typical)
-    elif parameter.reciprocal:
-        sizes = [parameter.typical / WEAK**0.5]
-    else:
-        step = max(WEAK, effect.singular) * (parameter.typical - parameter.null)
-        both = parameter.lower < parameter.null < parameter.upper
-        sizes = [parameter.null + step, *([parameter.null - step] if both else [])]
-    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]
-
-
-__all__ = ["Scales", "Weighed", "Yardstick", "mode", "unknowns_of", "yardstick_of"]

@@ -10,8 +10,9 @@ from threading import Lock
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, alone, fit_all, scouted
-from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Promise, Scales, Weighed
+from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
 from fibrefit.discovery.engine.refit import Refit
+from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task

@@ -233,7 +233,7 @@ def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
 
 def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
     """Normal equations about a place."""
-    return _arranged(unknowns, local_grams(unknowns, place, gram))
+    return arranged(unknowns, local_grams(unknowns, place, gram))
 
 
 def local_grams(
@@ -264,10 +264,10 @@ def local_grams(
     return gram(local, columns, targets) * rate[:, :, None] * rate[:, None, :]
 
 
-def _arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
+def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
     """Products of slopes sorted into what is shared and what belongs to each record."""
     n, mine = len(unknowns.shared), unknowns.own
-    held = _held(unknowns)
+    held = held_places(unknowns)
     blocks, cross = grams[:, mine[:, None], mine], grams[:, :n][:, :, mine]
     pulls = np.where(held, 0.0, grams[:, mine, -1])
     blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), blocks)
@@ -276,46 +276,7 @@ def _arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
     return Arrowhead(grams[:, :n, :n].sum(axis=0), cross, blocks, pull, pulls, float(costs.sum()), costs)
 
 
-def score_test(
-    unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Score and information ``(number,)`` of directions, without what the unknowns can imitate.
-
-    Parameters
-    ----------
-    unknowns : Unknowns
-    place : Place
-    grams : (n_record, n_column + number + 1, n_column + number + 1)
-        From `local_grams`, with `number` further directions.
-    sigma : (n_scattering,)
-
-    Source
-    ------
-    Rao, Proc. Camb. Phil. Soc. 44 (1948).
-    """
-    first = len(unknowns.columns)
-    extra, last = np.arange(first, first + number), grams.shape[1] - 1
-    own = np.r_[np.arange(first), last]
-    normal = _arranged(unknowns, grams[:, own[:, None], own])
-    n, mine, each = len(unknowns.shared), unknowns.own, len(unknowns.each)
-    precision = np.concatenate([np.zeros(each), np.maximum(sigma, RIGID) ** -2.0])
-    blocks = normal.blocks + np.diag(precision)
-    right = np.where(_held(unknowns)[..., None], 0.0, grams[:, mine[:, None], extra])
-    pulls = normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision
-    # Each record's own unknowns first, then the shared ones.
-    share = solved(blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, pulls[..., None]], axis=-1))
-    to_shared = np.einsum("rij,rjk->ik", normal.cross, share)
-    to_extra = np.einsum("rji,rjk->ik", right, share)
-    shared = normal.shared + unknowns.precision - to_shared[:, :n]
-    both = grams[:, :n][:, :, extra].sum(axis=0) - to_shared[:, n : n + number]
-    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean) - to_shared[:, -1]
-    inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
-    whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
-    score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
-    return score, np.diag(whole).copy()
-
-
-def _held(unknowns: Unknowns) -> np.ndarray:
+def held_places(unknowns: Unknowns) -> np.ndarray:
     """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
     deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)
     return np.concatenate([~unknowns.free, deviations], axis=1)
