@@ -69,8 +69,10 @@ def test_a_model_without_parameters_that_deviate_has_an_evidence() -> None:
 
 @pytest.mark.parametrize("scattering", [(0,), (0, 1)])
 def test_evidence_of_a_linear_model_is_exact_for_each_scatter_and_for_all(scattering: tuple[int, ...]) -> None:
-    of = unknowns(scattering)
-    linear = Linear.drawn(1, TRUTH, scatter=0.05, loud=10.0)
+    # Two records where many covariances are taken apart.
+    records = 4 // len(scattering)
+    of = unknowns(scattering, records)
+    linear = Linear.drawn(1, TRUTH, scatter=0.05, records=records, loud=10.0)
     found = weighed(linear, of)
     grid, n = found.grid, len(scattering)
     assert grid.shape == (len(LEVELS) ** n, n)
