@@ -58,11 +58,14 @@ class Look:
         Refitted from where each of the best candidates led.
     found : tuple of Weighed
         The most probable first.
+    compared : frozenset of tuple of str
+        Names of those that were weighed in the same noise as the parent; the others are far behind.
     """
 
     search: Search
     parent: Weighed
     found: tuple[Weighed, ...]
+    compared: frozenset[tuple[str, ...]] = frozenset()
 
     def gain(self, one: Weighed) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -177,7 +180,8 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Lo
     weighed = {one.names: _sobered(scales, parent, one) for one in again}
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
-    return Look(search, parent, tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log)))
+    ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
+    return Look(search, parent, tuple(ranked), frozenset(weighed))
 
 
 def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
@@ -276,9 +280,9 @@ def candidate(look: Look, one: Weighed) -> Candidate:
         if np.isfinite(shared[name])
     }
     others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
-    # What was not descended into costs what is usual.
+    # What was not weighed in the same noise costs what is usual.
     chances = [
-        (size, occam(look.parent.evidence, o.evidence) if o.evidence.mode.steps > 1 else PRICE * size)
+        (size, occam(look.parent.evidence, o.evidence) if o.names in look.compared else PRICE * size)
         for size, o in others
     ]
     return Candidate(

@@ -20,7 +20,7 @@ from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.unknowns import free_values, places_of, unknowns_of
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
-from fibrefit.problem.estimate.gauss_newton import Gram, PosteriorMode, Place, Unknowns, local_of, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import Gram, Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import faded

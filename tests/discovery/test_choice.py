@@ -2,47 +2,49 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
-from fibrefit.discovery.engine.marginal import WEAK, weak_starts
+from fibrefit.discovery.engine.screening import WEAK, directions, start_of
 from fibrefit.discovery.engine.supermodel import frame_of
 from fibrefit.effects.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
 
 
-@pytest.mark.parametrize("begin", [_starts, weak_starts])
-def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task, begin: Any) -> None:
+def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
     resonance = find_effect("sensor.gauge_resonance")
     frame = frame_of(task, (resonance,))
-    starts = begin(frame, absent_values(frame, 1), (resonance,))
-    tried = {float(start[0, frame.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
-    assert len(tried) == len(FREQUENCIES)
+    starts = _starts(frame, absent_values(frame, 1), (resonance,))
+    begun = {float(start[0, frame.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
+    screened = {value for way in directions(resonance) for _, value in way.strengths}
     assert len(starts) > MANY
-    for frequency in np.geomspace(30.0, 1500.0, 40):
-        assert min(abs(np.log(frequency / near)) for near in tried) < np.log(1.15)
+    for tried in (begun, screened):
+        assert len(tried) == len(FREQUENCIES)
+        for frequency in np.geomspace(30.0, 1500.0, 40):
+            assert min(abs(np.log(frequency / near)) for near in tried) < np.log(1.15)
 
 
-def test_an_effect_enters_weakly_with_each_sign_and_shape(task: Task) -> None:
-    stribeck, delay = CATALOGUE["guide.stribeck_friction"], CATALOGUE["sensor.force_delay"]
-    frame = frame_of(task, (stribeck, delay))
-    blank = absent_values(frame, 2)
-    starts = weak_starts(frame, blank, (stribeck, delay))
-    for effect in (stribeck, delay):
-        for parameter in effect.parameters:
-            column = frame.names.index(f"{effect.name}.{parameter.name}")
-            tried = {float(start[0, column]) for start in starts}
-            assert all(np.ptp(start[:, column]) == 0.0 for start in starts)
-            assert all(parameter.lower <= value <= parameter.upper for value in tried)
-            if parameter.name in effect.strength:
-                away = {abs(value - parameter.null) / abs(parameter.typical - parameter.null) for value in tried}
-                assert max(away) <= max(WEAK, effect.singular) * (1.0 + 1e-9)
-                assert min(away) > 0.0
-            elif parameter.log:
-                assert len(tried) == len(SHAPES)
-    added = [frame.names.index(f"{e.name}.{p.name}") for e in (stribeck, delay) for p in e.parameters]
-    others = np.setdiff1d(np.arange(len(frame.names)), added)
-    assert all(np.array_equal(start[:, others], blank[:, others]) for start in starts)
+@pytest.mark.parametrize("name", ["guide.stribeck_friction", "sensor.force_delay", "sensor.dial_gauge_force"])
+def test_an_effect_is_screened_weakly_with_each_shape(name: str) -> None:
+    effect = CATALOGUE[name]
+    declared = {parameter.name: parameter for parameter in effect.parameters}
+    ways = directions(effect)
+    for way in ways:
+        assert {strength for strength, _ in way.strengths} == set(effect.strength)
+        assert set(way.shapes) == set(declared) - set(effect.strength)
+        for strength, value in way.strengths:
+            away = abs(value - declared[strength].null) / abs(declared[strength].typical - declared[strength].null)
+            assert 0.0 < away <= max(WEAK, effect.singular) * (1.0 + 1e-9)
+    shapes = [parameter for parameter in effect.parameters if parameter.name not in effect.strength and parameter.log]
+    assert len(ways) == len(SHAPES) ** len(shapes)
+
+
+def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> None:
+    viscous = CATALOGUE["guide.viscous_friction"]
+    frame, name = frame_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
+    weak = WEAK * viscous.parameters[0].typical
+    assert start_of(frame, name, weak, 3.0) == pytest.approx(3.0 * weak)
+    # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.
+    assert start_of(frame, name, weak, -5.0) == pytest.approx(weak)
+    assert start_of(frame, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)

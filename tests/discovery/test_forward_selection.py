@@ -217,7 +217,6 @@ def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[...
     assert np.mean(stale[valid] ** 2) == pytest.approx(0.25, abs=0.01)
 
 
-@pytest.mark.xfail(strict=True, reason="what lies far behind has its cost from two kinds of noise")
 def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callable[..., Case]) -> None:
     made, found = case(PLAIN), []
     others = ("sensor.force_gain", "sensor.force_drift", "guide.stribeck_friction")

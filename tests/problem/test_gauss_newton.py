@@ -100,7 +100,6 @@ def test_a_bound_holds_and_the_others_are_best_beside_it(side: str, value: float
     assert inside == np.allclose(found.place.z, free.place.z, atol=EXACT)
 
 
-@pytest.mark.xfail(strict=True, reason="a clipped step promises a rise, and the search ends where it began")
 def test_a_bound_is_held_where_values_are_alike() -> None:
     """Two coordinates that do nearly the same: one at its bound, the other has to take back what it gave up."""
     of, linear = _alike()

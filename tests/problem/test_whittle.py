@@ -210,7 +210,6 @@ def test_where_there_is_nothing_to_tell_a_unit_is_taken() -> None:
     assert (found.samples, found.slow, found.lines) == (0, (), ())
 
 
-@pytest.mark.xfail(strict=True, raises=ValueError, reason="no ordinates of that record to read a density from")
 def test_a_channel_that_a_record_lost_does_not_hinder_the_lines_of_the_others() -> None:
     valid = np.ones((RECORDS, COUNT), dtype=bool)
     valid[2] = False

@@ -335,16 +335,14 @@ def _trial(found: PosteriorMode, damping: float) -> tuple[Place, float]:
     whole = _with_priors(found)
     stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
     free = ~stuck & (np.diag(whole.shared) > 0.0)
+    held = np.zeros(len(place.z))
     for _ in range(len(free) + 1):
-        dz, own = _solved(whole, damping, free)
+        dz, own = _solved(whole, damping, free, held)
         outside = free & ((place.z + dz < unknowns.lower) | (place.z + dz > unknowns.upper))
         if not outside.any():
             break
         # What would leave its bounds is brought to them, and the others move with it held there.
-        dz = np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z
-        if not (np.abs(dz[outside]) <= 1e-12).all():
-            own = _own_step(whole, dz, damping)
-            break
+        held = np.where(outside, np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z, held)
         free &= ~outside
     n = len(unknowns.each)
     way = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
@@ -366,10 +364,11 @@ def _with_priors(found: PosteriorMode) -> Arrowhead:
     return normal._replace(shared=normal.shared + unknowns.precision, blocks=blocks, pull=pull, pulls=pulls)
 
 
-def _solved(whole: Arrowhead, damping: float, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steps of shared and own unknowns; those that are not free stay."""
-    dz, shared, blocks = np.zeros(len(whole.pull)), _damped(whole.shared, damping), _damped(whole.blocks, damping)
+def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of shared and own unknowns; those that are not free go where they are held."""
+    dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
     schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
+    right = right + schur @ dz
     if free.any():
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
         inside = schur[np.ix_(free, free)] / np.outer(scale, scale)

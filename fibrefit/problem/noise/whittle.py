@@ -227,7 +227,8 @@ def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodogram
     spacing = float(np.min(rate / counts))
     frequency = near + spacing * np.linspace(-1.5, 1.5, 3 * FINE + 1)
     total = np.zeros(len(frequency))
-    for r, count in enumerate(counts):
+    for r in np.unique(whole.record):
+        count = counts[r]
         turn = np.exp(-2j * np.pi * frequency[:, None] * np.arange(count) / rate[r])
         number = max(int(valid[r].sum()), 1)
         amplitude = np.mean(np.abs(draws.values[:, r, :count] @ turn.T) ** 2, axis=0) / number**2
