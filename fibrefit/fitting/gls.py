@@ -39,6 +39,8 @@ ROUGH = 0.1
 """Promised fall of the objective at which that descent ends."""
 ARRIVED = 0.5
 """Promised fall beyond which the mode was not reached."""
+LEAST = 0.25
+"""Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -154,6 +156,8 @@ class Sharp:
     evidence : Evidence
     seen : Seen
     waves : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
     """
 
     values: np.ndarray
@@ -166,6 +170,7 @@ class Sharp:
     evidence: Evidence
     seen: Seen
     waves: Waves
+    expected_gap: float
 
     @property
     def scattered(self) -> bool:
@@ -267,7 +272,7 @@ def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, no
     values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
-    residuals, waves = seen.left(local)
+    residuals, waves = seen.left(local, DRAWS)
     return Sharp(
         values=values,
         local=local,
@@ -279,7 +284,15 @@ def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, no
         evidence=evidence,
         seen=seen,
         waves=waves,
+        expected_gap=_expected_gap(residuals),
     )
+
+
+def _expected_gap(residuals: np.ndarray) -> float:
+    """Gap a perfect model leaves: errors of inputs that are fitted take noise with them, which draws of them put back."""
+    number = np.maximum(np.count_nonzero(residuals[0], axis=(0, 2)), 1)
+    taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3)) / number
+    return float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST)))) if len(residuals) > 1 else 1.0
 
 
 def covariance_size(unknowns: Unknowns) -> int:

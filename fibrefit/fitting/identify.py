@@ -165,7 +165,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         inflation=inflation(problem, best.bars),
         estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside, best.sharp),
         gap=seen.gap,
-        expected_gap=plain.expected_gap,
+        expected_gap=best.expected_gap,
         input_errors=best.input_errors,
         waves=best.waves,
         record_gaps=seen.record_gaps,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Reported:
         ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
     input_errors : mapping of input to InputError
     waves : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
     says : str
     checks : tuple of Check
         Whether both estimates agree, where they could be compared.
@@ -58,6 +60,7 @@ class Reported:
     sound: Mapping[str, Check]
     input_errors: Mapping[str, InputError]
     waves: Waves
+    expected_gap: float
     says: str = ""
     checks: tuple[Check, ...] = ()
 
@@ -95,8 +98,6 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Repo
 
 
 def _told(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
-    from dataclasses import replace
-
     return replace(found, says=says, checks=checks)
 
 
@@ -120,13 +121,13 @@ def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
 def _of_sharp(task: Task, plain: Optimum, sharp: Sharp) -> Reported:
     problem = problem_at(task, sharp)
     seen = look(task, problem, sharp.local)
-    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, plain.expected_gap)
+    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, sharp.expected_gap)
     moving = judge.converged(min(sharp.evidence.mode.promised, judge.SETTLED), True)
     limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
     sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
-    return Reported(
-        problem, sharp.values, sharp.residuals, sharp.bars, sharp, seen, sound, _errors(task, plain, sharp), sharp.waves
-    )
+    errors, expected = _errors(task, plain, sharp), sharp.expected_gap
+    values, left, bars = sharp.values, sharp.residuals, sharp.bars
+    return Reported(problem, values, left, bars, sharp, seen, sound, errors, sharp.waves, expected)
 
 
 def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
@@ -138,7 +139,8 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     arrived = judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success)
     limits = [estimate.name for estimate in found if estimate.at_bound]
     sound = {"converged": arrived, "inside": judge.inside_bounds(limits), **sound}
-    return Reported(problem, plain.values, residuals, bars, None, seen, sound, plain.input_errors, plain.waves)
+    errors, expected = plain.input_errors, plain.expected_gap
+    return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.waves, expected)
 
 
 def _sound(
