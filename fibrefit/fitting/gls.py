@@ -41,6 +41,10 @@ ARRIVED = 0.5
 """Promised fall beyond which the mode was not reached."""
 LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
+LOOKS = 2
+"""How often readings are linearised in the errors of inputs."""
+MISSED = 0.03
+"""Mean square of what that does not foretell, in units of the noise, from which it is done again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -196,11 +200,23 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     """
     layout = plain.problem.layout
     unknowns = unknowns_of(layout, plain.values, bars.errors["white"])
-    seen, place = _seen(task, plain), place_of(unknowns, layout.local(plain.values))
+    known = bool(plain.input_errors)
+    seen = _seen(task, plain.values, plain.waves) if known else Seen(plain.problem)
+    place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
     if len(unknowns.scattering):
         place = _apart(unknowns, place, seen, task.ladders)
+    for look in range(LOOKS):
+        found = _settled(task, bars, unknowns, place, seen)
+        if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
+            break
+        seen, place = _seen(task, found.values, found.waves), found.evidence.mode.place
+    return found
+
+
+def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: Seen) -> Sharp | None:
+    """The mode in the noise that is left there."""
     evidence = None
     for _ in range(2):
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
@@ -249,11 +265,19 @@ def _weighed(unknowns: Unknowns, place: Place, seen: Seen, before: Evidence | No
     return found if sound else None
 
 
-def _seen(task: Task, plain: Optimum) -> Seen:
-    reactions = reactions_of(task, plain.values, plain.waves) if plain.input_errors else None
-    if reactions is None:
-        return Seen(plain.problem)
-    return Seen(faded(plain.problem, reactions.fade), None, reactions, reactions)
+def _seen(task: Task, values: np.ndarray, waves: Waves) -> Seen:
+    """A task with noisy inputs, linearised in their errors at given ones."""
+    reactions = reactions_of(task, values, waves)
+    problem = corrected(task.problem, input_errors(task), waves)
+    return Seen(problem) if reactions is None else Seen(faded(problem, reactions.fade), None, reactions, reactions)
+
+
+def _bends(task: Task, sharp: Sharp) -> bool:
+    """Whether errors of inputs have moved so far that what the readings make of them is not what was foretold."""
+    there = np.asarray(problem_at(task, sharp).linearised_at(jnp.asarray(sharp.local)).residuals)
+    counted = sharp.residuals != 0.0
+    fade = 1.0 if sharp.seen.raw is None else sharp.seen.raw.fade
+    return not float(np.mean((there * fade - sharp.residuals)[counted] ** 2)) < MISSED
 
 
 def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, noise: tuple[Noise, ...]) -> Sharp:

@@ -112,7 +112,9 @@ def _softened(task: Task) -> Task:
 def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
     profiled = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
-        if record is None and np.isfinite(profiled[i].std_error) and not stop():
+        # Standard deviations between records are held in a profile: it knows too much of a mean of the population.
+        mean = profiled[i].interval_kind == "population"
+        if record is None and np.isfinite(profiled[i].std_error) and not mean and not stop():
             cost, own = _cost_of(found, i, width, whole)
             errors = profiled[i].std_errors[own], profiled[i].std_error
             interval = profile_interval(found.problem, found.values, i, cost, *errors)
