@@ -32,7 +32,7 @@ from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 
 BROAD = 0.02
-"""Standard deviation between records with which the noise is first looked for: whatever records differ by is not in it."""
+"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
 LOUD = 1.1
 """Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
 ROUGH = 0.1
@@ -217,7 +217,8 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
 
 def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: Seen) -> Sharp | None:
     """The mode in the noise that is left there."""
-    evidence = None
+    evidence: Evidence | None = None
+    noise: tuple[Noise, ...] = ()
     for _ in range(2):
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
         seen = seen.through(whitening_of(seen.problem, noise))
@@ -225,7 +226,7 @@ def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen
         if evidence is None:
             return None
         place = evidence.mode.place
-    return _sharp(task, bars, evidence, seen, noise)
+    return None if evidence is None else _sharp(task, bars, evidence, seen, noise)
 
 
 def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) -> Place:
@@ -313,7 +314,7 @@ def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: Seen, no
 
 
 def _expected_gap(residuals: np.ndarray) -> float:
-    """Gap a perfect model leaves: errors of inputs that are fitted take noise with them, which draws of them put back."""
+    """Gap a perfect model leaves: errors of inputs that are fitted take noise along, which draws of them put back."""
     number = np.maximum(np.count_nonzero(residuals[0], axis=(0, 2)), 1)
     taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3)) / number
     return float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST)))) if len(residuals) > 1 else 1.0
