@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ FEW = 2
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger."""
 CONVERGED = "the solver converged"
-SECOND = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
+SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
 def converged(promised: float, success: bool) -> Check:
@@ -37,8 +38,8 @@ def converged(promised: float, success: bool) -> Check:
     says = (
         "The solver arrived at a minimum."
         if passed
-        else f"The cost would fall by {promised:.3g} in another step; at most {SETTLED:g} is expected. The solver ended "
-        "at a kink, where a bounce begins or ceases, or short of the minimum."
+        else f"The cost would fall by {promised:.3g} in another step; at most {SETTLED:g} is expected. The solver "
+        "ended at a kink, where a bounce begins or ceases, or short of the minimum."
     )
     return Check(
         CONVERGED,
@@ -54,7 +55,7 @@ def converged(promised: float, success: bool) -> Check:
 
 def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:
     """Whether simulation of the solution is sound."""
-    named = {"identifier": "simulation", "quantity": "soundness of the simulation"}
+    named: dict[str, Any] = {"identifier": "simulation", "quantity": "soundness of the simulation"}
     if not np.isfinite(values).all():
         return Check("the simulation is sound", False, "The best simulation is not finite.", fatal=True, **named)
     bad = [name for name, flag in zip(records, trouble, strict=True) if flag]

@@ -32,13 +32,19 @@ from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 
 BROAD = 0.02
-"""Standard deviation between records with which the noise is first looked for: whatever records differ by is not in it."""
+"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
 LOUD = 1.1
 """Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
 ROUGH = 0.1
 """Promised fall of the objective at which that descent ends."""
 ARRIVED = 0.5
 """Promised fall beyond which the mode was not reached."""
+LEAST = 0.25
+"""Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
+LOOKS = 2
+"""How often readings are linearised in the errors of inputs."""
+MISSED = 0.03
+"""Mean square of what that does not foretell, in units of the noise, from which it is done again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -154,6 +160,8 @@ class Sharp:
     evidence : MarginalLikelihood
     seen : Seen
     waves : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
     """
 
     values: np.ndarray
@@ -166,6 +174,7 @@ class Sharp:
     evidence: MarginalLikelihood
     seen: Seen
     waves: Waves
+    expected_gap: float
 
     @property
     def scattered(self) -> bool:
@@ -191,12 +200,25 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     """
     layout = plain.problem.layout
     unknowns = unknowns_of(layout, plain.values, bars.errors["white"])
-    seen, place = _seen(task, plain), place_of(unknowns, layout.local(plain.values))
+    known = bool(plain.input_errors)
+    seen = _seen(task, plain.values, plain.waves) if known else Seen(plain.problem)
+    place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
     if len(unknowns.scattering):
         place = _apart(unknowns, place, seen, task.ladders)
-    evidence = None
+    for look in range(LOOKS):
+        found = _settled(task, bars, unknowns, place, seen)
+        if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
+            break
+        seen, place = _seen(task, found.values, found.waves), found.evidence.mode.place
+    return found
+
+
+def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: Seen) -> Sharp | None:
+    """The mode in the noise that is left there."""
+    evidence: MarginalLikelihood | None = None
+    noise: tuple[Noise, ...] = ()
     for _ in range(2):
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
         seen = seen.through(whitening_of(seen.problem, noise))
@@ -204,7 +226,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
         if evidence is None:
             return None
         place = evidence.mode.place
-    return _sharp(task, bars, evidence, seen, noise)
+    return None if evidence is None else _sharp(task, bars, evidence, seen, noise)
 
 
 def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) -> Place:
@@ -246,11 +268,19 @@ def _weighed(
     return found if sound else None
 
 
-def _seen(task: Task, plain: Optimum) -> Seen:
-    reactions = reactions_of(task, plain.values, plain.waves) if plain.input_errors else None
-    if reactions is None:
-        return Seen(plain.problem)
-    return Seen(faded(plain.problem, reactions.fade), None, reactions, reactions)
+def _seen(task: Task, values: np.ndarray, waves: Waves) -> Seen:
+    """A task with noisy inputs, linearised in their errors at given ones."""
+    reactions = reactions_of(task, values, waves)
+    problem = corrected(task.problem, input_errors(task), waves)
+    return Seen(problem) if reactions is None else Seen(faded(problem, reactions.fade), None, reactions, reactions)
+
+
+def _bends(task: Task, sharp: Sharp) -> bool:
+    """Whether errors of inputs have moved so far that what the readings make of them is not what was foretold."""
+    there = np.asarray(problem_at(task, sharp).linearised_at(jnp.asarray(sharp.local)).residuals)
+    counted = sharp.residuals != 0.0
+    fade = 1.0 if sharp.seen.raw is None else sharp.seen.raw.fade
+    return not float(np.mean((there * fade - sharp.residuals)[counted] ** 2)) < MISSED
 
 
 def _sharp(
@@ -271,7 +301,7 @@ def _sharp(
     values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
-    residuals, waves = seen.left(local)
+    residuals, waves = seen.left(local, DRAWS)
     return Sharp(
         values=values,
         local=local,
@@ -283,7 +313,15 @@ def _sharp(
         evidence=evidence,
         seen=seen,
         waves=waves,
+        expected_gap=_expected_gap(residuals),
     )
+
+
+def _expected_gap(residuals: np.ndarray) -> float:
+    """Gap a perfect model leaves: errors of inputs that are fitted take noise along, which draws of them put back."""
+    number = np.maximum(np.count_nonzero(residuals[0], axis=(0, 2)), 1)
+    taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3)) / number
+    return float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST)))) if len(residuals) > 1 else 1.0
 
 
 def covariance_size(unknowns: Unknowns) -> int:

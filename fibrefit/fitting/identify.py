@@ -112,7 +112,9 @@ def _softened(task: Task) -> Task:
 def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
     profiled = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
-        if record is None and np.isfinite(profiled[i].std_error) and not stop():
+        # Standard deviations between records are held in a profile: it knows too much of a mean of the population.
+        mean = profiled[i].interval_kind == "population"
+        if record is None and np.isfinite(profiled[i].std_error) and not mean and not stop():
             cost, own = _cost_of(found, i, width, whole)
             errors = profiled[i].std_errors[own], profiled[i].std_error
             interval = profile_interval(found.problem, found.values, i, cost, *errors)
@@ -165,7 +167,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, wa
         inflation=inflation(problem, best.bars),
         estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside, best.sharp),
         gap=seen.gap,
-        expected_gap=plain.expected_gap,
+        expected_gap=best.expected_gap,
         input_errors=best.input_errors,
         waves=best.waves,
         record_gaps=seen.record_gaps,

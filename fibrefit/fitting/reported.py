@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio
 from fibrefit.fitting.evaluate import Look, look, residuals_of
 from fibrefit.fitting.gls import Sharp, problem_at, sharpened
-from fibrefit.fitting.result import InputError
+from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.structure import loudness, structure_checks
 from fibrefit.problem.estimate.gls import level_of
@@ -44,6 +44,8 @@ class Reported:
         ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
     input_errors : mapping of input to InputError
     waves : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
     says : str
     checks : tuple of Check
         Whether both estimates agree, where they could be compared.
@@ -58,6 +60,7 @@ class Reported:
     sound: Mapping[str, Check]
     input_errors: Mapping[str, InputError]
     waves: Waves
+    expected_gap: float
     says: str = ""
     checks: tuple[Check, ...] = ()
 
@@ -79,7 +82,8 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Repo
     success : bool
         Whether the search found an end at all.
     """
-    reason, checks = _doubt(task, success), ()
+    reason = _doubt(task, success)
+    checks: tuple[Check, ...] = ()
     sharp = None if reason else sharpened(task, plain, bars)
     if sharp is not None:
         found = _of_sharp(task, plain, sharp)
@@ -95,8 +99,6 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Repo
 
 
 def _told(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
-    from dataclasses import replace
-
     return replace(found, says=says, checks=checks)
 
 
@@ -118,15 +120,23 @@ def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
 
 
 def _of_sharp(task: Task, plain: Optimum, sharp: Sharp) -> Reported:
-    problem = problem_at(task, sharp)
+    problem, waves = problem_at(task, sharp), sharp.waves
     seen = look(task, problem, sharp.local)
-    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, plain.expected_gap)
+    if waves:
+        # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is told by
+        # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
+        own = problem.layout.local(plain.values)
+        for local in (sharp.local, *(() if sharp.scattered else (own,))):
+            other = look(task, plain.problem, local)
+            if total(other.gap) < total(seen.gap):
+                problem, seen, waves = plain.problem, other, plain.waves
+    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, sharp.expected_gap)
     moving = judge.converged(min(sharp.evidence.mode.promised, judge.SETTLED), True)
     limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
     sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
-    return Reported(
-        problem, sharp.values, sharp.residuals, sharp.bars, sharp, seen, sound, _errors(task, plain, sharp), sharp.waves
-    )
+    errors, expected = _errors(task, plain, waves), sharp.expected_gap
+    values, left, bars = sharp.values, sharp.residuals, sharp.bars
+    return Reported(problem, values, left, bars, sharp, seen, sound, errors, waves, expected)
 
 
 def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
@@ -138,7 +148,8 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     arrived = judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success)
     limits = [estimate.name for estimate in found if estimate.at_bound]
     sound = {"converged": arrived, "inside": judge.inside_bounds(limits), **sound}
-    return Reported(problem, plain.values, residuals, bars, None, seen, sound, plain.input_errors, plain.waves)
+    errors, expected = plain.input_errors, plain.expected_gap
+    return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.waves, expected)
 
 
 def _sound(
@@ -151,8 +162,8 @@ def _sound(
     return {"gap": gap, **{check.name: check for check in structure_checks(left)}}
 
 
-def _errors(task: Task, plain: Optimum, sharp: Sharp) -> Mapping[str, InputError]:
-    if not sharp.waves:
+def _errors(task: Task, plain: Optimum, waves: Waves) -> Mapping[str, InputError]:
+    if not waves:
         return plain.input_errors
-    rms = error_rms(task.problem, input_errors(task), sharp.waves)
+    rms = error_rms(task.problem, input_errors(task), waves)
     return {name: InputError(rms[name], error.noise, error.unit) for name, error in plain.input_errors.items()}

@@ -96,7 +96,7 @@ def loudness(residuals: Residuals, channel: int, inside: np.ndarray | None = Non
 
 
 def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
-    """Standard deviation of the fast part of some samples, from third differences, which hardly anything else enters."""
+    """Standard deviation of the fast part of some samples, from third differences: hardly anything else enters them."""
     whole = inside[:, 3:] & inside[:, 2:-1] & inside[:, 1:-2] & inside[:, :-3]
     differences = np.diff(scaled, 3, axis=1)[whole]
     if differences.size < FEW:
@@ -117,9 +117,9 @@ def _spectrum(residuals: Residuals) -> Check:
                 worst, where = excess, f"{channel} between {low:.3g} and {2 * low:.3g} Hz"
     passed = worst <= SPECTRUM_RATIO
     says = (
-        f"The residuals' power is nowhere more than {SPECTRUM_RATIO:g} times that of the noise at rest, chance allowed for."
+        f"The residuals' power is nowhere more than {SPECTRUM_RATIO:g} times that of the noise at rest."
         if passed
-        else f"The residuals' power in the {where} is {worst:.3g} times that of the noise at rest, chance allowed for; at "
+        else f"The residuals' power in the {where} is {worst:.3g} times that of the rests; chance allowed for, at "
         f"most {SPECTRUM_RATIO:g} is expected. They are not noise."
     )
     return Check(
@@ -190,8 +190,8 @@ def _phases(residuals: Residuals) -> Check:
     says = (
         f"The residuals of no phase of the motion are more than {PHASE_RATIO:g} times the noise, chance allowed for."
         if passed
-        else f"The residual of the {where} is {worst:.3g} times the noise, chance allowed for; at most {PHASE_RATIO:g} is "
-        "expected. The model lacks something there."
+        else f"The residual of the {where} is {worst:.3g} times the noise; at most {PHASE_RATIO:g} is expected, chance "
+        "allowed for. The model lacks something there."
     )
     return Check(
         "no phase stands out",
@@ -237,7 +237,7 @@ def _states(residuals: Residuals) -> Check:
     passed = worst <= STATE_SHARE
     names = list(residuals.motion.states)
     says = (
-        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains more than {100 * STATE_SHARE:.0f} % of the residuals."
+        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains more than {100 * STATE_SHARE:.0f} % of what is left."
         if passed
         else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left, of noise at most "
         f"{100 * STATE_SHARE:.0f} %. The model lacks something."

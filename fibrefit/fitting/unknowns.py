@@ -26,8 +26,8 @@ def unknowns_of(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkno
 
     Law
     ---
-    The rig's own parameters are told by their logarithms, and deviate from record to record; effects are the same in all
-    records. Where there is but one record, nothing deviates.
+    The rig's own parameters are told by their logarithms, and deviate from record to record; effects are the same in
+    all records. Where there is but one record, nothing deviates.
     """
     entries = [(i, slot) for i, (slot, record) in enumerate(layout.entries) if record is None]
     rows = [_row(slot, float(values[i]), float(errors[i])) for i, slot in entries]
@@ -63,7 +63,7 @@ def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, fl
     spans = limits.log if "." in slot.name else limits.lower >= 0.0
     if spans and value > 0.0 and error < VAGUE * value:
         with np.errstate(divide="ignore"):
-            return True, value, 1.0, *(float(np.log(end / value)) for end in (max(limits.lower, 0.0), limits.upper))
+            return True, value, 1.0, float(np.log(max(limits.lower, 0.0) / value)), float(np.log(limits.upper / value))
     return False, value, limits.scale, (limits.lower - value) / limits.scale, (limits.upper - value) / limits.scale
 
 

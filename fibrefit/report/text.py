@@ -33,7 +33,7 @@ ERROR_METHODS = {
     "white": "Standard errors assume white noise.",
     "spectrum": "Standard errors follow from the residual spectrum, taken as white + 1/f (pink) noise.",
     "newey_west": "Standard errors allow for autocorrelated noise (Newey-West).",
-    "whitened": "The residuals are white after pre-whitening; standard errors follow from their variance (GLS).",
+    "whitened": "Standard errors are those of the whitened likelihood (GLS), differences between records allowed for.",
     "block_bootstrap": "Standard errors come from a block bootstrap of the residuals.",
 }
 
@@ -110,7 +110,23 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    return lines + [paragraph(finding) for finding in summary.findings]
+    return lines + _between(summary) + [paragraph(finding) for finding in summary.findings]
+
+
+def _between(summary: FitResultSummary) -> list[str]:
+    """How much records differ, where they do; one line where they agree."""
+    told = []
+    for name, between in summary.between_records.items():
+        low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
+        if between.interval_95[0] > 0.0:
+            size = f"{100.0 * between.sd:.2g} % (95 %: {low} to {high} %)"
+            told.append(f"{name} differs by {size} from record to record, beyond its error.")
+        elif between.sd > 0.0:
+            told.append(f"{name} may differ by up to {high} %.")
+    if told:
+        means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
+        return [paragraph(f"Between records: {' '.join(told)} {means}records ask for.")]
+    return [paragraph("Between records: no difference beyond the errors.")] if summary.between_records else []
 
 
 def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:

@@ -10,11 +10,13 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.problem.diagnose.phases import PHASES
+from fibrefit.problem.estimate.population import Between
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import (
     Basin,
+    BetweenRecordsSummary,
     ChannelGap,
     CheckSummary,
     FitSummary,
@@ -43,6 +45,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
             for name, error in found.input_errors.items()
         },
         records={record.name: _record_summary(record, found) for record in records},
+        between_records={name: between_summary(one) for name, one in found.between.items()},
         checks=tuple(map(check_summary, found.checks)),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
@@ -54,6 +57,11 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         advice=found.advice,
         provenance=origin,
     )
+
+
+def between_summary(between: Between) -> BetweenRecordsSummary:
+    """Differences between records as `summary.json` has them."""
+    return BetweenRecordsSummary(sd=between.sd, interval_95=between.interval_95, agree=between.agree)
 
 
 def check_summary(check: Check) -> CheckSummary:
@@ -91,7 +99,13 @@ def parameter_summary(estimate: Estimate) -> ParameterSummary:
 def gap_summary(gap: Gap) -> GapSummary:
     """A gap as `summary.json` has it."""
     channels = {
-        name: ChannelGap(rms=channel.rms, unit=channel.unit, noise=channel.noise, ratio=channel.ratio)
+        name: ChannelGap(
+            rms=channel.rms,
+            unit=channel.unit,
+            noise=channel.noise,
+            ratio=channel.ratio,
+            explained=finite(channel.explained),
+        )
         for name, channel in gap.items()
     }
     return GapSummary(total=total(gap), **channels)
@@ -130,6 +144,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
             "plain": Variable(found.plain.values, ("parameter",), doc="Of plain least squares; SI units."),
             "covariance": Variable(found.covariance, ("parameter", "parameter_2"), doc=f"From {found.method}."),
             "parameter_2": Variable(names, ("parameter_2",)),
+            **_between_variables(found),
         },
         "observed_data": {**shared, **observed},
         "predictions": {
@@ -145,6 +160,29 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
             },
         },
         "starts": _starts_group(found.starts),
+    }
+
+
+def _between_variables(found: Identification) -> dict[str, Variable]:
+    """Differences between records: what is believed of their size, and each record's own."""
+    sharp = found.sharp
+    if sharp is None or not sharp.between:
+        return {}
+    names, records = (np.array(of, dtype=object) for of in (tuple(sharp.between), found.problem.layout.records))
+    found_of = list(sharp.between.values())
+    limits = np.array([one.interval_95 for one in found_of])
+    eta = sharp.evidence.mode.place.eta
+    return {
+        "scattering": Variable(names, ("scattering",), doc="Parameters that may differ from record to record."),
+        "scattering_record": Variable(records, ("scattering_record",)),
+        "between_records": Variable(
+            np.array([one.sd for one in found_of]), ("scattering",), doc="Relative standard deviation, median."
+        ),
+        "between_records_low": Variable(limits[:, 0], ("scattering",), doc="Lower end of its 95 % interval."),
+        "between_records_high": Variable(limits[:, 1], ("scattering",), doc="Upper end of its 95 % interval."),
+        "deviation": Variable(
+            eta, ("scattering_record", "scattering"), doc="Logarithm of a record's value over the shared one."
+        ),
     }
 
 

@@ -1,7 +1,7 @@
 """What a grid of standard deviations between records says of the values that records share, and of their differences.
 
-Few records tell little of how much they differ. The posterior of a shared value is therefore a mixture of normal ones, a
-narrow one for each small standard deviation and a wide one for each large one: its tails are as heavy as those of
+Few records tell little of how much they differ. The posterior of a shared value is therefore a mixture of normal ones,
+a narrow one for each small standard deviation and a wide one for each large one: its tails are as heavy as those of
 Student's distribution.
 """
 
@@ -57,7 +57,7 @@ def between(evidence: MarginalLikelihood) -> dict[str, Between]:
 
 
 def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
-    """Quantile of a standard deviation: nil with the weight of the first level, log-uniform around each of the others."""
+    """Quantile of a standard deviation: nil with the weight of the first level, log-uniform around each other one."""
     logs = np.log(levels[1:])
     middles = 0.5 * (logs[1:] + logs[:-1])
     edges = np.concatenate([[1.5 * logs[0] - 0.5 * logs[1]], middles, [1.5 * logs[-1] - 0.5 * logs[-2]]])
@@ -84,7 +84,7 @@ def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, 
 
 
 def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
-    """Covariance of shared coordinates and, record after record, of each record's own, all standard deviations allowed for.
+    """Covariance of shared coordinates and, record after record, of each one's own, for all standard deviations.
 
     Returns
     -------

@@ -30,9 +30,14 @@ class ParameterSummary(Part):
     std_errors: dict[str, float | None] = Field(
         default_factory=dict,
         description="Standard error by method: white (of ordinary least squares under white noise), spectrum, "
-        "newey_west, block_bootstrap; whitened where the estimate is that of generalised least squares.",
+        "newey_west, block_bootstrap. Where the estimate is that of generalised least squares: whitened, which allows "
+        "for differences between records, and alike, if there were none.",
     )
-    interval_kind: str = Field(default="normal", description="How the interval was found.")
+    interval_kind: str = Field(
+        default="normal",
+        description="How the interval was found; population: that of the mean of a parameter that differs from record "
+        "to record, as wide as so few records ask for.",
+    )
     plain_value: float | None = Field(
         default=None,
         description="Ordinary least squares estimate, where the value is the generalised least squares one.",
@@ -47,6 +52,9 @@ class ChannelGap(Part):
     unit: str
     noise: float | None = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
     ratio: float | None = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
+    explained: float | None = Field(
+        default=None, description="Share of the variance of the signal within each record that the model explains."
+    )
 
 
 class Gap(BaseModel):
@@ -127,6 +135,15 @@ class InputErrorSummary(Part):
     unit: str
 
 
+class BetweenRecordsSummary(Part):
+    """How much records differ in a parameter, beyond its error."""
+
+    sd: float = Field(description="Relative standard deviation between records, posterior median; 0 where they agree.")
+    interval_95: Interval = Field(description="95 % interval of it.")
+    unit: Literal["1"] = "1"
+    agree: float | None = Field(default=None, description="Probability that the records do not differ in it.")
+
+
 class FitResultSummary(Part):
     """What the summaries of a fit and of a discovery share."""
 
@@ -143,6 +160,10 @@ class FitResultSummary(Part):
         default_factory=dict, description="Errors that were found in measured inputs."
     )
     records: dict[str, RecordSummary]
+    between_records: dict[str, BetweenRecordsSummary] = Field(
+        default_factory=dict,
+        description="Differences between records in each parameter that may differ; empty where they were not sought.",
+    )
     checks: tuple[CheckSummary, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")

@@ -1,0 +1,78 @@
+"""Intervals of a mean of few records: mixtures over how much these differ, against Student's distribution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm, t
+
+from fibrefit.problem.estimate import evidence as weighing
+from fibrefit.problem.estimate.gauss_newton import Unknowns, place_of
+from fibrefit.problem.estimate.population import between, covariance_of_all, mixture_quantile, quantiles
+
+RECORDS = 5
+ERROR = 1e-5
+"""Error of the logarithm in each record: as good as none beside how they differ."""
+
+
+def unknowns() -> Unknowns:
+    nothing = np.zeros(0, dtype=int)
+    return Unknowns(
+        names=("stiffness",),
+        shared=np.array([0]),
+        each=nothing,
+        free=np.zeros((RECORDS, 0), dtype=bool),
+        scattering=np.array([0]),
+        log=np.array([True]),
+        reference=np.array([1.0]),
+        scale=np.array([1.0]),
+        mean=np.zeros(1),
+        precision=np.eye(1) * 1e-6,
+        lower=np.array([-10.0]),
+        upper=np.array([10.0]),
+        one_sided=np.array([False]),
+        size=np.zeros(0),
+    )
+
+
+def weighed(logs: np.ndarray) -> weighing.MarginalLikelihood:
+    """Of records that each read the logarithm of one value."""
+
+    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        slopes = (np.log(targets) - np.log(local))[:, 0] / ERROR
+        rows = np.stack([slopes, (np.log(local[:, 0]) - logs) / ERROR], axis=-1)
+        return rows[:, :, None] * rows[:, None, :]
+
+    start = place_of(unknowns(), np.ones((RECORDS, 1)))
+    return weighing.weigh(unknowns(), start, gram)
+
+
+def test_a_mixture_of_one_is_normal_and_of_two_lies_between() -> None:
+    one = mixture_quantile(np.ones(1), np.array([1.0]), np.array([2.0]), 0.975)
+    assert one == pytest.approx(1.0 + 2.0 * norm.ppf(0.975), abs=1e-6)
+    two = mixture_quantile(np.array([0.5, 0.5]), np.zeros(2), np.array([1.0, 3.0]), 0.975)
+    assert norm.ppf(0.975) < two < 3.0 * norm.ppf(0.975)
+    assert 0.5 * norm.cdf(two) + 0.5 * norm.cdf(two / 3.0) == pytest.approx(0.975, abs=1e-6)
+
+
+@pytest.mark.parametrize("sd", [0.01, 0.02])
+def test_an_interval_of_the_mean_of_five_records_is_that_of_student(sd: float) -> None:
+    logs = sd * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])
+    found = weighed(logs)
+    low, high = quantiles(found, 0)
+    spread = logs.std(ddof=1) / np.sqrt(RECORDS)
+    # Between the prior that leaves all degrees of freedom and that which takes one more.
+    narrow, wide = (t.ppf(0.975, freedom) * spread * np.sqrt((RECORDS - 1) / freedom) for freedom in (4, 3))
+    assert 0.93 * narrow < 0.5 * (high - low) < 1.07 * wide
+    assert 0.5 * (high + low) == pytest.approx(logs.mean(), abs=0.02 * spread)
+    assert between(found)["stiffness"].interval_95[0] < sd < between(found)["stiffness"].interval_95[1]
+    assert between(found)["stiffness"].agree < 1e-6
+
+
+def test_records_that_agree_are_said_to() -> None:
+    found = weighed(ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]))
+    assert between(found)["stiffness"].sd == 0.0
+    assert not between(found)["stiffness"].found
+    low, high = quantiles(found, 0)
+    assert 0.5 * (high - low) == pytest.approx(norm.ppf(0.975) * ERROR / np.sqrt(RECORDS), rel=0.15)
+    np.testing.assert_allclose(covariance_of_all(found), found.spread, rtol=1e-3)
