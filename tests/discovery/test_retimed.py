@@ -16,7 +16,7 @@ WHOLE = 100
 
 
 def ends(cost: float) -> Refit:
-    return Refit(np.zeros((1, 1)), cost, 0.0, {}, 1)
+    return Refit(np.zeros((1, 1)), cost, {}, 1)
 
 
 def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], reactions: Any = None) -> float:

@@ -96,10 +96,10 @@ class Ground:
         """Samples of each record."""
         return self.counts[-1]
 
-    def subset(self, effects: Iterable[type[Effect]], scattering: bool = False) -> Subset:
+    def subset(self, effects: Iterable[type[Effect]]) -> Subset:
         """Active values when these effects are on."""
         added = tuple(f"{effect.name}.{p.name}" for effect in effects for p in effect.parameters)
-        return Subset(self.base + added, self.each, self.base if scattering else ())
+        return Subset(self.base + added, self.each)
 
 
 def absent_values(frame: Frame, records: int) -> np.ndarray:

@@ -77,7 +77,7 @@ class Search:
     def plain(self, weighed: Weighed) -> Hypothesis:
         """A weighed hypothesis at its mode, with what it leaves in plain squares."""
         cost = float(weighed.frame.costs(weighed.local, self.ground.whole).sum())
-        return Hypothesis(weighed.effects, Refit(weighed.local, cost, 0.0, weighed.shared, 0), weighed.frame)
+        return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.frame)
 
     def frame_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Frame:
         """A frame that holds an effect and others; made where there is none yet.

@@ -53,7 +53,7 @@ def laid_out(task: Task, before: Identification | None, effects: Sequence[type[E
     reactions = None if before is None else reactions_of(task, values, before.waves, _is_far(before))
     frame = frame_of(task, wanted, reactions)
     gap = 1.0 if before is None else total(before.gap)
-    fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), 0.0, {}, 0)
+    fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), {}, 0)
     return _search(task, wanted, frame, _ground(task), fit, tell)
 
 
