@@ -19,6 +19,8 @@ BLOCK = 32
 SHORTEST_REST = 64
 DRIFT = 0.003
 """Share of its travel by which an input or a reading may move while the rig is at rest."""
+FIRST, WANDER = 4, 4.0
+"""First blocks that show how noise moves their means, and how many standard deviations of those are still rest."""
 MAINS = (50.0, 60.0)
 
 
@@ -106,9 +108,8 @@ class Noise:
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    # Slow noise moves block means by more than white noise over sqrt(BLOCK); real motion leaves by far more within one
-    # block, by a share of its travel that no logger's noise comes near.
-    signals = [(signal, max(1.2 * _hiss(signal), DRIFT * _travel(signal))) for signal in trace.channels.values()]
+    # White and 1/f noise move block means by less than this, real motion by far more within one block.
+    signals = [(signal, max(1.2 * _hiss(signal), _wander(signal))) for signal in trace.channels.values()]
     signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
     ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
     turned = [(signal[::-1], limit) for signal, limit in signals]
@@ -117,8 +118,13 @@ def rests(trace: Trace) -> list[slice]:
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
 
 
-def _travel(signal: np.ndarray) -> float:
-    return float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
+def _wander(signal: np.ndarray) -> float:
+    """How far slow noise may move a block's mean, by the first ones, and no more than a small share of the travel."""
+    first = signal[: FIRST * BLOCK]
+    if len(first) < FIRST * BLOCK or not np.isfinite(first).all():
+        return 0.0
+    moved = WANDER * float(np.std(first.reshape(FIRST, BLOCK).mean(axis=1)))
+    return min(moved, DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
