@@ -84,7 +84,7 @@ def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, 
 
 
 def covariance_of_all(evidence: Evidence) -> np.ndarray:
-    """Covariance of shared coordinates and, record after record, of each one's own, all standard deviations allowed for.
+    """Covariance of shared coordinates and, record after record, own ones, all standard deviations allowed for.
 
     Returns
     -------
