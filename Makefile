@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test bench validate validate-discover lint format schemas clean
+.PHONY: demo test bench validate validate-discover validate-intervals lint format schemas clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
@@ -20,9 +20,13 @@ validate: .venv/installed-bench
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation
 	$(RUN) -m pytest -s -m slow --ignore=tests/validation
 
-# ARGS="--cases 20" carries out twenty further cases; those done before are kept.
+# ARGS="--release LABEL --kind null --rig fibre_mass --cases 20" carries out twenty further cases; a label draws its own.
 validate-discover: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_discover $(ARGS)
+
+# ARGS="--release LABEL --noise slow --scatter 0.005 --series 20" fits twenty further series of each rig.
+validate-intervals: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_intervals $(ARGS)
 
 lint: .venv/installed-lint
 	$(RUN) -m ruff check .

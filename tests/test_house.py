@@ -56,12 +56,12 @@ MOST_ARGUMENTS = 6
 #: Still beyond that; nothing may be added here.
 MANY_ARGUMENTS = frozenset(
     {
-        "discovery.engine.supermodel._grams",
+        "discovery.engine.supermodel._rows",
         "fitting.identify.identify",
         "problem.inputs.errors_in_variables._linearised",
         "sampling.sample._prepare",
         "sampling.sample.sample_posterior",
-        "simulation.forward_sensitivity.carry_tangents",
+        "simulation.forward_sensitivity.propagate_tangents",
         "simulation.sensitivity.solve",
         "simulation.switched._integrate",
     }

@@ -10,9 +10,10 @@ import numpy as np
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales, Weighed
 from fibrefit.discovery.engine.supermodel import waves_at
-from fibrefit.discovery.engine.thresholds import APART, NAMED, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import APART, NAMED, PRICE, false_alarm, occam
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
+from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import Left, left_at
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
@@ -57,11 +58,14 @@ class Look:
         Refitted from where each of the best candidates led.
     found : tuple of Weighed
         The most probable first.
+    compared : frozenset of tuple of str
+        Names of those that were weighed in the same noise as the parent; the others are far behind.
     """
 
     search: Search
     parent: Weighed
     found: tuple[Weighed, ...]
+    compared: frozenset[tuple[str, ...]] = frozenset()
 
     def gain(self, one: Weighed) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -109,7 +113,8 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
         look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
         at = replace(at, search=look.search, look=look)
         chosen = _chosen(look, limits)
-        if chosen is None and limits.choose is None and not at.best.effects and limits.max_effects > 1:
+        alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
+        if chosen is None and alone and is_incomplete(look.search, look.parent):
             look, chosen = _pair(look)
         if chosen is None:
             return replace(at, best=look.parent)
@@ -140,6 +145,12 @@ def looked(search: Search, parent: Weighed, what: str) -> Look:
     return look
 
 
+def is_incomplete(search: Search, weighed: Weighed) -> bool:
+    """Whether tests of the innovations say that something is missing."""
+    tested = tests_of(search.scales, weighed, search.task.traces, search.task.problem.model.rig.channels)
+    return any(test.raised for test in tested)
+
+
 def _explains(look: Look) -> bool:
     """Whether the noise is no larger than where nothing is missing, so that what takes long need not be tried."""
     best = look.found[0] if look.found and look.gain(look.found[0]) > NAMED else look.parent
@@ -153,25 +164,39 @@ ENOUGH = 1.02
 def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Look:
     """Candidates and parent weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
+    again: list[Weighed] = []
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         scales = Scales(search.ground, search.scales.reference, search.scales.refined(richest))
         search = search.weighed_with(scales)
         parent = scales.again(parent)
         near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
-        again = [scales.again(one) for one in near]
-        rest = ranked[len(near) :]
+        again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
         parent = max([parent, *led], key=lambda one: one.log)
-        first, ranked = (ranked[0].names if ranked else ()), sorted(again, key=lambda one: -one.log) + rest
-        if not ranked or ranked[0].names == first:
+        if not again or again[0].names == ranked[0].names:
             break
-    # Those far behind keep what they were found to be behind.
-    kept = {one.names for one in again}
-    ranked = [one if one.names in kept else one.moved_to(parent.log + behind[one.names]) for one in ranked]
-    return Look(search, parent, tuple(ranked))
+        ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
+    weighed = {one.names: _sobered(scales, parent, one) for one in again}
+    # The others keep what they were found to be behind.
+    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
+    ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
+    return Look(search, parent, tuple(ranked), frozenset(weighed))
 
 
+def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
+    """A candidate whose gain counts for less where the innovations scatter more than they are taken to."""
+    gain = one.log - parent.log
+    if not 0.0 < gain < BEYOND_DOUBT:
+        return one
+    added = [effect for effect in one.effects if effect not in parent.effects]
+    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    cost = max(occam(parent.evidence, one.evidence), 0.0)
+    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
+
+
+BEYOND_DOUBT = 100.0
+"""Nats that no inflation of the scores' variance makes doubtful."""
 FAR_BEHIND = 30.0
 """Nats behind the best one from which a candidate is not weighed again in better known noise."""
 
@@ -252,9 +277,14 @@ def candidate(look: Look, one: Weighed) -> Candidate:
         for effect in one.effects
         for parameter in effect.parameters
         for name in [f"{effect.name}.{parameter.name}"]
+        if np.isfinite(shared[name])
     }
     others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
-    chances = [(size, occam(look.parent.evidence, other.evidence)) for size, other in others]
+    # What was not weighed in the same noise costs what is usual.
+    chances = [
+        (size, occam(look.parent.evidence, o.evidence) if o.names in look.compared else PRICE * size)
+        for size, o in others
+    ]
     return Candidate(
         " + ".join(effect.name for effect in added) or "nothing",
         look.search.gap(look.search.plain(one)),

@@ -19,8 +19,8 @@ import numpy as np
 from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.evidence import Evidence, weigh
-from fibrefit.problem.estimate.gauss_newton import Gram, Mode, Place, Unknowns, local_of, mode, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
+from fibrefit.problem.estimate.gauss_newton import Gram, Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import faded
@@ -157,7 +157,7 @@ class Sharp:
         How much records differ.
     noise : tuple of Noise
         Of each channel, in SI units.
-    evidence : Evidence
+    evidence : MarginalLikelihood
     seen : View
     waves : mapping of input to (n_record, n_wave)
     expected_gap : float
@@ -171,7 +171,7 @@ class Sharp:
     intervals: np.ndarray
     between: Mapping[str, Between]
     noise: tuple[Noise, ...]
-    evidence: Evidence
+    evidence: MarginalLikelihood
     seen: View
     waves: Waves
     expected_gap: float
@@ -217,7 +217,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
 
 def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> Sharp | None:
     """The mode in the noise that is left there."""
-    evidence: Evidence | None = None
+    evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
     for _ in range(2):
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
@@ -255,7 +255,9 @@ def _apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) ->
     return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
 
 
-def _weighed(unknowns: Unknowns, place: Place, seen: View, before: Evidence | None) -> Evidence | None:
+def _weighed(
+    unknowns: Unknowns, place: Place, seen: View, before: MarginalLikelihood | None
+) -> MarginalLikelihood | None:
     sigma = None if before is None else before.mode.sigma
     with np.errstate(all="ignore"):
         try:
@@ -281,7 +283,9 @@ def _bends(task: Task, sharp: Sharp) -> bool:
     return not float(np.mean((there * fade - sharp.residuals)[counted] ** 2)) < MISSED
 
 
-def _sharp(task: Task, plain_bars: ErrorBars, evidence: Evidence, seen: View, noise: tuple[Noise, ...]) -> Sharp:
+def _sharp(
+    task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
+) -> Sharp:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
     places, sizes = places_of(layout, unknowns)
@@ -326,7 +330,7 @@ def covariance_size(unknowns: Unknowns) -> int:
 
 
 def _alike(
-    evidence: Evidence, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
+    evidence: MarginalLikelihood, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
 ) -> np.ndarray:
     """Covariance if the records did not differ, of the shared values; of the others as it is."""
     same = covariance.copy()
@@ -337,7 +341,7 @@ def _alike(
 
 
 def _intervals(
-    evidence: Evidence, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
+    evidence: MarginalLikelihood, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
 ) -> np.ndarray:
     """Intervals of 95 %, ``(n_free, 2)`` in SI units."""
     found = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
@@ -379,4 +383,4 @@ def problem_at(task: Task, sharp: Sharp) -> Problem:
     return corrected(task.problem, input_errors(task), sharp.waves) if sharp.waves else task.problem
 
 
-__all__ = ["Mode", "Sharp", "View", "cost_with_one_held", "problem_at", "sharpened"]
+__all__ = ["PosteriorMode", "Sharp", "View", "cost_with_one_held", "problem_at", "sharpened"]

@@ -13,8 +13,8 @@ import pytest
 
 import fibrefit
 from fibrefit.discovery.design.distinguish import _driven, best_split, detectable
-from fibrefit.discovery.engine.candidates import Hypothesis
 from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
 from fibrefit.discovery.model.finding import Choice, Split
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
@@ -82,17 +82,17 @@ def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Searc
     made = laid.base.fit.local.copy()
     made[:, column] = found[0].detectable
     quiet = read_from(frame.problem, frame.problem.layout.pack(dict(zip(frame.names, made.T, strict=True))))
-    without = replace(frame, task=replace(frame.task, problem=quiet))
+    without = laid.scales.yardstick.on(replace(frame, task=replace(frame.task, problem=quiet)))
     left = refit(without, ground.subset(()), laid.base.fit.local, ground.whole, enough=1e-9).cost
     # The slope of readings that jump is good to some tens of percent over such a change.
-    assert 1.0 / 2.0 < left / laid.gate(len(viscous.parameters)) < 2.0
+    assert 1.0 / 2.0 < left / gate(len(viscous.parameters)) < 2.0
 
 
-def test_a_gate_is_that_of_the_search(laid: Search) -> None:
-    what = Hypothesis((laid.effects[0],), laid.base.fit, laid.base.frame)
-    laid.tried = len(laid.effects)
-    assert laid.gate(1) == laid.needed(what, laid.base, laid.kappa)
-    assert laid.gate(1, louder=1e6) > 1e3 * laid.gate(1)
+def test_a_gate_is_what_a_name_takes() -> None:
+    """Half of it, less what its parameters usually cost, is the Bayes factor of a name."""
+    assert 0.5 * gate(1) - PRICE == pytest.approx(NAMED)
+    assert 0.5 * gate(3) - 3.0 * PRICE == pytest.approx(NAMED)
+    assert gate(1, louder=1e6) == 1e6 * gate(1)
 
 
 def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None:

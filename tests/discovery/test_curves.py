@@ -1,22 +1,20 @@
-"""Free curves, and what is told from their shape; noise told from motion."""
+"""Free curves, and what is told from their shape."""
 
 from __future__ import annotations
+
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from fibrefit.discovery.curves.free_form import Reading, described
+from fibrefit.discovery.curves.free_form import Reading, described, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
-from fibrefit.discovery.engine.thresholds import outdone
-from fibrefit.discovery.search.search import moving
-from fibrefit.problem.statement.observations import Trace
-from fibrefit.problem.task import Task
 
 PLACES = np.linspace(-0.02, 0.01, FINE_KNOTS)
 
 
 def reading(heights: np.ndarray) -> Reading:
-    return Reading(FrictionOfPosition, PLACES, heights, None)  # type: ignore[arg-type]
+    return Reading(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), cast(Any, None), 10.0)
 
 
 @pytest.mark.parametrize("probe", PROBES)
@@ -50,22 +48,18 @@ def test_a_stop_is_told_by_where_it_begins() -> None:
     assert "rising and falling" not in says
 
 
-@pytest.mark.parametrize(("curve", "is_outdone"), [(900.0, True), (990.0, False), (1010.0, False)])
-def test_a_curve_outdoes_names_only_beyond_what_its_knots_reach_by_chance(curve: float, is_outdone: bool) -> None:
-    assert outdone(1000.0, 3, curve, 10, 1.0) == is_outdone
-    assert not outdone(1000.0, 3, curve, 10, 10.0)
-
-
-def test_motion_lies_between_the_rests(task: Task) -> None:
-    for trace in task.traces:
-        first, last = moving(trace)
-        position = trace.channels["position"]
-        assert 0 < first < last <= len(position)
-        noise = np.std(position[:first])
-        assert np.ptp(position[:first]) < 10.0 * noise < np.ptp(position[first:last])
-
-
-def test_all_is_motion_where_no_rest_is_seen() -> None:
-    times = np.arange(0.0, 1.0, 5e-4)
-    wave = np.sin(20.0 * times) + 1e-3 * np.random.default_rng(2).normal(size=len(times))
-    assert moving(Trace("wave", times, {"position": wave}, {}, {})) == (0, len(times))
+def test_errors_of_a_shape_leave_out_a_level_that_is_not_known() -> None:
+    """Heights known to a tenth beside each other, with a level that might be anything."""
+    random = np.random.default_rng(3)
+    errors = np.array([0.1, 0.2, 0.1, 0.3, 0.1, 0.1])
+    spread = np.diag(errors**2)
+    found = shape_errors(spread + 100.0)
+    assert np.all(found > 0.05)
+    assert np.all(found < 0.5)
+    # Against draws: heights less their mean, weighed by what is known of each.
+    drawn = random.standard_normal((20_000, 6)) * errors
+    weights = 1.0 / errors**2
+    level = drawn @ weights / weights.sum()
+    np.testing.assert_allclose(shape_errors(spread), (drawn - level[:, None]).std(axis=0), rtol=0.05)
+    # The negative control: the errors of the heights themselves are those of their level.
+    assert np.sqrt(np.diag(spread + 100.0)).min() > 9.0

@@ -1,28 +1,42 @@
-"""Frames of rigs with noisy inputs: what the errors of the inputs are taken to be."""
+"""Frames: whitened products against dense algebra, and what the errors of noisy inputs are taken to be."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
-from fibrefit.discovery.engine.supermodel import Frame, frame_of, waves_at
+from fibrefit.discovery.engine.marginal import yardstick_of
+from fibrefit.discovery.engine.supermodel import (
+    STRETCHES,
+    Frame,
+    frame_of,
+    residual_rows,
+    stretch_products,
+    waves_at,
+)
 from fibrefit.effects.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_waves
 from fibrefit.problem.inputs.linearity_weights import faded
 from fibrefit.problem.inputs.reactions import reactions_of
+from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records
+from tests.discovery.conftest import DATA
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
 #: Reactions are kept in single precision.
 SINGLE = 1e-4
+#: Two ways to the same sum of some thousand squares.
+EXACT = 1e-8
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +86,92 @@ def test_an_absent_effect_changes_nothing(task: Task) -> None:
     wider = carried(frame, absent_values(frame, len(local)), Frame(task), local)
     costs = [bare.costs(local, task.counts[-1]), frame.costs(wider, task.counts[-1])]
     np.testing.assert_allclose(*costs, rtol=SINGLE)
+
+
+@pytest.fixture(scope="module")
+def drops() -> Task:
+    """Two short drops."""
+    study = load_study(DATA / "viscous")
+    return formulate(study, read_records(study), Model(RIGS["fibre_mass"], ()))
+
+
+def coloured(task: Task) -> tuple[Noise, ...]:
+    """Slow noise in one channel and a line in the other, as large as the noise at rest."""
+    first, second = (task.noise[channel] for channel in task.problem.model.rig.channels)
+    force, position = (noise.rms(0.8, 2000.0) ** 2 for noise in (first, second))
+    return (
+        Noise(5e-4 * force, 0.0, 0.0, 1000, slow=((8.0, 0.5 * force),)),
+        Noise(1e-3 * position, 0.0, 0.0, 1000, lines=((83.7, 0.3 * position),)),
+    )
+
+
+def whitened(whitening: Coloured, rows: np.ndarray) -> np.ndarray:
+    """Rows ``(n_row, n_record, n_channel * n_time)``."""
+    shape = (*rows.shape[:2], whitening.gain.shape[2], -1)
+    return np.asarray(whitening.whiten_rows(jnp.asarray(rows.reshape(shape)))).reshape(rows.shape)
+
+
+def varied(task: Task, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values, two columns and their targets."""
+    local = np.asarray(task.problem.layout.local(task.start))
+    columns = np.array([frame.names.index(name) for name in ("stiffness", "friction")])
+    return local, columns, local[:, columns] * (1.0 + 1e-5)
+
+
+def changes(frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Changes of the residuals and the residuals ``(n_column + 1, n_record, n_channel * n_time)``, one by one."""
+    here, rows = np.asarray(residual_rows(frame, local, whole)), []
+    for column, target in zip(columns, targets.T, strict=True):
+        moved = local.copy()
+        moved[:, column] = target
+        rows.append(np.asarray(residual_rows(frame, moved, whole)) - here)
+    return np.array([*rows, here])
+
+
+def test_products_are_those_of_whitened_rows(drops: Task) -> None:
+    frame, whole = frame_of(drops, ()), drops.counts[-1]
+    yardstick = yardstick_of(frame, coloured(drops))
+    values = varied(drops, frame)
+    rows = whitened(yardstick.whitening, changes(frame, *values, whole))
+    expected = np.einsum("irt,jrt->rij", rows, rows)
+    found = yardstick.on(frame).grams(*values, whole)
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
+    assert yardstick.on(frame).costs(values[0], whole) == pytest.approx(expected[:, -1, -1], rel=EXACT)
+    # The negative control: without whitening it is another sum of squares.
+    assert not np.allclose(frame.costs(values[0], whole), expected[:, -1, -1], rtol=0.01)
+
+
+def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(drops: Task) -> None:
+    frame, whole = frame_of(drops, ()), drops.counts[-1]
+    yardstick = yardstick_of(frame, coloured(drops))
+    seen, values = yardstick.on(frame), varied(drops, frame)
+    products, squares = stretch_products(seen, *values, whole)
+    assert products.shape == (2, STRETCHES, 3, 3)
+    grams = seen.grams(*values, whole)
+    np.testing.assert_allclose(products.sum(axis=1), grams, rtol=EXACT, atol=1e-12 * np.abs(grams).max())
+    rows = whitened(yardstick.whitening, changes(frame, *values, whole))
+    expected = np.einsum("irt,rt->ri", rows[:-1] ** 2, rows[-1] ** 2)
+    np.testing.assert_allclose(squares.sum(axis=1), expected, rtol=1e-4)
+    # A stretch holds a sixty-fourth of each record, all channels together.
+    size = -(-rows.shape[-1] // (2 * STRETCHES))
+    first = rows.reshape(3, 2, 2, -1)[..., :size]
+    np.testing.assert_allclose(products[:, 0, -1, -1], np.sum(first[-1] ** 2, axis=(1, 2)), rtol=EXACT)
+
+
+def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
+    known = input_errors(task)
+    plain = reactions_of(task, task.start, no_waves(known))
+    assert plain is not None
+    frame, whole = frame_of(task, (), plain), task.counts[-1]
+    noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
+    slow = tuple(Noise(of.white, of.pink, 0.0, 1000, slow=((8.0, 0.3 * of.rms(1.0, 2000.0) ** 2),)) for of in noise)
+    yardstick = yardstick_of(frame, slow)
+    local = np.asarray(task.problem.layout.local(task.start * 1.0002))
+    left = whitened(yardstick.whitening, np.asarray(residual_rows(frame, local, whole))[None])[0, 0]
+    rows = whitened(yardstick.whitening, np.asarray(plain.rows, dtype=float)[0][:, None])[:, 0]
+    # The best errors, each with a prior of variance one, from one dense solve.
+    wave = np.linalg.solve(rows @ rows.T + np.eye(len(rows)), rows @ left)
+    cost = np.sum((left - wave @ rows) ** 2) + wave @ wave
+    assert yardstick.on(frame).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
+    # The negative control: were only the readings counted, the errors would cost nothing.
+    assert wave @ wave > 10.0 * SINGLE * cost

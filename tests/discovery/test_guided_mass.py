@@ -29,6 +29,7 @@ def strength(found: Discovery) -> tuple[float, float]:
     return estimate.value, estimate.std_error
 
 
+@pytest.mark.slow
 def test_friction_that_differs_by_direction_is_named_and_called_small_but_systematic(tmp_path: Path) -> None:
     found = searched(tmp_path, HIDDEN, ripple=0.0)
     assert (found.verdict, found.added) == ("named", (SLANTED,))

@@ -27,7 +27,7 @@ def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], 
         return ends(next(ahead)) if counts[0] == WHOLE else ends(1.0)
 
     monkeypatch.setattr(candidates, "refit", descend)
-    ground = Ground((), (), np.array([[stage] for stage in stages]), {})
+    ground = Ground((), (), (), np.array([[stage] for stage in stages]), {})
     frame: Any = SimpleNamespace(reactions=reactions)
     return retimed(frame, Subset((), ()), ends(1000.0), ground).cost
 

@@ -80,8 +80,8 @@ def run_chain(places, n_masses, drive, drive_rate, start, step, p, fibre_mass, w
         for trial in range(TRIALS):
             diagonal, right = _eliminate(velocities, stretches, active, -drive_rate[i], pulls, masses, step, p)
             sense = along_guide(1.0, p)
-            up = level(sense, middles[-1], load, along_guide(places[-1], p), time, p)
-            down = level(-sense, middles[-1], load, along_guide(places[-1], p), time, p)
+            up = level(sense, middles[-1], load, along_guide(places[-1], p), time, 0.0, p)
+            down = level(-sense, middles[-1], load, along_guide(places[-1], p), time, 0.0, p)
             needed = right[-1] - diagonal[-1] * 0.5 * velocities[-1]
             if needed > up:
                 weight = (right[-1] - up) / diagonal[-1]

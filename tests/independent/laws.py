@@ -73,6 +73,14 @@ class Laws(NamedTuple):
     warm_up: float = 0.0
     warm_up_time: float = 0.5
     drive_speed_factor: float = 0.0
+    fade: float = 0.0
+    fade_time: float = 1.0
+    load_damping: float = 0.0
+    wear: float = 0.0
+    wear_path: float = 0.1
+    heating: float = 0.0
+    eddy_coefficient: float = 0.0
+    eddy_velocity: float = 0.2
 
 
 @dataclass(frozen=True)
@@ -144,6 +152,12 @@ OUTSIDE: dict[str, Hidden] = {
     "open.detent": Hidden({"detent_force": 1.0}, {"detent_pitch": (3e-3, 12e-3)}, most=10.0),
     "open.kinked_stiffness": Hidden({"kink_share": 0.2}, {"kink_load": (0.5, 1.5)}, signed=True, most=5.0),
     "open.warm_up_friction": Hidden({"warm_up": 0.5}, {"warm_up_time": (0.3, 1.0)}, most=10.0),
+    "open.fading_stiffness": Hidden({"fade": 0.01}, {"fade_time": (0.3, 2.0)}, signed=True, most=20.0),
+    "open.load_dependent_damping": Hidden({"load_damping": 0.2}, most=50.0),
+    "open.wearing_friction": Hidden({"wear": 0.5}, {"wear_path": (0.05, 0.3)}, most=10.0),
+    "open.heating_guide": Hidden({"heating": 0.05}, signed=True, most=5.0),
+    "open.eddy_drag": Hidden({"eddy_coefficient": 2.0}, {"eddy_velocity": (0.05, 0.3)}, most=20.0),
+    "open.curved_gauge": Hidden({"curvature": 1e-4}, signed=True, most=10.0),
     "open.drive_speed_stiffness": Hidden({"drive_speed_factor": 0.02}, rigs=(DRIVE,), most=20.0),
 }
 

@@ -88,12 +88,18 @@ def write(series: Series, folder: Path) -> None:
     """CSV records, study.toml, truth.json and the held-out record in a folder of its own."""
     held_out = folder / "holdout"
     held_out.mkdir(parents=True, exist_ok=True)
-    for record in series.records:
-        _write_record(record, folder)
+    write_study(series, folder)
     _write_record(series.held_out, held_out)
-    (folder / "study.toml").write_text(_study(series, series.records, "series"), encoding="utf-8")
     (held_out / "study.toml").write_text(_study(series, (series.held_out,), "hold-out"), encoding="utf-8")
     (folder / "truth.json").write_text(json.dumps(_truth(series), indent=1) + "\n", encoding="utf-8")
+
+
+def write_study(series: Series, folder: Path) -> None:
+    """CSV records and study.toml, nothing of the truth."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for record in series.records:
+        _write_record(record, folder)
+    (folder / "study.toml").write_text(_study(series, series.records, "series"), encoding="utf-8")
 
 
 def _write_record(record: Recording, folder: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.signal import lfilter, lfilter_zi
@@ -22,6 +22,8 @@ def sense(
         forces = _lagging(forces, step, lag["time_constant"], rest)
     late = effects.get("sensor.force_delay", {}).get("delay", 0.0)
     reading = np.interp(times - late, middles, forces, left=rest)
+    if curved := effects.get("open.curved_gauge"):
+        reading = reading + curved["curvature"] * reading * np.abs(reading)
     reading = effects.get("sensor.force_gain", {}).get("gain", 1.0) * reading
     reading = reading + effects.get("sensor.force_offset", {}).get("offset", 0.0)
     return reading + effects.get("sensor.force_drift", {}).get("drift", 0.0) * times
@@ -59,12 +61,32 @@ class Noise:
     pink : share of the amplitude that is pink; the rest of the power is white
     hum : amplitude of 50 Hz
     resolution : of each channel
+    slow : share of the amplitude that has a memory of first order
+    corner : of the slow part, Hz
+    freedom : of Student's t, by which the white part is drawn; infinite for a normal one
+    lines : of each channel, frequency in Hz and amplitude, beside `hum`
+    growth : share by which noise of the force is larger where the force is largest than where there is none
     """
 
     rms: Mapping[str, float]
     pink: float
     hum: Mapping[str, float]
     resolution: Mapping[str, float]
+    slow: float = 0.0
+    corner: float = 8.0
+    freedom: float = math.inf
+    lines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    growth: float = 0.0
+
+    def all_lines(self, channel: str) -> tuple[tuple[float, float], ...]:
+        """Frequency and amplitude of every line of a channel, that of the mains among them."""
+        return ((50.0, self.hum[channel]), *self.lines.get(channel, ()))
+
+    def scale(self, channel: str, force: np.ndarray) -> np.ndarray:
+        """Amplitude of the noise of a channel over that at rest, sample by sample, for the true force."""
+        if channel != "force" or self.growth == 0.0:
+            return np.ones(force.size)
+        return 1.0 + self.growth * np.abs(force) / np.abs(force).max()
 
 
 USUAL = Noise(
@@ -88,11 +110,39 @@ def pink_noise(n: int, rng: np.random.Generator) -> np.ndarray:
     return np.fft.irfft(spectrum * 2 * n / math.sqrt(2.0), 2 * n)[:n]
 
 
-def logged(channel: str, values: np.ndarray, times: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndarray:
-    """The values as a logger would write them."""
-    size = noise.rms[channel]
-    white = math.sqrt(1.0 - noise.pink**2) * rng.standard_normal(values.size)
-    hum = noise.hum[channel] * np.sin(2.0 * math.pi * (50.0 * times + rng.random()))
-    noisy = values + size * (white + noise.pink * pink_noise(values.size, rng)) + hum
+def slow_noise(n: int, pace: float, rng: np.random.Generator) -> np.ndarray:
+    """Noise of first order, of variance one, whose correlation falls by `pace` nepers a sample."""
+    kept = math.exp(-pace)
+    deviates = math.sqrt(1.0 - kept**2) * rng.standard_normal(n)
+    return lfilter([1.0], [1.0, -kept], deviates, zi=[kept * rng.standard_normal()])[0]
+
+
+def white_noise(n: int, freedom: float, rng: np.random.Generator) -> np.ndarray:
+    """Noise without memory, of variance one: normal, or of Student's t."""
+    if math.isinf(freedom):
+        return rng.standard_normal(n)
+    return math.sqrt((freedom - 2.0) / freedom) * rng.standard_t(freedom, n)
+
+
+def logged(
+    channel: str,
+    values: np.ndarray,
+    times: np.ndarray,
+    noise: Noise,
+    rng: np.random.Generator,
+    force: np.ndarray | None = None,
+) -> np.ndarray:
+    """The values as a logger would write them; `force` is what noise that grows with the load grows with."""
+    n, rate = values.size, 1.0 / (times[1] - times[0])
+    coloured = math.sqrt(1.0 - noise.pink**2 - noise.slow**2) * white_noise(n, noise.freedom, rng)
+    lines = sum(
+        amplitude * np.sin(2.0 * math.pi * (frequency * times + rng.random()))
+        for frequency, amplitude in noise.all_lines(channel)
+    )
+    coloured = coloured + noise.pink * pink_noise(n, rng)
+    if noise.slow:
+        coloured = coloured + noise.slow * slow_noise(n, 2.0 * math.pi * noise.corner / rate, rng)
+    size = noise.rms[channel] * (1.0 if force is None else noise.scale(channel, force))
+    noisy = values + size * coloured + lines
     grain = noise.resolution[channel]
     return grain * np.round(noisy / grain) if grain > 0.0 else noisy

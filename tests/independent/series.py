@@ -86,11 +86,12 @@ def draw_shape(name: str, rng: np.random.Generator) -> dict[str, float]:
 def plan_series(rig: str, rng: np.random.Generator) -> list[Plan]:
     """The usual records of a rig and, last, the one held out."""
     if rig == DROP:
-        return [_drop(lift, degrees, rng) for lift, degrees in (*DROPS, HELD_OUT_DROP)]
-    return [_drive(*row, rng) for row in (*DRIVES, HELD_OUT_DRIVE)]
+        return [drop_plan(lift, degrees, rng) for lift, degrees in (*DROPS, HELD_OUT_DROP)]
+    return [drive_plan(*row, rng) for row in (*DRIVES, HELD_OUT_DRIVE)]
 
 
-def _drop(lift: int, degrees: int, rng: np.random.Generator) -> Plan:
+def drop_plan(lift: int, degrees: int, rng: np.random.Generator, after: float = 1.6) -> Plan:
+    """A drop from `lift` mm on a slope of `degrees`, logged for `after` s from the release on."""
     release = rng.uniform(0.1, 0.3)
     conditions = Conditions(
         DROP,
@@ -99,11 +100,14 @@ def _drop(lift: int, degrees: int, rng: np.random.Generator) -> Plan:
         release=release,
         slip_instant=release + rng.uniform(0.3, 1.2),
     )
-    n = round((release + 1.6) * RATE)
+    n = round((release + after) * RATE)
     return Plan(f"drop_{lift}mm_{degrees}deg.csv", conditions, np.arange(n) / RATE)
 
 
-def _drive(shape: str, rate: int, amplitude: int, added: bool, rng: np.random.Generator) -> Plan:
+def drive_plan(
+    shape: str, rate: int, amplitude: int, added: bool, rng: np.random.Generator, seconds: float = DRIVE_SECONDS
+) -> Plan:
+    """A motion of the drive at `rate` mm/s over `amplitude` mm, with or without the added mass."""
     excitation = Excitation(shape, 1e-3 * amplitude, 1e-3 * rate, acceleration=ACCELERATION[shape])
     conditions = Conditions(
         DRIVE,
@@ -113,7 +117,7 @@ def _drive(shape: str, rate: int, amplitude: int, added: bool, rng: np.random.Ge
         slip_instant=rng.uniform(0.5, 2.5),
     )
     name = f"{shape}_{rate}mms_{amplitude}mm{'_added' if added else ''}.csv"
-    return Plan(name, conditions, np.arange(round(DRIVE_SECONDS * RATE)) / RATE)
+    return Plan(name, conditions, np.arange(round(seconds * RATE)) / RATE)
 
 
 def take(
@@ -123,7 +127,7 @@ def take(
     clean = simulate(plan.conditions, base, effects, plan.times, step)
     clean = clean._replace(position=clean.position + zero)
     written = {
-        channel: logged(channel, values, plan.times, noise, rng)
+        channel: logged(channel, values, plan.times, noise, rng, clean.force)
         for channel, values in clean._asdict().items()
         if channel in noise.rms and values is not None
     }
@@ -163,11 +167,12 @@ def make_series(
     zero = rng.uniform(-3e-4, 3e-4) if rig == DROP else 0.0
     effects = {name: dict(values) for name, values in (effects or {}).items()}
     takes = [
-        take(plan, _scattered(base, rng, scatter), effects, zero, noise, rng, step) for plan in plan_series(rig, rng)
+        take(plan, scattered(base, rng, scatter), effects, zero, noise, rng, step) for plan in plan_series(rig, rng)
     ]
     return Series(rig, base, effects, tuple(takes[:-1]), takes[-1], base_gap, seed)
 
 
-def _scattered(base: Base, rng: np.random.Generator, share: float) -> Base:
+def scattered(base: Base, rng: np.random.Generator, share: float) -> Base:
+    """Base parameters of one record: each off by its own share, normal, of relative standard deviation `share`."""
     deviates = rng.standard_normal(len(base))
     return Base(*(value * math.exp(share * deviate) for value, deviate in zip(base, deviates, strict=True)))

@@ -17,6 +17,17 @@ from tests.independent.laws import CHAIN, DRIVE, GRAVITY, Laws
 from tests.independent.sensors import sense
 
 Effects = Mapping[str, Mapping[str, float]]
+OF_READINGS = {
+    "sensor.force_gain",
+    "sensor.force_offset",
+    "sensor.force_drift",
+    "sensor.force_delay",
+    "sensor.force_lag",
+    "sensor.gauge_resonance",
+    "sensor.position_gain",
+    "open.curved_gauge",
+}
+"""Effects that change readings only, not the motion."""
 
 RIM_MASS_WITH_BEARING_FRICTION = 0.05
 FINE_STEP = 5e-6
@@ -94,7 +105,7 @@ def laws_for(conditions: Conditions, base: Base, effects: Effects) -> Laws:
         slip_instant=conditions.slip_instant,
     )
     for name, values in effects.items():
-        if name == CHAIN or (name.startswith("sensor.") and name != "sensor.dial_gauge_force"):
+        if name in OF_READINGS or name == CHAIN:
             continue
         changes = {key: float(value) for key, value in values.items()}
         if name == "rig.inclination_error":
@@ -124,7 +135,7 @@ def simulate(
     driven = conditions.kind == DRIVE
     begin = 0.0 if driven else conditions.release
     n = max(math.ceil((times[-1] - begin) / step) + 1, 2)
-    forces, positions, rest = (_driven if driven else _dropped)(conditions, laws, effects, n, step)
+    forces, positions, rest = (driven_steps if driven else _dropped)(conditions, laws, effects, n, step)
     middles = begin + (np.arange(n) + 0.5) * step
     force = sense(effects, forces, middles, times, step, rest[0])
     position = np.interp(times, middles, positions, left=rest[1])
@@ -165,7 +176,8 @@ def hung(laws: Laws, count: int, weight: float, end: float) -> np.ndarray:
     return np.append(np.cumsum(stretches), end)
 
 
-def _driven(conditions: Conditions, laws: Laws, effects: Effects, n: int, step: float) -> tuple:
+def driven_steps(conditions: Conditions, laws: Laws, effects: Effects, n: int, step: float) -> tuple:
+    """Force and position at the middle of each of `n` steps, and both at rest before the drive moves."""
     drive, rate = fine_motion(conditions.excitation, step, n)
     mass = conditions.weight_mass + conditions.added_mass
     load = mass * GRAVITY * math.sin(conditions.inclination) + conditions.start_excess

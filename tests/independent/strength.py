@@ -124,8 +124,8 @@ def _residuals(task: Task, truth: Sequence[Channels]) -> Residuals:
 def _slopes(task: Task, residuals: Residuals, point: np.ndarray, here: np.ndarray) -> np.ndarray:
     """Forward differences; all records' own nuisances are moved at once, since each moves only its own residuals."""
     drop = task.plans[0].conditions.kind == DROP
-    # Large enough to move switches by more than the step within which they fall, small against a bounce.
-    nudges = (5e-4 * point[0], 0.1, 0.03, 1e-5 if drop else 0.02)
+    # So small that few of the jumps of the force pass a sample.
+    nudges = (1e-5 * point[0], 2e-3, 1e-3, 2e-7 if drop else 1e-3)
     slopes = np.zeros((here.size, point.size))
     for i in range(3):
         moved = point.copy()

@@ -11,9 +11,9 @@ from scipy.linalg import toeplitz
 
 from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
-from fibrefit.problem.noise.coloured import bank_of, coloured_of, variances_of
+from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Coloured, bank_of, coloured_of
 from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, priors_of
@@ -54,10 +54,16 @@ def dense(whitening: Whitening, valid: np.ndarray, residuals: np.ndarray) -> tup
     return square, volume
 
 
-def coloured(valid: np.ndarray) -> Whitening:
-    bank = bank_of([2000.0, 1000.0], 0.15)
-    noise = [Noise(1.2e-4, 6e-3, 2e-3, 0), Noise(3e-13, 1.4e-11, 0.0, 0)]
-    return coloured_of(bank, variances_of(bank, noise, np.array([[0.4, 2e-5], [0.5, 2e-5]])), jnp.asarray(valid))
+UNITS = np.array([[0.4, 2e-5], [0.5, 2e-5]])
+NOISES = (
+    Noise(1.2e-4, 6e-3, 2e-3, 0, lines=((150.3, 4e-3),)),
+    Noise(3e-13, 0.0, 0.0, 0, slow=((8.0, 3e-10), (40.0, 5e-11)), lines=((50.1, 2e-10), (83.7, 1e-10))),
+)
+"""1/f with hum of a mains frequency and another line; and first-order parts with two lines of any frequency."""
+
+
+def coloured(valid: np.ndarray) -> Coloured:
+    return coloured_of(bank_of([2000.0, 1000.0], 0.15), NOISES, UNITS, valid)
 
 
 def test_coloured_innovations_have_the_density_of_the_residuals(valid: np.ndarray) -> None:
@@ -66,6 +72,38 @@ def test_coloured_innovations_have_the_density_of_the_residuals(valid: np.ndarra
     square, volume = dense(whitening, valid, residuals)
     assert float(jnp.sum(whitening.whiten(jnp.asarray(residuals)) ** 2)) == pytest.approx(square, rel=EXACT)
     assert float(whitening.log_scale) == pytest.approx(volume, rel=EXACT)
+
+
+def test_many_rows_are_whitened_as_each_alone(valid: np.ndarray) -> None:
+    rows, whitening = jnp.asarray(np.random.default_rng(9).standard_normal((5, *valid.shape))), coloured(valid)
+    each = np.stack([np.asarray(whitening.whiten(row)) for row in rows])
+    np.testing.assert_allclose(np.asarray(whitening.whiten_rows(rows)), each, rtol=EXACT, atol=EXACT)
+
+
+def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
+    bank, lags = bank_of([2000.0, 1000.0], 0.15), np.arange(40)
+    found = coloured(valid).autocovariance(40) * UNITS[:, :, None] ** 2
+    for r, rate in enumerate((2000.0, 1000.0)):
+        held = np.exp(-2.0 * np.pi * LINE_WIDTH / rate * lags)
+        hum, other = (held * np.cos(2.0 * np.pi * line * lags / rate) for line in (MAINS[0], 150.3))
+        wander = np.asarray(bank.pink)[r] @ np.asarray(bank.decay)[r][:, None] ** lags
+        expected = 1.2e-4 * 0.5 * rate * (lags == 0) + 6e-3 * wander + 2e-3 * hum + 4e-3 * other
+        np.testing.assert_allclose(found[r, 0], expected, rtol=EXACT)
+        # A corner that is none of the bank's is taken by the nearest one.
+        corners = np.asarray(bank.corners)
+        near = [corners[np.argmin(np.abs(np.log(corners / corner)))] for corner in (8.0, 40.0)]
+        parts = [v * np.exp(-2.0 * np.pi * c / rate * lags) for c, v in zip(near, (3e-10, 5e-11), strict=True)]
+        waves = [v * held * np.cos(2.0 * np.pi * f * lags / rate) for f, v in ((50.1, 2e-10), (83.7, 1e-10))]
+        expected = 3e-13 * 0.5 * rate * (lags == 0) + sum(parts) + sum(waves)
+        np.testing.assert_allclose(found[r, 1], expected, rtol=EXACT)
+
+
+def test_of_more_lines_than_there_is_room_for_the_strongest_stay(valid: np.ndarray) -> None:
+    lines = tuple((20.0 * (i + 1), 1e-3 * (i + 1)) for i in range(LINES + 1))
+    many, few = (Noise(1e-4, 0.0, 0.0, 0, lines=some) for some in (lines, lines[1:]))
+    bank, ones = bank_of([2000.0, 1000.0], 0.15), np.ones((2, 1))
+    both = [coloured_of(bank, [noise], ones, valid[:, :1]).autocovariance(20) for noise in (many, few)]
+    np.testing.assert_array_equal(*both)
 
 
 def test_masked_samples_do_not_matter(valid: np.ndarray) -> None:
@@ -92,12 +130,12 @@ def test_autoregressive_innovations_have_the_density_of_the_residuals(valid: np.
 
 def test_wander_has_a_density_of_one_over_f() -> None:
     bank = bank_of([2000.0], 2.0)
-    lags = np.asarray(bank.variance)[0] @ np.asarray(bank.decay)[0][:, None] ** np.arange(200000)
+    lags = np.asarray(bank.pink)[0] @ np.asarray(bank.decay)[0][:, None] ** np.arange(200000)
     frequency = np.array([1.0, 5.0, 20.0, 80.0, 300.0])
     steps = np.arange(1, len(lags))
     waves = np.cos(np.pi * frequency[:, None] / 1000.0 * steps)
     density = 2.0 / 2000.0 * (lags[0] + 2.0 * waves @ lags[1:])
-    # Six relaxations over four decades ripple; hiss hides the upper end.
+    # First-order parts a factor of three apart ripple; hiss hides the upper end.
     np.testing.assert_allclose(density * frequency, 1.0, rtol=0.1)
 
 
@@ -158,12 +196,50 @@ def test_the_data_choose_white_where_it_is_white() -> None:
     assert found.says.startswith("Likelihood: white noise; chosen because it explains the residuals best:")
 
 
+def sampled_density(noise: Noise, frequency: np.ndarray, rate: float = 2000.0) -> np.ndarray:
+    """Of samples: what lies beyond half the rate is folded back."""
+    density = np.full(len(frequency), noise.white)
+    for corner, variance in noise.slow:
+        decay = np.exp(-2.0 * np.pi * corner / rate)
+        turn = np.abs(1.0 - decay * np.exp(2j * np.pi * frequency / rate)) ** 2
+        density += 2.0 / rate * variance * (1.0 - decay**2) / turn
+    return density
+
+
 def test_the_data_choose_coloured_where_it_wanders() -> None:
     found = chosen(0.5, 5)
     assert found.kind == "coloured"
     # The spectrum that was put in: hiss within some per cent, wander within what two short records tell.
-    assert found.noise[0].white == pytest.approx(0.75 * 0.4**2 / 1000.0, rel=0.1)
-    assert found.noise[0].pink == pytest.approx((0.5 * 0.4) ** 2 / np.log(500.0), rel=0.6)
+    frequency = np.array([4.0, 10.0, 30.0, 700.0, 900.0])
+    truth = 0.75 * 0.4**2 / 1000.0 + (0.5 * 0.4) ** 2 / np.log(500.0) / frequency
+    density = sampled_density(found.noise[0], frequency)
+    np.testing.assert_allclose(density[:3], truth[:3], rtol=0.6)
+    np.testing.assert_allclose(density[3:], truth[3:], rtol=0.1)
+    assert found.noise[0].lines == ()
+
+
+def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() -> None:
+    task = task_of(series(np.random.default_rng(4), share=0.0), 0.0)
+    linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(fitted(task))))
+    hum = 0.6 * np.sin(2.0 * np.pi * 50.1 * np.arange(linear.residuals.shape[-1]) / 2000.0)
+    hummed = linear.residuals.copy()
+    hummed[:, 0] += hum
+    found = choose_noise_model(task.problem, linear._replace(residuals=hummed))
+    assert found.kind == "coloured"
+    ((frequency, variance),) = found.noise[0].lines
+    # Two records of half a second: lines two hertz apart are told apart, and its phase in so few is no average.
+    assert abs(frequency - 50.1) < 1.0
+    assert variance == pytest.approx(0.5 * (0.6 * 0.4) ** 2, rel=0.3)
+    # The negative control: in the other channel there is none.
+    assert found.noise[1].lines == ()
+    stated = {"force": Noise(2e-4, 0.0, 0.0, 0), "position": Noise(3e-13, 0.0, 0.0, 0)}
+    taken = choose_noise_model(task.problem, linear, "coloured", spectrum=stated)
+    assert taken.noise == tuple(stated.values())
+    assert (
+        taken.says
+        == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in "
+        + ("position), as asked for.")
+    )
 
 
 def test_the_order_of_an_autoregression_is_found() -> None:

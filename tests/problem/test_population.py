@@ -35,7 +35,7 @@ def unknowns() -> Unknowns:
     )
 
 
-def weighed(logs: np.ndarray) -> weighing.Evidence:
+def weighed(logs: np.ndarray) -> weighing.MarginalLikelihood:
     """Of records that each read the logarithm of one value."""
 
     def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:

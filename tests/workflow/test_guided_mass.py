@@ -73,10 +73,11 @@ def test_without_widening_the_errors_would_be_too_small() -> None:
     assert max(misses) > 3.0
 
 
-def test_friction_that_differs_by_direction_is_missed_and_then_found() -> None:
+def test_friction_that_differs_by_direction_is_found_in_sum_with_a_constant_force() -> None:
     lacking = fitted(asymmetry=0.25, ripple=0.0)
     complete = fitted((VISCOUS, SHAPED), asymmetry=0.25, ripple=0.0)
-    assert complete.identification.gap["position"].rms < lacking.identification.gap["position"].rms
+    # Two ends of one minimum, up to where a search stops.
+    assert complete.identification.gap["position"].rms < (1.0 + 1e-6) * lacking.identification.gap["position"].rms
     # A constant force imitates it but for the instants of rest: only the sum of both is sure.
     push = complete.parameters["force_offset"].value
     push += complete.parameters["friction"].value * complete.parameters[f"{SHAPED}.asymmetry"].value

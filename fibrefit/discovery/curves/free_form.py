@@ -11,7 +11,8 @@ import numpy as np
 from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
-from fibrefit.discovery.engine.marginal import Heights, Weighed
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.catalogue import suits

@@ -4,38 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES, Ground, absent_values, carried
-from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows
+from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
+from fibrefit.discovery.engine.priors import Heights, unknowns_of
+from fibrefit.discovery.engine.screening import Direction, Promise, directions, start_of
+from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
-from fibrefit.problem.estimate.evidence import Evidence, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import Mode as Optimum
-from fibrefit.problem.estimate.gauss_newton import Unknowns, arrowhead, mode, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.inputs.reactions import whitened
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 
-BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
-"""Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,
-and of a strength in units of its typical size."""
-WEAK = 0.02
-"""Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-VANISHES = 1e-6
-"""Base parameter, as a share of its typical size, below which its logarithm says nothing."""
-FURTHEST = 12.0
-"""Logarithm of the largest factor by which a base parameter may move."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +83,12 @@ class Weighed:
         Added to the model the search began with, in the order they were found.
     frame : Frame
         One that holds them, not whitened.
-    evidence : Evidence
+    evidence : MarginalLikelihood
     """
 
     effects: tuple[type[Effect], ...]
     frame: Frame
-    evidence: Evidence
+    evidence: MarginalLikelihood
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -129,112 +121,6 @@ class Weighed:
         unknowns, place = self.evidence.mode.unknowns, self.evidence.mode.place
         error = np.sqrt(np.diag(self.evidence.spread)) * np.abs(unknowns.slope(place.z))
         return dict(zip(unknowns.names, error.tolist(), strict=False))
-
-
-class Heights(NamedTuple):
-    """Heights of a curve among the unknowns, and how much neighbours may differ.
-
-    Parameters
-    ----------
-    names : tuple of str
-    size : float
-        Unit of the heights, in SI units.
-    walk : float
-        Standard deviation of the difference of neighbours, in that unit.
-    """
-
-    names: tuple[str, ...]
-    size: float
-    walk: float
-
-    def precision(self) -> np.ndarray:
-        """Prior of the heights ``(n, n)``: a random walk whose level is all but free."""
-        steps = np.diff(np.eye(len(self.names)), axis=0) / self.walk
-        return steps.T @ steps + np.eye(len(self.names)) / (LEVEL_SD**2 * len(self.names))
-
-
-LEVEL_SD = 10.0
-
-
-def unknowns_of(
-    frame: Frame,
-    ground: Ground,
-    effects: Iterable[type[Effect]],
-    reference: dict[str, float],
-    curve: Heights | None = None,
-) -> Unknowns:
-    """What is unknown when effects are on, and the priors.
-
-    Parameters
-    ----------
-    frame : Frame
-    ground : Ground
-    effects : iterable of Effect classes
-    reference : mapping of name to float
-        Base parameters of the first fit, in SI units.
-    curve : Heights, optional
-        Of a probe on top of them.
-    """
-    subset = ground.subset(effects)
-    rows = [_line(frame.declared[name], name, reference.get(name), effects) for name in subset.shared]
-    if curve is not None:
-        subset = replace(subset, shared=subset.shared + curve.names)
-        rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
-    log, middle, scale, mean, sd, lower, upper, one_sided = (
-        np.array([row[i] for row in rows], dtype=kind)
-        for i, kind in enumerate((bool, float, float, float, float, float, float, bool))
-    )
-    precision = np.diag(sd**-2.0)
-    if curve is not None:
-        precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
-    base = np.array([name in ground.scattering for name in subset.shared], dtype=bool)
-    index = {name: i for i, name in enumerate(frame.names)}
-    layout = frame.problem.layout
-    slots = {slot.name: slot for slot in layout.slots}
-    free = np.array(
-        [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
-    ).reshape(len(layout.records), len(subset.each))
-    return Unknowns(
-        names=(*subset.shared, *subset.each),
-        shared=np.array([index[name] for name in subset.shared], dtype=int),
-        each=np.array([index[name] for name in subset.each], dtype=int),
-        free=free,
-        scattering=np.flatnonzero(base & log),
-        log=log,
-        reference=middle,
-        scale=scale,
-        mean=mean,
-        precision=precision,
-        lower=lower,
-        upper=upper,
-        one_sided=one_sided,
-        size=np.array([abs(frame.declared[name].typical) for name in subset.each], dtype=float),
-    )
-
-
-def _line(declared: Parameter, name: str, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
-    """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper, one_sided."""
-    strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
-    typical = declared.typical
-    if reference is not None:
-        if declared.lower >= 0.0 and reference > VANISHES * abs(typical):
-            limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
-            return True, reference, 1.0, 0.0, BASE_SD, *limits, False
-        size = max(abs(typical), abs(reference))
-        limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
-        return False, reference, size, 0.0, BASE_SD, *limits, False
-    spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
-    if spans:
-        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
-    null = declared.null if name in strengths else typical
-    scale = typical - null if name in strengths else (abs(typical) or 1.0)
-    ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
-    return False, null, scale, 0.0, STRENGTH_SD, *ends, name in strengths and 0.0 in ends
-
-
-def _log(ratio: float) -> float:
-    with np.errstate(divide="ignore"):
-        return float(np.log(max(ratio, 0.0)))
 
 
 class Scales:
@@ -291,34 +177,97 @@ class Scales:
         sigma: np.ndarray,
         eta: np.ndarray,
         curve: Heights | None = None,
-    ) -> Evidence:
+    ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
         unknowns = unknowns_of(frame, self.ground, effects, self.reference, curve)
         place = place_of(unknowns, local, eta)
         normal = arrowhead(unknowns, place, self._gram(frame))
-        return laplace(Optimum(unknowns, place, normal, sigma, np.inf, 1))
+        return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
-    def extended(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], starts: int = 1) -> Weighed:
-        """A parent with further effects, from where they are weak, each sign and shape of them looked at.
+    def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
+        """A hypothesis where it is, without a descent."""
+        found = parent.evidence.mode
+        return Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
+
+    def absent(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], gain: float) -> Weighed:
+        """A parent with further effects at their nulls, and the gain that slopes promise of them."""
+        effects, found = (*parent.effects, *added), parent.evidence.mode
+        local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+        place, old = place_of(unknowns, local, found.place.eta), parent.evidence
+        size = len(unknowns.shared)
+        blank = np.full((len(old.grid), size), np.nan)
+        covariance = np.full((len(old.grid), size, size), np.nan)
+        at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
+        return Weighed(effects, frame, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+
+    def extended(self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise) -> Weighed:
+        """A parent with a further effect, from where slopes promise most of it.
 
         Parameters
         ----------
         parent : Weighed
         frame : Frame
-            One that holds all effects.
-        added : sequence of Effect classes
-        starts : int
-            Descents, from the places where slopes promise most.
+            One that holds the effect too.
+        effect : Effect class
+        promise : Promise
+            Of the effect on that parent.
         """
-        effects, found = (*parent.effects, *added), parent.evidence.mode
+        found = parent.evidence.mode
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        places = weak_starts(frame, local, added)
-        if len(places) > starts:
-            promised = [self.glance(frame, effects, place, found.sigma, found.place.eta).log for place in places]
-            order = np.argsort([-value if np.isfinite(value) else np.inf for value in promised])
-            places = [places[i] for i in order[:starts]]
-        ends = [self.weigh(frame, effects, place, found.sigma, found.place.eta) for place in places]
-        return max(ends, key=lambda end: end.log)
+        for name, value in promise.values.items():
+            local[:, frame.names.index(name)] = value
+        return self.weigh(frame, (*parent.effects, effect), local, found.sigma, found.place.eta)
+
+    def screened(self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]]) -> dict[type[Effect], Promise]:
+        """What slopes promise of each effect on top of a parent, at the best of its shapes.
+
+        All effects of a frame are looked at together, one simulation each.
+
+        Parameters
+        ----------
+        parent : Weighed
+        frame : Frame
+            One that holds all of them.
+        effects : sequence of Effect classes
+        """
+        unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
+        base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        promised = dict.fromkeys(effects, Promise(-np.inf, {}))
+        shapes = {effect: directions(effect) for effect in effects}
+        for number in range(max((len(ways) for ways in shapes.values()), default=0)):
+            there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
+            local = base.copy()
+            for effect, direction in there.items():
+                for name, value in direction.shapes.items():
+                    local[:, frame.names.index(f"{effect.name}.{name}")] = value
+            for effect, promise in self._promises(frame, unknowns, local, found, there):
+                promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
+        return promised
+
+    def _promises(
+        self,
+        frame: Frame,
+        unknowns: Unknowns,
+        local: np.ndarray,
+        found: PosteriorMode,
+        there: dict[type[Effect], Direction],
+    ) -> list[tuple[type[Effect], Promise]]:
+        """Score test of each direction: its gain less what it costs, and where that is."""
+        ways = [(effect, name, value) for effect, way in there.items() for name, value in way.strengths]
+        columns = np.array([frame.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
+        place = place_of(unknowns, local, found.place.eta)
+        values = np.array([value for *_, value in ways])
+        grams = local_grams(unknowns, place, self._gram(frame), (columns, values))
+        score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
+        seen = np.where(information > 0.0, information, np.inf)
+        gains = np.where(information > 0.0, 0.5 * score**2 / seen - PRICE, -np.inf)
+        found_all = []
+        for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
+            shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
+            start = {f"{effect.name}.{name}": start_of(frame, f"{effect.name}.{name}", value, share)}
+            found_all.append((effect, Promise(float(gain), shapes | start)))
+        return found_all
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, from where it is."""
@@ -364,6 +313,44 @@ class Scales:
             found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.reactions.rows[r]))
         return np.stack(found, axis=1).reshape(draws, *shape)
 
+    def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
+        """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
+
+        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that foretell little, a
+        spectrum that is not quite right. A gain counts for as much less.
+
+        Parameters
+        ----------
+        weighed : Weighed
+        names : iterable of str
+            Shared values; the largest of their ratios is told.
+
+        Source
+        ------
+        White, Econometrica 50 (1982).
+        """
+        found, kept = weighed.evidence.mode, []
+        unknowns, frame = found.unknowns, self.yardstick.on(weighed.frame)
+
+        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            kept.append(stretch_products(frame, local, columns, targets, self.ground.whole)[0])
+            return kept[0].sum(axis=1)
+
+        grams = local_grams(unknowns, found.place, gram)
+        raw = np.sqrt(np.maximum(np.einsum("rsii->ri", kept[0]), 1e-300))
+        rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
+        scores = kept[0][..., :-1, -1] * rate[:, None, :-1]
+        n, mine = len(unknowns.shared), unknowns.own
+        precision = np.concatenate([np.zeros(len(unknowns.each)), np.maximum(found.sigma, RIGID) ** -2.0])
+        held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
+        share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
+        own = np.where(held[:, None], 0.0, scores[..., mine])
+        covariance = weighed.evidence.covariance[int(np.argmax(weighed.evidence.weight))]
+        moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
+        ratio = np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300)
+        index = [unknowns.names.index(name) for name in names]
+        return max(1.0, *(float(ratio[i]) for i in index))
+
     def innovations(self, weighed: Weighed) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
         left = jnp.asarray(self.residuals(weighed)[0])
@@ -372,33 +359,3 @@ class Scales:
     def _gram(self, frame: Frame):  # type: ignore[no-untyped-def]
         seen = self.yardstick.on(frame)
         return lambda local, columns, targets: seen.grams(local, columns, targets, self.ground.whole)
-
-
-def weak_starts(frame: Frame, local: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
-    """Values with added effects weakly present: each sign that makes sense, each shape."""
-    choices = [list(product(*(_weak(effect, parameter) for parameter in effect.parameters))) for effect in added]
-    starts = []
-    for choice in product(*choices):
-        values = local.copy()
-        for effect, sizes in zip(added, choice, strict=True):
-            for parameter, size in zip(effect.parameters, sizes, strict=True):
-                values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
-        starts.append(values)
-    return starts
-
-
-def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
-    if parameter.name not in effect.strength:
-        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
-    elif parameter.unit == "Hz":
-        sizes = list(FREQUENCIES * parameter.typical)
-    elif parameter.reciprocal:
-        sizes = [parameter.typical / WEAK**0.5]
-    else:
-        step = max(WEAK, effect.singular) * (parameter.typical - parameter.null)
-        both = parameter.lower < parameter.null < parameter.upper
-        sizes = [parameter.null + step, *([parameter.null - step] if both else [])]
-    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]
-
-
-__all__ = ["Scales", "Weighed", "Yardstick", "mode", "unknowns_of", "weak_starts", "yardstick_of"]

@@ -6,7 +6,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -31,6 +31,8 @@ WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
 
+BUCKET = 4
+"""Rows are whitened and multiplied in multiples of this."""
 STRETCHES = 64
 """Equal parts of a record whose say in the values is told one by one."""
 FAR = 1.4
@@ -126,22 +128,6 @@ class Frame:
         counts : (n_record,) int
             Horizon of each record in samples.
         """
-        return self.grams_and_scores(local, columns, targets, counts)[0]
-
-    def grams_and_scores(
-        self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Gram matrices as `grams`, and the part each stretch of a record has in the last column of them.
-
-        Parameters
-        ----------
-        local, columns, targets, counts : as `grams`
-
-        Returns
-        -------
-        grams : (n_record, n_active + 1, n_active + 1)
-        scores : (n_record, n_active, STRETCHES)
-        """
         active = len(columns)
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
         width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
@@ -155,9 +141,10 @@ class Frame:
         horizon = jnp.asarray(counts, dtype=jnp.int32)
         rows = _rows(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
         weight = self.problem.observations.weight
-        grams, scores = _products(rows, weight, self.reactions, self.whitening)
+        rows = rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
+        grams = np.asarray(_products(rows, len(weight), self.reactions, self.whitening))
         keep = np.r_[1 : 1 + active, 0]
-        return np.asarray(grams)[:, keep][:, :, keep], np.asarray(scores)[:, :active]
+        return grams[:, keep][:, :, keep]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
@@ -298,38 +285,37 @@ def _rows(
 
 
 @eqx.filter_jit
-def _products(
-    rows: jax.Array, weight: Mapping[str, jax.Array], reactions: Reactions | None, whitening: Coloured | None
-) -> tuple[jax.Array, jax.Array]:
-    """Gram matrices of the rows, the errors of inputs eliminated, and what each stretch adds to the first column."""
-    number = len(weight)
-    if whitening is not None:
-        split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
-        rows = jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
+def _products(rows: jax.Array, number: int, reactions: Reactions | None, whitening: Coloured | None) -> jax.Array:
+    """Gram matrices of the rows of `number` channels, whitened, the errors of inputs eliminated."""
+    rows = _white(rows, number, whitening)
+    if reactions is None:
+        return jax.lax.map(lambda rows: rows @ rows.T, rows)
 
-    def one(row: tuple) -> tuple[jax.Array, jax.Array]:
+    def one(row: tuple) -> jax.Array:
         rows, reactions = row
         gram = rows @ rows.T
-        if reactions is None:
-            return gram, _in_stretches(rows, rows[0], number)
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
         pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
-        wave = (reactions.inverse @ pulled[0]).astype(jnp.float32)
-        told = _in_stretches(rows, rows[0] - (wave @ reactions.rows).astype(float), number)
-        return gram - pulled @ reactions.inverse @ pulled.T, told
+        return gram - pulled @ reactions.inverse @ pulled.T
 
     return jax.lax.map(one, (rows, reactions))
+
+
+def _white(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Array:
+    """Rows ``(n_record, n_row, number * n_time)`` of `number` channels, whitened."""
+    if whitening is None:
+        return rows
+    split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
+    return jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
 
 
 @eqx.filter_jit
 def _within_stretches(
     rows: jax.Array, number: int, reactions: Reactions | None, whitening: Coloured | None
 ) -> tuple[jax.Array, jax.Array]:
-    if whitening is not None:
-        split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
-        rows = jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
+    rows = _white(rows, number, whitening)
     if reactions is not None:
         pulled = jnp.einsum("rkn,rwn->rkw", rows, reactions.rows.astype(float))
         rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, reactions.inverse, reactions.rows.astype(float))
@@ -340,11 +326,3 @@ def _within_stretches(
     products = jnp.einsum("rkcst,rlcst->rskl", parts, parts)
     squares = jnp.einsum("rkcst,rcst->rsk", parts[:, :-1] ** 2, parts[:, -1] ** 2)
     return products, squares
-
-
-def _in_stretches(rows: jax.Array, residuals: jax.Array, number: int) -> jax.Array:
-    """Products of all but the first row with the residuals, summed over each stretch, ``(n_row - 1, STRETCHES)``."""
-    products = (rows[1:] * residuals).reshape(len(rows) - 1, number, -1)
-    size = -(-products.shape[-1] // STRETCHES)
-    ends = jnp.pad(products.sum(axis=1), ((0, 0), (0, STRETCHES * size - products.shape[-1])))
-    return ends.reshape(len(rows) - 1, STRETCHES, size).sum(axis=-1)

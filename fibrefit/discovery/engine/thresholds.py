@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import chi2
 
-from fibrefit.problem.estimate.evidence import Evidence
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
 NAMED = 5.0
 """Logarithm of the Bayes factor from which an effect is named. On forty series without an effect the largest was 0.5 in
@@ -22,7 +22,7 @@ NOISE_LIKE = 1.045
 ALARM = 1e-4
 """Probability of innovations as strange as these, if the model were complete, below which it is not."""
 CONTRADICTED = 1e-5
-"""The same for slow parts of the noise that records at rest do not show: rests are short, and their noise may change."""
+"""The same for slow noise that records at rest do not show: rests are short, and their noise may change."""
 
 
 PRICE = 4.0
@@ -41,7 +41,7 @@ def gate(parameters: int, louder: float = 1.0) -> float:
     return 2.0 * (NAMED + PRICE * parameters) * louder
 
 
-def occam(before: Evidence, after: Evidence) -> float:
+def occam(before: MarginalLikelihood, after: MarginalLikelihood) -> float:
     """Nats that further parameters cost before they explain anything, ``after`` being ``before`` with them."""
     return 0.5 * (before.mode.objective - after.mode.objective) - (after.log - before.log)
 

@@ -85,7 +85,7 @@ def _names(best: Weighed) -> tuple[str, ...]:
 
 
 def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
-    """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of the parameters that may vary.
+    """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of what may vary.
 
     Scores are those of a noise as large as the innovations are where each parameter is seen.
     """
@@ -116,7 +116,8 @@ def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
         total += sum(gain for gain, _ in each) - lost[0]
         freedom += sum(rank for _, rank in each) - lost[1]
     probability = float(chi2.sf(total, freedom)) if freedom > 0 else 1.0
-    says = f"Parameters of their own in {WINDOWS} parts of each motion gain {total:.0f} in twice the log likelihood, where "
+    says = f"Parameters of their own in {WINDOWS} parts of each motion gain {total:.0f} in twice the log likelihood, "
+    says += "where "
     return Alarm(
         "constancy of the parameters", probability, ALARM, f"{says}chance gives {freedom} (p = {probability:.2g})."
     )

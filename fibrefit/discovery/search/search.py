@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, alone, fit_all, scouted
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
 from fibrefit.discovery.engine.refit import Refit
+from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
@@ -23,6 +24,8 @@ REFITTED = 4
 """Candidates that always are."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
+UNPROMISING = -2.0
+"""Nats that slopes promise, by which they may err, below which an effect is not looked at any further."""
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 
@@ -117,23 +120,58 @@ class Search:
     def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
         """A parent with each of some effects, the most probable first."""
         plain = self.plain(parent)
-        far = self.gap(plain) > NEARLY
-        ends = self._in_plain_squares(plain, effects, what) if far else {}
-        jobs = [partial(self._weighed, parent, effect, ends.get(effect)) for effect in effects]
-        first = SCREENING_SHARE if far else 0.0
-        tell = lambda done: self.tell(what, first + (1.0 - first) * done / max(len(jobs), 1))  # noqa: E731
-        found = fit_all(jobs, tell)
+        if self.gap(plain) > NEARLY:
+            found = self._from_plain_squares(parent, plain, effects, what)
+        else:
+            found = self._from_slopes(parent, effects, what)
         return sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
 
-    def _weighed(self, parent: Weighed, effect: type[Effect], end: Hypothesis | None) -> Weighed:
-        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
+    def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
+        """A parent with each effect whose slopes promise something, from where it is weak."""
+        groups: dict[int, tuple[Frame, list[type[Effect]]]] = {}
+        for effect in effects:
+            frame = self.frame_for(effect, parent.effects)
+            groups.setdefault(id(frame), (frame, []))[1].append(effect)
+        screens = [partial(self.scales.screened, parent, frame, some) for frame, some in groups.values()]
+        promised: dict[type[Effect], Promise] = {}
+        for screen in fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1))):
+            promised |= screen
+        near = [effect for effect in effects if promised[effect].gain > UNPROMISING]
+        jobs = [
+            partial(self.scales.extended, parent, self.frame_for(effect, parent.effects), effect, promised[effect])
+            for effect in near
+        ]
+        found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
+        rest = [effect for effect in effects if effect not in near]
+        return [*found, *(self._as_promised(parent, effect, promised[effect].gain) for effect in rest)]
+
+    def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
+        """A parent with an effect that is not there: its slopes promise too little to look any further."""
         frame = self.frame_for(effect, parent.effects)
-        if end is not None:
-            found = self.scales.weigh(end.frame, end.effects, end.fit.local)
-            if found.log > parent.log - WRONG_MINIMUM:
-                return found
-            return max(found, self.scales.extended(parent, frame, (effect,)), key=lambda one: one.log)
-        return self.scales.extended(parent, frame, (effect,))
+        return self.scales.absent(parent, frame, (effect,), gain)
+
+    def _from_plain_squares(
+        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
+    ) -> list[Weighed]:
+        """A parent with each effect, from where plain squares led: in full those that are promising there."""
+        ends = sorted(self._in_plain_squares(plain, effects, what).values(), key=lambda end: end.fit.cost)
+        far = PROMISING * ends[0].fit.cost if ends else 0.0
+        jobs = [partial(self._weighed, parent, end, i < REFITTED or end.fit.cost < far) for i, end in enumerate(ends)]
+        share = 1.0 - SCREENING_SHARE
+        return fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
+
+    def _weighed(self, parent: Weighed, end: Hypothesis, near: bool) -> Weighed:
+        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
+        if not near:
+            return self.scales.at_once(end.frame, end.effects, end.fit.local, parent)
+        found = self.scales.weigh(end.frame, end.effects, end.fit.local)
+        if found.log > parent.log - WRONG_MINIMUM:
+            return found
+        effect = end.effects[-1]
+        promise = self.scales.screened(parent, end.frame, [effect])[effect]
+        if not np.isfinite(promise.gain):
+            return found
+        return max(found, self.scales.extended(parent, end.frame, effect, promise), key=lambda one: one.log)
 
     def _in_plain_squares(
         self, plain: Hypothesis, effects: Sequence[type[Effect]], what: str

@@ -21,7 +21,8 @@ from itertools import product
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Mode, Place, Unknowns, eliminated, mode, solved
+from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Place, PosteriorMode, Unknowns, mode
+from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
@@ -40,12 +41,12 @@ ROUNDS = 4
 
 
 @dataclass(frozen=True)
-class Evidence:
+class MarginalLikelihood:
     """Marginal likelihood of a model, and what the records say of their differences.
 
     Parameters
     ----------
-    mode : Mode
+    mode : PosteriorMode
         At the most probable standard deviations.
     log : float
         Logarithm of the marginal likelihood, up to what all models of the same records share.
@@ -58,7 +59,7 @@ class Evidence:
     covariance : (n_grid, n_shared, n_shared)
     """
 
-    mode: Mode
+    mode: PosteriorMode
     log: float
     grid: np.ndarray
     weight: np.ndarray
@@ -86,7 +87,9 @@ class Evidence:
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
 
 
-def weigh(unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: float) -> Evidence:
+def weigh(
+    unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: float
+) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
 
     Parameters
@@ -110,8 +113,8 @@ def weigh(unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None
     return evidence
 
 
-def laplace(found: Mode) -> Evidence:
-    """Evidence from the matrices at a mode."""
+def laplace(found: PosteriorMode) -> MarginalLikelihood:
+    """MarginalLikelihood from the matrices at a mode."""
     unknowns, place, normal = found.unknowns, found.place, found.normal
     grid, prior = _grid(len(unknowns.scattering))
     n = len(unknowns.each)
@@ -134,30 +137,42 @@ def laplace(found: Mode) -> Evidence:
     )
     log = -0.5 * lowest - 0.5 * (_log_det(schur) + _log_det(blocks).sum(axis=-1))
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
-    log = log + 0.5 * float(_log_det(unknowns.precision)) + _one_sided(unknowns, place.z + dz, inverse)
+    inside = np.clip(place.z + dz, unknowns.lower, unknowns.upper)
+    log = log + 0.5 * float(_log_det(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
     log = log + prior
     peak = log.max()
     weight = np.exp(log - peak)
-    return Evidence(found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), place.z + dz, inverse)
+    return MarginalLikelihood(found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), inside, inverse)
 
 
-def _one_sided(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Logarithm of what a bound at the prior's mean leaves of the posterior, over the half it leaves of the prior."""
+def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Logarithm of the share of the posterior that bounds leave, over the share they leave of the prior.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    z : (n_grid, n_shared)
+        Where the posterior would be highest without bounds.
+    covariance : (n_grid, n_shared, n_shared)
+    """
     from scipy.special import log_ndtr
 
-    total = np.zeros(len(z))
-    for j in np.flatnonzero(unknowns.one_sided):
-        below = unknowns.lower[j] >= unknowns.mean[j]
-        distance = z[:, j] - unknowns.lower[j] if below else unknowns.upper[j] - z[:, j]
+    total = np.full(len(z), np.log(2.0) * np.count_nonzero(unknowns.one_sided))
+    bounded = np.isfinite(unknowns.lower) | np.isfinite(unknowns.upper)
+    for j in np.flatnonzero(bounded):
         error = np.sqrt(np.maximum(covariance[:, j, j], 1e-300))
-        total += np.log(2.0) + log_ndtr(distance / error)
+        below, above = (unknowns.lower[j] - z[:, j]) / error, (unknowns.upper[j] - z[:, j]) / error
+        # Of the two tails the probability between is the difference of those on the side where both are small.
+        low, high = np.where(below > 0.0, -above, below), np.where(below > 0.0, -below, above)
+        beyond = np.minimum(log_ndtr(low) - log_ndtr(high), -1e-300)
+        total += log_ndtr(high) + np.log(-np.expm1(beyond))
     return total
 
 
 def _grid(number: int) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand."""
     levels = LEVELS if number <= MANY else FEW_LEVELS
-    grid = np.array(list(product(levels, repeat=number))).reshape(-1, number)
+    grid = np.array(list(product(levels, repeat=number)), dtype=float).reshape(len(levels) ** number, number)
     if not number:
         return grid, np.zeros(1)
     some = np.array(levels[1:])

@@ -7,13 +7,12 @@ Law
 ---
 Residuals ``e_r(z, eta_r, nu_r)`` with shared coordinates ``z ~ N(mean, P^-1)``, relative deviations of a record
 ``eta_r ~ N(0, diag sigma^2)`` and nuisances ``nu_r`` of which nothing is known beforehand. What is minimised is
-``Q = sum |e_r|^2 + sum (eta_r / sigma)^2 + (z - mean)' P (z - mean)``. A coordinate is the logarithm of a value over its
-reference, or its distance from there in units of its scale; a deviation is added to the logarithm.
+``Q = sum |e_r|^2 + sum (eta_r / sigma)^2 + (z - mean)' P (z - mean)``. A coordinate is the logarithm of a value over
+its reference, or its distance from there in units of its scale; a deviation is added to the logarithm.
 
 Source
 ------
-Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963); elimination of the records' own unknowns: Golub and
-Pereyra, SIAM J. Numer. Anal. 10 (1973).
+Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963).
 """
 
 from __future__ import annotations
@@ -23,6 +22,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+
+from fibrefit.problem.estimate.schur import eliminated, solved
 
 STEP = 1e-6
 """Difference step of a coordinate."""
@@ -158,7 +159,7 @@ class Arrowhead(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Mode:
+class PosteriorMode:
     """Where Q is smallest.
 
     Parameters
@@ -232,31 +233,53 @@ def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
 
 def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
     """Normal equations about a place."""
-    local, n = local_of(unknowns, place), len(unknowns.shared)
-    steps = np.concatenate(
-        [
-            np.where(unknowns.log, STEP, STEP * np.maximum(np.abs(place.z), STEADY)),
-            np.full(len(unknowns.each), STEP * 1.0),
-        ]
-    )
-    own = np.maximum(np.abs(place.own), STEADY)
-    per = np.concatenate([np.repeat(steps[None, :n], len(local), axis=0), steps[n:] * own], axis=1)
+    return arranged(unknowns, local_grams(unknowns, place, gram))
+
+
+def local_grams(
+    unknowns: Unknowns, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None
+) -> np.ndarray:
+    """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    gram : callable
+    further : ((n_direction,) int, (n_direction,) in SI units), optional
+        Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
+    """
+    local = local_of(unknowns, place)
     z = np.repeat(place.z[None], len(local), axis=0)
     z[:, unknowns.scattering] += place.eta
-    targets = np.concatenate([unknowns.value(z + per[:, :n]), (place.own + per[:, n:]) * unknowns.size], axis=1)
-    grams = gram(local, unknowns.columns, targets)
-    rate = np.concatenate([1.0 / per, np.ones((len(per), 1))], axis=1)
-    grams = grams * rate[:, :, None] * rate[:, None, :]
-    held = np.concatenate([~unknowns.free, np.zeros((len(local), len(unknowns.scattering)), dtype=bool)], axis=1)
-    mine = unknowns.own
+    shared = np.where(unknowns.log, STEP, STEP * np.maximum(np.abs(place.z), STEADY))
+    steps = np.repeat(shared[None], len(local), axis=0)
+    own = STEP * np.maximum(np.abs(place.own), STEADY)
+    targets = np.concatenate([unknowns.value(z + steps), (place.own + own) * unknowns.size], axis=1)
+    columns, rate = unknowns.columns, np.concatenate([1.0 / steps, 1.0 / own], axis=1)
+    if further is not None:
+        columns = np.concatenate([columns, further[0]])
+        targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
+    rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
+    return gram(local, columns, targets) * rate[:, :, None] * rate[:, None, :]
+
+
+def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
+    """Products of slopes sorted into what is shared and what belongs to each record."""
+    n, mine = len(unknowns.shared), unknowns.own
+    held = held_places(unknowns)
     blocks, cross = grams[:, mine[:, None], mine], grams[:, :n][:, :, mine]
     pulls = np.where(held, 0.0, grams[:, mine, -1])
-    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)) * 1.0, blocks)
+    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), blocks)
     cross = np.where(held[:, None, :], 0.0, cross)
-    costs = grams[:, -1, -1]
-    return Arrowhead(
-        grams[:, :n, :n].sum(axis=0), cross, blocks, grams[:, :n, -1].sum(axis=0), pulls, float(costs.sum()), costs
-    )
+    costs, pull = grams[:, -1, -1], grams[:, :n, -1].sum(axis=0)
+    return Arrowhead(grams[:, :n, :n].sum(axis=0), cross, blocks, pull, pulls, float(costs.sum()), costs)
+
+
+def held_places(unknowns: Unknowns) -> np.ndarray:
+    """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
+    deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)
+    return np.concatenate([~unknowns.free, deviations], axis=1)
 
 
 def mode(
@@ -266,7 +289,7 @@ def mode(
     sigma: np.ndarray,
     settled: float = SETTLED,
     max_steps: int = STEPS,
-) -> Mode:
+) -> PosteriorMode:
     """Minimise Q from a place.
 
     Parameters
@@ -284,11 +307,11 @@ def mode(
 
     Returns
     -------
-    Mode
+    PosteriorMode
     """
     place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
     here = arrowhead(unknowns, place, gram)
-    found = Mode(unknowns, place, here, sigma, np.inf, 1)
+    found = PosteriorMode(unknowns, place, here, sigma, np.inf, 1)
     damping, promised = 1e-4, np.inf
     while found.steps < max_steps:
         trial, promised = _trial(found, damping)
@@ -306,97 +329,57 @@ def mode(
     return replace(found, promised=float(promised))
 
 
-def _trial(found: Mode, damping: float) -> tuple[Place, float]:
+def _trial(found: PosteriorMode, damping: float) -> tuple[Place, float]:
     """Place after a damped step inside the bounds, and the fall of Q it promises."""
-    unknowns, place, normal = found.unknowns, found.place, found.normal
-    precision = 1.0 / np.maximum(found.sigma, RIGID) ** 2
-    shared = normal.shared + unknowns.precision
-    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean)
-    n = len(unknowns.each)
-    blocks, pulls = normal.blocks.copy(), normal.pulls.copy()
-    index = n + np.arange(len(precision))
-    blocks[:, index, index] += precision
-    pulls[:, n:] += place.eta * precision
-    stuck = ((place.z <= unknowns.lower) & (pull > 0.0)) | ((place.z >= unknowns.upper) & (pull < 0.0))
-    free = ~stuck & (np.diag(shared) > 0.0)
+    unknowns, place = found.unknowns, found.place
+    whole = _with_priors(found)
+    stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
+    free = ~stuck & (np.diag(whole.shared) > 0.0)
+    held = np.zeros(len(place.z))
     for _ in range(len(free) + 1):
-        dz, own = _solved(shared, normal.cross, blocks, pull, pulls, damping, free)
+        dz, own = _solved(whole, damping, free, held)
         outside = free & ((place.z + dz < unknowns.lower) | (place.z + dz > unknowns.upper))
         if not outside.any():
             break
         # What would leave its bounds is brought to them, and the others move with it held there.
-        dz = np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z
-        if not (np.abs(dz[outside]) <= 1e-12).all():
-            own = _own_step(normal.cross, blocks, pulls, dz, damping)
-            break
+        held = np.where(outside, np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z, held)
         free &= ~outside
+    n = len(unknowns.each)
     way = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
-    linear = pull @ dz + np.sum(pulls * own)
-    bend = dz @ shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, normal.cross, own)
-    bend += np.einsum("ri,rij,rj->", own, blocks, own)
+    linear = whole.pull @ dz + np.sum(whole.pulls * own)
+    bend = dz @ whole.shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, whole.cross, own)
+    bend += np.einsum("ri,rij,rj->", own, whole.blocks, own)
     return way, float(-2.0 * linear - bend)
 
 
-def _solved(
-    shared: np.ndarray,
-    cross: np.ndarray,
-    blocks: np.ndarray,
-    pull: np.ndarray,
-    pulls: np.ndarray,
-    damping: float,
-    free: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Steps of shared and own unknowns; those that are not free stay."""
-    dz = np.zeros(len(pull))
-    schur, right = eliminated(_damped(shared, damping), cross, _damped(blocks, damping), pull, pulls)
+def _with_priors(found: PosteriorMode) -> Arrowhead:
+    """Normal equations of Q at a place."""
+    unknowns, place, normal = found.unknowns, found.place, found.normal
+    precision, n = 1.0 / np.maximum(found.sigma, RIGID) ** 2, len(unknowns.each)
+    blocks, pulls = normal.blocks.copy(), normal.pulls.copy()
+    index = n + np.arange(len(precision))
+    blocks[:, index, index] += precision
+    pulls[:, n:] += place.eta * precision
+    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean)
+    return normal._replace(shared=normal.shared + unknowns.precision, blocks=blocks, pull=pull, pulls=pulls)
+
+
+def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of shared and own unknowns; those that are not free go where they are held."""
+    dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
+    schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
+    right = right + schur @ dz
     if free.any():
-        scale = np.sqrt(np.maximum(np.diag(shared)[free], 1e-300))
+        scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
         inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
         dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
-    return dz, _own_step(cross, blocks, pulls, dz, damping)
+    return dz, _own_step(whole, dz, damping)
 
 
-def _own_step(cross: np.ndarray, blocks: np.ndarray, pulls: np.ndarray, dz: np.ndarray, damping: float) -> np.ndarray:
-    right = -(pulls + np.einsum("i,rij->rj", dz, cross))
-    return solved(_damped(blocks, damping), right[..., None])[..., 0]
+def _own_step(whole: Arrowhead, dz: np.ndarray, damping: float) -> np.ndarray:
+    right = -(whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))
+    return solved(_damped(whole.blocks, damping), right[..., None])[..., 0]
 
 
 def _damped(matrix: np.ndarray, damping: float) -> np.ndarray:
     return matrix + damping * np.eye(matrix.shape[-1]) * matrix
-
-
-def eliminated(
-    shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Normal matrix ``(..., n_shared, n_shared)`` and pull without the records' own unknowns (Schur complement).
-
-    Parameters
-    ----------
-    shared : (n_shared, n_shared)
-    cross : (n_record, n_shared, n_own)
-    blocks : (..., n_record, n_own, n_own)
-    pull : (n_shared,)
-    pulls : (n_record, n_own)
-    """
-    if not blocks.shape[-1]:
-        return np.broadcast_to(shared, (*blocks.shape[:-3], *shared.shape)), np.broadcast_to(
-            pull, (*blocks.shape[:-3], *pull.shape)
-        )
-    right = np.concatenate([np.swapaxes(cross, -1, -2), pulls[..., None]], axis=-1)
-    share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
-    whole = np.einsum("rij,...rjk->...ik", cross, share)
-    return shared - whole[..., :-1], pull - whole[..., -1]
-
-
-def solved(blocks: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solutions of symmetric systems whose rows may have any units; zero where there is nothing."""
-    if not blocks.shape[-1]:
-        return np.zeros_like(right)
-    scale = np.sqrt(np.diagonal(blocks, axis1=-2, axis2=-1))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    size = blocks.shape[-1]
-    inside = blocks / (scale[..., :, None] * scale[..., None, :])
-    # What no record sees has an empty row: it stays where it is.
-    empty = np.diagonal(inside, axis1=-2, axis2=-1) == 0.0
-    inside = inside + empty[..., None] * np.eye(size) + 1e-14 * np.eye(size)
-    return np.linalg.solve(inside, right / scale[..., None]) / scale[..., None]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from fibrefit.problem.estimate.evidence import Evidence
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import RIGID, solved
 
 INSIDE_95 = (0.025, 0.975)
@@ -46,7 +46,7 @@ class Between:
         return self.agree < 0.5
 
 
-def between(evidence: Evidence) -> dict[str, Between]:
+def between(evidence: MarginalLikelihood) -> dict[str, Between]:
     """Standard deviations between records of all parameters that may deviate, by name."""
     unknowns, found = evidence.mode.unknowns, {}
     for index, column in enumerate(unknowns.scattering):
@@ -65,7 +65,7 @@ def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
     return 0.0 if share <= cumulated[0] else float(np.exp(np.interp(share, cumulated, edges)))
 
 
-def quantiles(evidence: Evidence, index: int, shares: tuple[float, ...] = INSIDE_95) -> tuple[float, ...]:
+def quantiles(evidence: MarginalLikelihood, index: int, shares: tuple[float, ...] = INSIDE_95) -> tuple[float, ...]:
     """Quantiles of one shared coordinate over all standard deviations between records."""
     middles, error = evidence.z[:, index], np.sqrt(np.maximum(evidence.covariance[:, index, index], 0.0))
     return tuple(mixture_quantile(evidence.weight, middles, error, share) for share in shares)
@@ -83,8 +83,8 @@ def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, 
     return 0.5 * (low + high)
 
 
-def covariance_of_all(evidence: Evidence) -> np.ndarray:
-    """Covariance of shared coordinates and, record after record, own ones, all standard deviations allowed for.
+def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
+    """Covariance of shared coordinates and, record after record, of each one's own, for all standard deviations.
 
     Returns
     -------

@@ -19,7 +19,9 @@ import numpy as np
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 RELAXATIONS = 10
-"""First-order parts: their corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
+"""First-order parts: corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
+PARTS = 4
+"""First-order parts are carried in multiples of this."""
 LINES = 3
 """Lines a channel may hold."""
 LINE_WIDTH = 0.02
@@ -85,8 +87,8 @@ class Coloured(eqx.Module):
 
     Law
     ---
-    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the two states of each line by its phase,
-    and lets the others decay. At a masked sample K_t = 0.
+    z_t = r_t - sum(x_t), x_{t+1} = A (x_t + K_t z_t), e_t = z_t / s_t; A turns the two states of each line by its
+    phase, and lets the others decay. At a masked sample K_t = 0.
 
     Parameters
     ----------
@@ -96,8 +98,9 @@ class Coloured(eqx.Module):
         One over s_t; zero where a sample is masked.
     along, across : (n_record, n_channel, n_state)
         Factors from one sample to the next of each state on itself and, of a line's, on its other one.
-    variance : (n_record, n_channel, n_relaxation + n_line + 1)
+    variance : (n_record, n_channel, n_part + n_line + 1)
         Of first-order parts, lines, and white noise, in units of the residuals.
+    lines : int
     """
 
     gain: jax.Array
@@ -105,6 +108,12 @@ class Coloured(eqx.Module):
     along: jax.Array
     across: jax.Array
     variance: jax.Array
+    lines: int = eqx.field(static=True)
+
+    @property
+    def _read(self) -> slice:
+        """States that are read."""
+        return slice(self.along.shape[-1] - self.lines)
 
     @property
     def log_scale(self) -> jax.Array:
@@ -121,9 +130,10 @@ class Coloured(eqx.Module):
 
         def step(state: jax.Array, here: Any) -> tuple[jax.Array, jax.Array]:
             residual, gain = here
-            innovation = residual - jnp.sum(state[..., :-LINES], axis=-1)
+            innovation = residual - jnp.sum(state[..., self._read], axis=-1)
             state = state + gain * innovation[..., None]
-            return self.along * state + self.across * _swapped(state), innovation
+            after = self.along * state
+            return after + self.across * _swapped(state, self.lines) if self.lines else after, innovation
 
         start = jnp.zeros((len(rows), *self.gain.shape[1:]))
         innovations = jax.lax.scan(step, start, (jnp.moveaxis(rows, -1, 0), self.gain), unroll=4)[1]
@@ -133,7 +143,7 @@ class Coloured(eqx.Module):
         """Sum of that of all parts, ``(n_record, n_channel, n_lag)``."""
         along, across, variance = map(np.asarray, (self.along, self.across, self.variance))
         lags = np.arange(n_lag)
-        turning = (along + 1j * across)[..., :-LINES, None] ** lags
+        turning = (along + 1j * across)[..., self._read, None] ** lags
         return np.sum(variance[..., :-1, None] * turning.real, axis=-2) + variance[..., -1:] * (lags == 0)
 
 
@@ -149,29 +159,43 @@ def coloured_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray, valid: np.
         SI units in one unit of the residuals.
     valid : (n_record, n_channel, n_time) bool
     """
-    turn = np.zeros((len(noise), LINES))
+    number = max(len(_lines(of)) for of in noise)
+    turn = np.zeros((len(noise), number))
     for channel, of in enumerate(noise):
         lines = [frequency for frequency, _ in _lines(of)]
         turn[channel, : len(lines)] = lines
-    return _filtered(bank, jnp.asarray(turn), variances_of(bank, noise, unit), jnp.asarray(valid))
+    variance, size = np.asarray(variances_of(bank, noise, unit)), len(bank.corners)
+    # Parts that no channel has take time in every evaluation; their number goes in steps, for the compiler's sake.
+    some = np.argsort(-variance[..., :size].max(axis=(0, 1)), kind="stable")
+    used = int(np.count_nonzero(variance[..., :size].max(axis=(0, 1))))
+    kept = np.sort(some[: min(size, max(-(-used // PARTS) * PARTS, PARTS))])
+    variance = np.concatenate([variance[..., kept], variance[..., size : size + number], variance[..., -1:]], axis=-1)
+    gain, inverse_scale, along, across = _filtered(
+        bank.decay[:, kept], bank.rate, jnp.asarray(turn), jnp.asarray(variance), jnp.asarray(valid)
+    )
+    return Coloured(gain, inverse_scale, along, across, jnp.asarray(variance), number)
 
 
 @jax.jit
-def _filtered(bank: Bank, lines: jax.Array, variance: jax.Array, valid: jax.Array) -> Coloured:
-    """Gains by a Kalman filter's covariance recursion."""
-    along, across = _turns(bank, lines)
+def _filtered(
+    decay: jax.Array, rate: jax.Array, lines: jax.Array, variance: jax.Array, valid: jax.Array
+) -> tuple[jax.Array, ...]:
+    """Gains by a Kalman filter's covariance recursion, inverse scales, and factors of the states."""
+    along, across = _turns(decay, rate, lines)
+    number = lines.shape[1]
+    read = slice(along.shape[-1] - number)
     # Both phases of a line have its variance.
-    stationary = jnp.concatenate([variance[..., :-1], variance[..., -1 - LINES : -1]], axis=-1)
+    stationary = jnp.concatenate([variance[..., :-1], variance[..., -1 - number : -1]], axis=-1)
     fresh = stationary * (1.0 - along**2 - across**2)
     eye = jnp.eye(along.shape[-1])
 
     def turned(covariance: jax.Array) -> jax.Array:
-        swapped = jnp.swapaxes(_swapped(jnp.swapaxes(covariance, -1, -2)), -1, -2)
+        swapped = jnp.swapaxes(_swapped(jnp.swapaxes(covariance, -1, -2), number), -1, -2)
         return along[..., None] * covariance + across[..., None] * swapped
 
     def step(covariance: jax.Array, here: jax.Array) -> Any:
-        seen = jnp.sum(covariance[..., :-LINES], axis=-1)
-        total = jnp.sum(seen[..., :-LINES], axis=-1) + variance[..., -1]
+        seen = jnp.sum(covariance[..., read], axis=-1)
+        total = jnp.sum(seen[..., read], axis=-1) + variance[..., -1]
         gain = jnp.where(here[..., None], seen / total[..., None], 0.0)
         covariance = covariance - gain[..., :, None] * seen[..., None, :]
         covariance = turned(jnp.swapaxes(turned(covariance), -1, -2)) + fresh[..., None] * eye
@@ -179,7 +203,7 @@ def _filtered(bank: Bank, lines: jax.Array, variance: jax.Array, valid: jax.Arra
 
     first = jnp.broadcast_to(stationary[..., None] * eye, (*stationary.shape, stationary.shape[-1]))
     gain, inverse_scale = jax.lax.scan(step, first, jnp.moveaxis(valid, -1, 0))[1]
-    return Coloured(gain, inverse_scale, along, across, variance)
+    return gain, inverse_scale, along, across
 
 
 def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Array:
@@ -205,17 +229,17 @@ def _lines(noise: Noise) -> list[tuple[float, float]]:
     return sorted(known, key=lambda line: -line[1])[:LINES]
 
 
-def _turns(bank: Bank, lines: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _turns(decay: jax.Array, rate: jax.Array, lines: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Factors ``(n_record, n_channel, n_state)`` of each state on itself and, of a line's, on its other one."""
-    pace = 2.0 * jnp.pi / bank.rate[:, None, None]
+    pace = 2.0 * jnp.pi / rate[:, None, None]
     held = jnp.exp(-pace * LINE_WIDTH)
     cosine, sine = held * jnp.cos(pace * lines), held * jnp.sin(pace * lines)
-    decay = jnp.broadcast_to(bank.decay[:, None, :], (*cosine.shape[:2], bank.decay.shape[1]))
+    decay = jnp.broadcast_to(decay[:, None, :], (*cosine.shape[:2], decay.shape[1]))
     along = jnp.concatenate([decay, cosine, cosine], axis=-1)
     return along, jnp.concatenate([jnp.zeros_like(decay), -sine, sine], axis=-1)
 
 
-def _swapped(states: jax.Array) -> jax.Array:
+def _swapped(states: jax.Array, lines: int) -> jax.Array:
     """States with the two of each line exchanged."""
-    rest, first, second = jnp.split(states, [states.shape[-1] - 2 * LINES, states.shape[-1] - LINES], axis=-1)
+    rest, first, second = jnp.split(states, [states.shape[-1] - 2 * lines, states.shape[-1] - lines], axis=-1)
     return jnp.concatenate([rest, second, first], axis=-1)

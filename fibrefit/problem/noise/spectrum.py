@@ -18,7 +18,7 @@ BLOCK = 32
 """Samples whose mean is compared when looking for rest."""
 SHORTEST_REST = 64
 DRIFT = 0.003
-"""Share of its travel by which a smoothed input may move while the rig is at rest."""
+"""Share of its travel by which an input or a reading may move while the rig is at rest."""
 MAINS = (50.0, 60.0)
 
 
@@ -106,14 +106,19 @@ class Noise:
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    # Slow wander moves block means by more than hiss / sqrt(BLOCK); real motion leaves by far more within one block.
-    signals = [(signal, 1.2 * _hiss(signal)) for signal in trace.channels.values()]
+    # Slow noise moves block means by more than white noise over sqrt(BLOCK); real motion leaves by far more within one
+    # block, by a share of its travel that no logger's noise comes near.
+    signals = [(signal, max(1.2 * _hiss(signal), DRIFT * _travel(signal))) for signal in trace.channels.values()]
     signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
     ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
     turned = [(signal[::-1], limit) for signal, limit in signals]
     behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
     found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
+
+
+def _travel(signal: np.ndarray) -> float:
+    return float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,6 +63,24 @@ class Periodograms:
         return Periodograms(self.frequency[chosen], self.power[chosen], self.expected[chosen], self.record[chosen])
 
 
+class _Draws(NamedTuple):
+    """Residuals of one channel.
+
+    Parameters
+    ----------
+    values : (n_draw, n_record, n_time)
+        Zero where not valid.
+    valid : (n_record, n_time) bool
+    counts : (n_record,) int
+    bank : Bank
+    """
+
+    values: np.ndarray
+    valid: np.ndarray
+    counts: np.ndarray
+    bank: Bank
+
+
 def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = True) -> tuple[Noise, ...]:
     """Noise of each channel in SI units.
 
@@ -74,11 +93,11 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
         Whether to look for lines.
     """
     data, channels = problem.observations, problem.model.rig.channels
-    valid = counted(problem)
+    valid = sample_mask(problem)
     times, counts = map(np.asarray, data.experiment[:2])
     bank, unit = bank_for(times, counts), unit_of(data, channels)
     draws = np.where(valid, residuals, 0.0).reshape(-1, *valid.shape) * unit[:, :, None]
-    return tuple(_noise(draws[:, :, c], valid[:, c], counts, bank, lines) for c in range(len(channels)))
+    return tuple(_noise(_Draws(draws[:, :, c], valid[:, c], counts, bank), lines) for c in range(len(channels)))
 
 
 def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
@@ -91,28 +110,28 @@ def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
         One for each channel, in SI units.
     """
     data, channels = problem.observations, problem.model.rig.channels
-    valid = counted(problem)
+    valid = sample_mask(problem)
     bank = bank_for(*map(np.asarray, data.experiment[:2]))
     return coloured_of(bank, noise, unit_of(data, channels), valid)
 
 
-def counted(problem: Problem) -> np.ndarray:
-    """Which samples count, ``(n_record, n_channel, n_time)``: those that are weighed half as much as others at least."""
+def sample_mask(problem: Problem) -> np.ndarray:
+    """Which samples count, ``(n_record, n_channel, n_time)``: those weighed at least half as much as others."""
     weights = problem.observations.weight
     weight = np.stack([np.asarray(weights[channel]) for channel in problem.model.rig.channels], axis=1)
     return weight > HALF * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
 
 
-def _noise(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank: Bank, lines: bool) -> Noise:
-    samples = int(valid.sum())
-    if samples < len(valid) or not np.any(draws):
+def _noise(draws: _Draws, lines: bool) -> Noise:
+    samples, bank = int(draws.valid.sum()), draws.bank
+    if samples < len(draws.valid) or not np.any(draws.values):
         return Noise(1.0, 0.0, 0.0, 0)
-    whole = periodograms(draws, valid, counts, bank)
+    whole = periodograms(*draws)
     found: list[tuple[float, float]] = []
     weights = fitted(whole)
-    while lines and len(found) < LINES and (line := _line(draws, valid, counts, whole, weights, found, bank)):
+    while lines and len(found) < LINES and (line := _line(draws, whole, weights, found)):
         found.append(line)
-        weights = fitted(whole.where(_clear(whole, found, counts, bank)))
+        weights = fitted(whole.where(_clear(whole, found, draws)))
     variances, rate = weights[:-1], float(np.mean(np.asarray(bank.rate)))
     share = variances > NEGLIGIBLE * weights.sum()
     slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
@@ -170,25 +189,19 @@ def _pooled(of: Periodograms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return mean(of.power), np.stack([mean(column) for column in of.expected.T], axis=1), number[some]
 
 
-def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], counts: np.ndarray, bank: Bank) -> np.ndarray:
+def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], draws: _Draws) -> np.ndarray:
     """Which ordinates hold no line."""
-    spacing = (np.asarray(bank.rate) / counts)[whole.record]
+    spacing = (np.asarray(draws.bank.rate) / draws.counts)[whole.record]
     far = [np.abs(whole.frequency - frequency) > CLEAR * spacing for frequency, _ in found]
     return np.logical_and.reduce([np.ones(len(whole.frequency), dtype=bool), *far])
 
 
 def _line(
-    draws: np.ndarray,
-    valid: np.ndarray,
-    counts: np.ndarray,
-    whole: Periodograms,
-    weights: np.ndarray,
-    found: Sequence[tuple[float, float]],
-    bank: Bank,
+    draws: _Draws, whole: Periodograms, weights: np.ndarray, found: Sequence[tuple[float, float]]
 ) -> tuple[float, float] | None:
     """Frequency and variance of the strongest line beside those found; None where chance is as strong."""
     density = whole.expected @ weights
-    free = _clear(whole, found, counts, bank) & (whole.frequency > SLOWEST_LINE)
+    free = _clear(whole, found, draws) & (whole.frequency > SLOWEST_LINE)
     if not free.any():
         return None
     # Frequencies of records of several lengths: the sum over records of what lies nearest to each of the first one's.
@@ -205,27 +218,20 @@ def _line(
     best = int(np.argmin(np.where(number > 0.0, tail, 1.0)))
     if tail[best] > CHANCE:
         return None
-    return _refined(draws, counts, valid, bank, float(grid[best]), density, whole)
+    return _refined(draws, float(grid[best]), density, whole)
 
 
-def _refined(
-    draws: np.ndarray,
-    counts: np.ndarray,
-    valid: np.ndarray,
-    bank: Bank,
-    near: float,
-    density: np.ndarray,
-    whole: Periodograms,
-) -> tuple[float, float]:
+def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodograms) -> tuple[float, float]:
     """Frequency and variance of the line near a frequency."""
-    rate = np.asarray(bank.rate)
+    rate, counts, valid = np.asarray(draws.bank.rate), draws.counts, draws.valid
     spacing = float(np.min(rate / counts))
     frequency = near + spacing * np.linspace(-1.5, 1.5, 3 * FINE + 1)
     total = np.zeros(len(frequency))
-    for r, count in enumerate(counts):
+    for r in np.unique(whole.record):
+        count = counts[r]
         turn = np.exp(-2j * np.pi * frequency[:, None] * np.arange(count) / rate[r])
         number = max(int(valid[r].sum()), 1)
-        amplitude = np.mean(np.abs(draws[:, r, :count] @ turn.T) ** 2, axis=0) / number**2
+        amplitude = np.mean(np.abs(draws.values[:, r, :count] @ turn.T) ** 2, axis=0) / number**2
         level = np.interp(near, whole.frequency[whole.record == r], density[whole.record == r])
         total += 2.0 * np.maximum(amplitude - 0.5 * level * rate[r] / number, 0.0) * number
     best = int(np.argmax(total))

@@ -1,0 +1,129 @@
+"""What is unknown when effects are on, and what is believed of it before the records speak."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.discovery.engine.candidates import Ground
+from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.effects.law import Effect
+from fibrefit.problem.estimate.gauss_newton import Unknowns
+
+BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
+"""Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,
+and of a strength in units of its typical size."""
+VANISHES = 1e-6
+"""Base parameter, as a share of its typical size, below which its logarithm says nothing."""
+FURTHEST = 12.0
+"""Logarithm of the largest factor by which a base parameter may move."""
+
+
+class Heights(NamedTuple):
+    """Heights of a curve among the unknowns, and how much neighbours may differ.
+
+    Parameters
+    ----------
+    names : tuple of str
+    size : float
+        Unit of the heights, in SI units.
+    walk : float
+        Standard deviation of the difference of neighbours, in that unit.
+    """
+
+    names: tuple[str, ...]
+    size: float
+    walk: float
+
+    def precision(self) -> np.ndarray:
+        """Prior of the heights ``(n, n)``: a random walk whose level is all but free."""
+        steps = np.diff(np.eye(len(self.names)), axis=0) / self.walk
+        return steps.T @ steps + np.eye(len(self.names)) / (LEVEL_SD**2 * len(self.names))
+
+
+LEVEL_SD = 10.0
+
+
+def unknowns_of(
+    frame: Frame,
+    ground: Ground,
+    effects: Iterable[type[Effect]],
+    reference: dict[str, float],
+    curve: Heights | None = None,
+) -> Unknowns:
+    """What is unknown when effects are on, and the priors.
+
+    Parameters
+    ----------
+    frame : Frame
+    ground : Ground
+    effects : iterable of Effect classes
+    reference : mapping of name to float
+        Base parameters of the first fit, in SI units.
+    curve : Heights, optional
+        Of a probe on top of them.
+    """
+    subset = ground.subset(effects)
+    rows = [_line(frame.declared[name], name, reference.get(name), effects) for name in subset.shared]
+    if curve is not None:
+        subset = replace(subset, shared=subset.shared + curve.names)
+        rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
+    log, middle, scale, mean, sd, lower, upper, one_sided = (
+        np.array([row[i] for row in rows], dtype=kind)
+        for i, kind in enumerate((bool, float, float, float, float, float, float, bool))
+    )
+    precision = np.diag(sd**-2.0)
+    if curve is not None:
+        precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
+    base = np.array([name in ground.scattering for name in subset.shared], dtype=bool)
+    index = {name: i for i, name in enumerate(frame.names)}
+    layout = frame.problem.layout
+    slots = {slot.name: slot for slot in layout.slots}
+    free = np.array(
+        [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
+    ).reshape(len(layout.records), len(subset.each))
+    return Unknowns(
+        names=(*subset.shared, *subset.each),
+        shared=np.array([index[name] for name in subset.shared], dtype=int),
+        each=np.array([index[name] for name in subset.each], dtype=int),
+        free=free,
+        scattering=np.flatnonzero(base & log),
+        log=log,
+        reference=middle,
+        scale=scale,
+        mean=mean,
+        precision=precision,
+        lower=lower,
+        upper=upper,
+        one_sided=one_sided,
+        size=np.array([abs(frame.declared[name].typical) for name in subset.each], dtype=float),
+    )
+
+
+def _line(declared: Parameter, name: str, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
+    """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper, one_sided."""
+    strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
+    typical = declared.typical
+    if reference is not None:
+        if declared.lower >= 0.0 and reference > VANISHES * abs(typical):
+            limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
+            return True, reference, 1.0, 0.0, BASE_SD, *limits, False
+        size = max(abs(typical), abs(reference))
+        limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
+        return False, reference, size, 0.0, BASE_SD, *limits, False
+    spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
+    if spans:
+        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
+    null = declared.null if name in strengths else typical
+    scale = typical - null if name in strengths else (abs(typical) or 1.0)
+    ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
+    return False, null, scale, 0.0, STRENGTH_SD, *ends, name in strengths and 0.0 in ends
+
+
+def _log(ratio: float) -> float:
+    with np.errstate(divide="ignore"):
+        return float(np.log(max(ratio, 0.0)))

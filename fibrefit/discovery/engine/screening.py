@@ -1,0 +1,88 @@
+"""Ways in which an effect enters a model: shapes, directions, and where slopes say to begin."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES
+from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.effects.law import Effect
+
+WEAK = 0.02
+"""Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
+
+
+class Promise(NamedTuple):
+    """What slopes promise of an effect.
+
+    Parameters
+    ----------
+    gain : float
+        In nats, what the effect costs beforehand taken off.
+    values : mapping of str to float
+        Its parameters there, in SI units.
+    """
+
+    gain: float
+    values: dict[str, float]
+
+
+class Direction(NamedTuple):
+    """A shape of an effect, and the ways in which it enters a model then.
+
+    Parameters
+    ----------
+    shapes : mapping of str to float
+        Parameters besides the strengths, in SI units.
+    strengths : tuple of (str, float)
+        What is moved, and to where, in SI units.
+    """
+
+    shapes: dict[str, float]
+    strengths: tuple[tuple[str, float], ...]
+
+
+def directions(effect: type[Effect]) -> list[Direction]:
+    """Every shape of an effect, each of its strengths moved by itself."""
+    others = [p for p in effect.parameters if p.name not in effect.strength]
+    strengths = []
+    for parameter in effect.parameters:
+        if parameter.name in effect.strength:
+            weak = _weak(effect, parameter)
+            # A negative strength does the opposite of a positive one, but each frequency something of its own.
+            strengths += [(parameter.name, value) for value in (weak if parameter.unit == "Hz" else weak[:1])]
+    found = []
+    for sizes in product(*(_weak(effect, parameter) for parameter in others)):
+        shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
+        found.append(Direction(shapes, tuple(strengths)))
+    return found
+
+
+def start_of(frame: Frame, name: str, weak: float, share: float) -> float:
+    """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
+    declared = frame.declared[name]
+    if declared.reciprocal or declared.unit == "Hz":
+        return weak
+    most = abs(1.0 / WEAK)
+    least = 1.0 if declared.lower >= declared.null or declared.upper <= declared.null else -most
+    return float(
+        np.clip(declared.null + np.clip(share, least, most) * (weak - declared.null), declared.lower, declared.upper)
+    )
+
+
+def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
+    if parameter.name not in effect.strength:
+        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
+    elif parameter.unit == "Hz":
+        sizes = list(FREQUENCIES * parameter.typical)
+    elif parameter.reciprocal:
+        sizes = [parameter.typical / WEAK**0.5]
+    else:
+        step = max(WEAK, effect.singular) * (parameter.typical - parameter.null)
+        both = parameter.lower < parameter.null < parameter.upper
+        sizes = [parameter.null + step, *([parameter.null - step] if both else [])]
+    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]

@@ -1,0 +1,47 @@
+"""Small symmetric systems of arrowhead matrices: the records' own unknowns eliminated (Schur complement).
+
+Source
+------
+Elimination of the records' own unknowns: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def eliminated(
+    shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal matrix ``(..., n_shared, n_shared)`` and pull without the records' own unknowns (Schur complement).
+
+    Parameters
+    ----------
+    shared : (n_shared, n_shared)
+    cross : (n_record, n_shared, n_own)
+    blocks : (..., n_record, n_own, n_own)
+    pull : (n_shared,)
+    pulls : (n_record, n_own)
+    """
+    if not blocks.shape[-1]:
+        return np.broadcast_to(shared, (*blocks.shape[:-3], *shared.shape)), np.broadcast_to(
+            pull, (*blocks.shape[:-3], *pull.shape)
+        )
+    right = np.concatenate([np.swapaxes(cross, -1, -2), pulls[..., None]], axis=-1)
+    share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
+    whole = np.einsum("rij,...rjk->...ik", cross, share)
+    return shared - whole[..., :-1], pull - whole[..., -1]
+
+
+def solved(blocks: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions of symmetric systems whose rows may have any units; zero where there is nothing."""
+    if not blocks.shape[-1]:
+        return np.zeros_like(right)
+    scale = np.sqrt(np.diagonal(blocks, axis1=-2, axis2=-1))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    size = blocks.shape[-1]
+    inside = blocks / (scale[..., :, None] * scale[..., None, :])
+    # What no record sees has an empty row: it stays where it is.
+    empty = np.diagonal(inside, axis1=-2, axis2=-1) == 0.0
+    inside = inside + empty[..., None] * np.eye(size) + 1e-14 * np.eye(size)
+    return np.linalg.solve(inside, right / scale[..., None]) / scale[..., None]

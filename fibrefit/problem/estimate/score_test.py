@@ -1,0 +1,48 @@
+"""Rao's score test: what slopes at a mode promise of further directions, before anything is fitted.
+
+Source
+------
+Rao, Proc. Camb. Phil. Soc. 44 (1948).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.problem.estimate.gauss_newton import RIGID, Place, Unknowns, arranged, held_places
+from fibrefit.problem.estimate.schur import solved
+
+
+def score_test(
+    unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Score and information ``(number,)`` of directions, without what the unknowns can imitate.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    grams : (n_record, n_column + number + 1, n_column + number + 1)
+        From `local_grams`, with `number` further directions.
+    sigma : (n_scattering,)
+    """
+    first = len(unknowns.columns)
+    extra, last = np.arange(first, first + number), grams.shape[1] - 1
+    own = np.r_[np.arange(first), last]
+    normal = arranged(unknowns, grams[:, own[:, None], own])
+    n, mine, each = len(unknowns.shared), unknowns.own, len(unknowns.each)
+    precision = np.concatenate([np.zeros(each), np.maximum(sigma, RIGID) ** -2.0])
+    blocks = normal.blocks + np.diag(precision)
+    right = np.where(held_places(unknowns)[..., None], 0.0, grams[:, mine[:, None], extra])
+    pulls = normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision
+    # Each record's own unknowns first, then the shared ones.
+    share = solved(blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, pulls[..., None]], axis=-1))
+    to_shared = np.einsum("rij,rjk->ik", normal.cross, share)
+    to_extra = np.einsum("rji,rjk->ik", right, share)
+    shared = normal.shared + unknowns.precision - to_shared[:, :n]
+    both = grams[:, :n][:, :, extra].sum(axis=0) - to_shared[:, n : n + number]
+    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean) - to_shared[:, -1]
+    inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
+    whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
+    score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
+    return score, np.diag(whole).copy()

@@ -1,0 +1,231 @@
+"""Rounds of a search on drops that its own simulator made: what is named, what is not, and what is taken out again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.core.check import Check
+from fibrefit.discovery.discover import _broken, _untried
+from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
+from fibrefit.discovery.engine.thresholds import APART, NAMED
+from fibrefit.discovery.forward_selection import (
+    Limits,
+    Selection,
+    candidates,
+    forward_select,
+    looked,
+    pruned,
+    rivals_of,
+)
+from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
+from fibrefit.discovery.search.search import NEARLY, Search
+from fibrefit.discovery.search.setup import begun, laid_out
+from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.effects.law import Effect
+from fibrefit.fitting.checks import CONVERGED
+from fibrefit.problem.task import Task
+from tests.discovery.made import BASE, identified
+
+VISCOUS, DRAG, DELAY = (
+    CATALOGUE[name] for name in ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
+)
+COEFFICIENT = "guide.viscous_friction.viscous_coefficient"
+FAINT, PLAIN = 0.1, 1.0
+"""Coefficients in N s/m: one that leaves a gap of hardly more than noise, and one that does not."""
+SURE = 4.0
+"""Standard errors by which a value may be off."""
+
+
+class Case:
+    """A search over records made with a viscous friction of some coefficient, and white noise."""
+
+    def __init__(self, task: Task, coefficient: float, scatter: float = 0.0, seed: int = 0) -> None:
+        quiet = lambda what, share: None  # noqa: E731
+        self.before = identified(task)
+        values = task.problem.layout.pack({name: np.full(len(task.traces), BASE[name]) for name in BASE})
+        plain = replace(self.before.plain, values=values)
+        search = laid_out(task, None, (VISCOUS, DRAG, DELAY), quiet)
+        frame = search.base.frame
+        local = np.zeros((len(task.traces), len(frame.names)))
+        random = np.random.default_rng(seed)
+        for name, value in (BASE | {COEFFICIENT: coefficient}).items():
+            local[:, frame.names.index(name)] = value
+        for name in search.ground.scattering:
+            local[:, frame.names.index(name)] *= np.exp(scatter * random.standard_normal(len(local)))
+        readings = frame.problem.foretold(jnp.asarray(local), frame.problem.observations.experiment)
+        data = task.problem.observations
+        measured = {
+            channel: readings[channel] + random.standard_normal(readings[channel].shape) / data.weight[channel].max()
+            for channel in data.measured
+        }
+        problem = eqx.tree_at(lambda p: p.observations, task.problem, data._replace(measured=measured))
+        made = replace(task, problem=problem)
+        self.before = replace(self.before, plain=plain, problem=problem)
+        self.search, self.base = begun(made, self.before, (VISCOUS, DRAG, DELAY), quiet)
+
+
+@pytest.fixture(scope="module")
+def case(task: Task) -> Callable[..., Case]:
+    known: dict[tuple[float, float], Case] = {}
+
+    def make(coefficient: float, scatter: float = 0.0) -> Case:
+        if (coefficient, scatter) not in known:
+            known[coefficient, scatter] = Case(task, coefficient, scatter)
+        return known[coefficient, scatter]
+
+    return make
+
+
+def selected(case: Case, **limits: Any) -> Selection:
+    return forward_select(case.search, case.base, case.before, Limits(**limits))
+
+
+@pytest.mark.parametrize(("coefficient", "far"), [(FAINT, False), (PLAIN, True)])
+def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, far: bool) -> None:
+    made = case(coefficient)
+    assert (made.search.gap(made.search.base) > NEARLY) == far
+    found = selected(made)
+    assert found.best.names == (VISCOUS.name,)
+    (first,) = found.rounds
+    assert first.added == VISCOUS.name
+    assert first.ranking[0].evidence > NAMED
+    assert first.ranking[0].false_alarm < 1e-3
+    assert first.gap_before > first.gap_after == pytest.approx(1.0, abs=0.05)
+    # The last look found nothing more.
+    assert found.look is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.look))
+    value, error = found.best.shared[COEFFICIENT], found.best.errors[COEFFICIENT]
+    assert abs(value - coefficient) < SURE * error
+    for name in ("stiffness", "damping", "friction"):
+        assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.01])
+def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], scatter: float) -> None:
+    """The negative control, with records that agree and with records that differ by a percent."""
+    found = selected(case(0.0, scatter))
+    assert (found.best.names, found.rounds, found.rivals) == ((), (), ())
+    assert found.look is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.look))
+    assert max(one.false_alarm for one in candidates(found.look)) > 0.01
+    for name in ("stiffness", "damping", "friction"):
+        assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
+
+
+def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:
+    """None can be worse than it by more than its own parameters cost, and the ranking is by probability."""
+    made = case(0.0)
+    look = looked(made.search, made.base, "trying")
+    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
+    logs = [one.log for one in look.found]
+    assert logs == sorted(logs, reverse=True)
+    assert all(-12.0 < look.gain(one) < NAMED for one in look.found)
+    assert all(one.evidence.mode.normal.cost <= look.parent.evidence.mode.normal.cost + 1.0 for one in look.found)
+
+
+def both(made: Case) -> Weighed:
+    """Both frictions on the base, whatever they are good for."""
+    first = made.search.scales.extended(made.base, made.search.frame_for(VISCOUS, (DRAG,)), (VISCOUS,))
+    return made.search.scales.extended(first, made.search.frame_for(DRAG, first.effects), (DRAG,))
+
+
+def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:
+    made = case(PLAIN)
+    kept = pruned(made.search.scales, both(made))
+    assert kept.names == (VISCOUS.name,)
+    # Of none is left what one alone explains.
+    assert pruned(made.search.scales, kept) is kept
+
+
+def test_an_effect_that_explains_nothing_costs_its_parameters(case: Callable[..., Case]) -> None:
+    made = case(0.0)
+    pair = both(made)
+    assert pair.log < made.search.scales.again(made.base).log
+    assert len(pruned(made.search.scales, pair).effects) == 1
+
+
+def test_a_person_s_choice_stands(case: Callable[..., Case]) -> None:
+    made = case(0.0)
+    found = selected(made, max_effects=1, choose=lambda ranking: DRAG.name)
+    assert found.best.names == (DRAG.name,)
+    assert selected(made, choose=lambda ranking: None).best.names == ()
+
+
+def test_limits_are_kept(case: Callable[..., Case]) -> None:
+    assert selected(case(PLAIN), max_effects=0).best.names == ()
+
+
+def test_rivals_are_those_within_a_few_nats() -> None:
+    def weighed(effect: type[Effect], log: float) -> Weighed:
+        return cast(Weighed, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
+
+    best, near, far = weighed(VISCOUS, 20.0), weighed(DRAG, 20.5 - APART), weighed(DELAY, 19.5 - APART)
+    look = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
+    (rival,) = rivals_of(look, best)
+    assert rival.names == (VISCOUS.name, DRAG.name)
+
+
+def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:
+    made = case(PLAIN)
+    best = made.search.plain(selected(made).best)
+    found = held_out(made.search, made.search.base, best)
+    assert [held.record for held in found] == list(made.search.task.problem.layout.records)
+    assert all(held.gap_after < held.gap_before for held in found)
+    # One of two records known from the other: as good as the noise, within what one record tells.
+    np.testing.assert_allclose(cv_residuals(made.search, best), 1.0, atol=0.1)
+
+
+def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: Task) -> None:
+    def with_check(name: str, statistic: float) -> str:
+        return _broken(
+            replace(identified(task), checks=(Check(name, False, "It failed.", statistic, 0.1, fatal=True),))
+        )
+
+    little = 0.001 * task.problem.n_measured
+    assert with_check(CONVERGED, little) == ""
+    assert with_check(CONVERGED, 100.0 * little) == "It failed."
+    assert with_check(CONVERGED, np.nan) == "It failed."
+    assert with_check("the simulation is sound", 0.0) == "It failed."
+
+
+def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried() -> None:
+    inertia, stribeck, mass = (CATALOGUE[n] for n in ("pulley.inertia", "guide.stribeck_friction", "fibre.mass"))
+    search = lambda *effects: cast(Search, SimpleNamespace(effects=effects))  # noqa: E731
+    best = lambda *effects: cast(Weighed, SimpleNamespace(effects=effects))  # noqa: E731
+    assert _untried(search(inertia), best(inertia, stribeck)) == [(inertia.name, mass.name)]
+    assert _untried(search(inertia, mass), best(inertia)) == []
+
+
+def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:
+    made = case(0.0)
+    assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
+    twice = [noise.scaled(2.0) for noise in made.search.scales.yardstick.noise]
+    wrong = Scales(made.search.ground, made.search.scales.reference, yardstick_of(made.base.frame, twice))
+    right = Scales(made.search.ground, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
+    fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
+    valid = fresh != 0.0
+    assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=0.03)
+    # The negative control: in noise that is told twice as large, innovations are half as large.
+    assert np.mean(stale[valid] ** 2) == pytest.approx(0.25, abs=0.01)
+
+
+def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callable[..., Case]) -> None:
+    made, found = case(PLAIN), []
+    others = ("sensor.force_gain", "sensor.force_drift", "guide.stribeck_friction")
+    effects = (*made.search.effects, *(CATALOGUE[name] for name in others))
+    for factor in (1.0, 0.8):
+        noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
+        scales = Scales(made.search.ground, made.search.scales.reference, yardstick_of(made.base.frame, noise))
+        search = replace(made.search, effects=effects).weighed_with(scales)
+        look = looked(search, scales.again(made.base), "trying")
+        found.append({one.effect: one for one in candidates(look)}["sensor.force_gain"])
+    assert min(one.evidence for one in found) > NAMED
+    assert max(one.false_alarm for one in found) < 0.01

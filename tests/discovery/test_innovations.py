@@ -1,0 +1,192 @@
+"""Tests of innovations: silent where nothing is missing, loud where a parameter steps or slow noise is new."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from fibrefit.discovery.engine.supermodel import STRETCHES
+from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.discovery.residuals.innovations import (
+    FEWEST,
+    Alarm,
+    _drifts,
+    _windows,
+    against_rest,
+)
+from fibrefit.problem.noise.spectrum import Noise, rests
+from fibrefit.problem.statement.observations import Trace
+from tests.problem.test_noise import RATE, trace
+
+NAMES = ("stiffness", "damping", "friction")
+RECORDS, SAMPLES = 5, 30
+"""Samples of a stretch."""
+NULLS = 400
+UNIFORM = 1e-3
+"""Probability of a Kolmogorov-Smirnov statistic that is not taken for chance."""
+
+
+def slopes_of(random: np.random.Generator, contacts: bool = True) -> np.ndarray:
+    """Whitened slopes ``(n_record, n_stretch, n_sample, p)`` of a motion that dies down, in contact now and then."""
+    found = random.standard_normal((RECORDS, STRETCHES, SAMPLES, len(NAMES)))
+    found = np.cumsum(found, axis=2) * np.exp(-np.linspace(0.0, 2.0, STRETCHES))[:, None, None]
+    found = found * np.array([1e3, 20.0, 3.0])
+    if contacts:
+        taut = np.arange(STRETCHES) % 4 == 0
+        found[:, ~taut, :, :2] = 0.0
+    return found
+
+
+def scores_of(slopes: np.ndarray, innovations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Information and scores of each stretch."""
+    return np.einsum("rstp,rstq->rspq", slopes, slopes), np.einsum("rstp,rst->rsp", slopes, innovations)
+
+
+def drawn(seed: int, step: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """White innovations, with a change of the parameters ``(n_record, n_stretch, p)`` in units of their errors."""
+    random = np.random.default_rng(seed)
+    slopes = slopes_of(random)
+    innovations = random.standard_normal(slopes.shape[:3])
+    if step is not None:
+        errors = np.sum(slopes**2, axis=(1, 2)) ** -0.5
+        innovations = innovations + np.einsum("rstp,rsp->rst", slopes, step * errors[:, None])
+    return scores_of(slopes, innovations)
+
+
+def constancy(information: np.ndarray, score: np.ndarray) -> Alarm:
+    return _windows(information, score)
+
+
+def drift(information: np.ndarray, score: np.ndarray) -> Alarm:
+    return _drifts(information, score, NAMES)
+
+
+BOTH = [constancy, drift]
+
+
+@pytest.mark.parametrize("test", BOTH)
+def test_white_innovations_give_any_probability_alike(test: Any) -> None:
+    found = [test(*drawn(seed)).probability for seed in range(NULLS)]
+    assert kstest(found, "uniform").pvalue > UNIFORM
+    assert min(found) > ALARM
+
+
+@pytest.mark.parametrize("test", BOTH)
+def test_values_that_were_fitted_to_each_record_change_nothing(test: Any) -> None:
+    """A value that is wrong all through a record is no change within it."""
+    wrong = np.zeros((RECORDS, STRETCHES, len(NAMES)))
+    wrong += 20.0 * np.random.default_rng(1).standard_normal((RECORDS, 1, len(NAMES)))
+    for seed in range(5):
+        assert test(*drawn(seed, wrong)).probability == pytest.approx(test(*drawn(seed)).probability, rel=1e-6)
+
+
+def stepping(signs: np.ndarray, parameter: int, size: float = 16.0) -> np.ndarray:
+    """One parameter that steps in the middle of each record, in standard errors of its value in that record."""
+    step = np.zeros((RECORDS, STRETCHES, len(NAMES)))
+    step[:, STRETCHES // 8 :, parameter] = size * signs[:, None]
+    return step
+
+
+@pytest.mark.parametrize("parameter", range(3))
+@pytest.mark.parametrize("test", BOTH)
+def test_a_parameter_that_steps_raises_an_alarm(test: Any, parameter: int) -> None:
+    found = [test(*drawn(seed, stepping(np.ones(RECORDS), parameter))) for seed in range(10)]
+    assert all(alarm.raised for alarm in found)
+    if test is drift:
+        assert all(f"Slow changes of {NAMES[parameter]} and" in alarm.says for alarm in found)
+
+
+def test_steps_that_differ_from_record_to_record_are_no_drift() -> None:
+    """The negative control of what is alike in all records: windows see it, a common drift hardly does."""
+    signs = np.array([1.0, -1.0, 1.0, -1.0, 0.0])
+    seen = [[test(*drawn(seed, stepping(signs, 0))).probability for test in BOTH] for seed in range(10)]
+    windows, common = np.array(seen).T
+    assert np.all(windows < ALARM)
+    assert np.median(common / windows) > 1e3
+
+
+def test_a_step_within_its_error_is_no_alarm() -> None:
+    for test in BOTH:
+        assert not any(test(*drawn(seed, stepping(np.ones(RECORDS), 0, 0.5))).raised for seed in range(20))
+
+
+@pytest.mark.parametrize("test", BOTH)
+def test_units_of_the_parameters_do_not_matter(test: Any) -> None:
+    information, score = drawn(3)
+    unit = np.array([1e6, 1e-3, 1.0])
+    other = test(information * unit[:, None] * unit, score * unit).probability
+    assert other == pytest.approx(test(information, score).probability, rel=1e-6)
+
+
+@pytest.mark.parametrize("test", BOTH)
+def test_what_no_record_sees_is_not_tested(test: Any) -> None:
+    information, score = drawn(4)
+    nothing = test(np.zeros_like(information), np.zeros_like(score))
+    assert nothing.probability == 1.0
+    assert not nothing.raised
+    information[..., 1, :] = information[..., :, 1] = score[..., 1] = 0.0
+    assert np.isfinite(test(information, score).probability)
+
+
+SERIES = 40
+
+
+def resting(seed: int, share: float = 0.5, grain: float = 0.0) -> list[Trace]:
+    """Five records that rest, move, and rest again; their noise has variance one, a share of its rms pink."""
+    random = np.random.default_rng([seed, 9])
+    return [trace(random, share, 0.0, grain) for _ in range(5)]
+
+
+def pink(share: float) -> Noise:
+    """The noise of `resting`."""
+    return Noise((1.0 - share**2) / (0.5 * RATE), share**2 / (np.log(2400) + 0.577), 0.0, 1000)
+
+
+def probability(traces: list[Trace], noise: Noise) -> float:
+    found = against_rest(traces, "force", noise)
+    assert found is not None
+    return found.probability
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_noise_that_is_the_same_at_rest_passes(share: float) -> None:
+    found = np.array([probability(resting(seed, share), pink(share)) for seed in range(SERIES)])
+    assert found.min() > CONTRADICTED
+    # Half of them below a half, within what forty series tell; rests that are short leak a little from below.
+    assert 0.2 < np.mean(found < 0.5) < 0.8
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_slow_noise_that_rests_do_not_show_raises_an_alarm(share: float) -> None:
+    noise = pink(share)
+    louder = Noise(noise.white, noise.pink, 0.0, 1000, slow=((4.0, 1.0), (15.0, 1.0)))
+    found = [against_rest(resting(seed, share), "force", louder) for seed in range(10)]
+    assert all(alarm is not None and alarm.raised for alarm in found)
+    assert found[0] is not None
+    assert found[0].says.startswith("Below 40 Hz the force holds ")
+    # The negative control: as much noise above is no slow noise.
+    hiss = Noise(3.0 * noise.white, 3.0 * noise.pink, 0.0, 1000)
+    assert all(probability(resting(seed, share), hiss) > CONTRADICTED for seed in range(10))
+
+
+def test_where_a_logger_shows_its_steps_nothing_is_told() -> None:
+    traces = resting(0, 0.0)
+    quiet = [one._replace(channels={"force": 0.1 * one.channels["force"]}) for one in traces]
+    # At rest a hundredth of the power the model leaves in motion: that is not the same noise.
+    assert against_rest(quiet, "force", pink(0.0)) is None
+
+
+def test_too_little_rest_tells_nothing() -> None:
+    times = np.arange(300) / RATE
+    short = Trace("short", times, {"force": 30.0 * np.sin(40.0 * times)}, {}, {})
+    assert not rests(short)
+    assert against_rest([short], "force", pink(0.0)) is None
+    assert FEWEST > 1
+
+
+def test_an_alarm_is_raised_below_its_threshold() -> None:
+    assert Alarm("a", 0.5e-4, 1e-4, "").raised
+    assert not Alarm("a", 2e-4, 1e-4, "").raised

@@ -1,0 +1,243 @@
+"""Evidence of linear models, where it is known exactly, of one-sided priors, and what is said of spreads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import logsumexp
+from scipy.stats import norm
+
+from fibrefit.problem.estimate.evidence import (
+    AGREE,
+    FEW_LEVELS,
+    LEVELS,
+    MANY,
+    MarginalLikelihood,
+    laplace,
+    weigh,
+)
+from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, mode
+from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
+
+TRUTH = np.array([0.3, -0.2, 0.5])
+EXACT = 1e-4
+"""Nats: differences are good to six digits of a sum of squares of a few hundred."""
+FLAT = 1e3
+"""Standard deviation of a nuisance that stands for an infinite one: the records know it to some tenths."""
+DRAWS = 300
+USUAL = 4.0
+"""Standard errors of a mean over the draws: once in sixteen thousand."""
+
+
+def covariance_of(linear: Linear, of: Unknowns, sigma: np.ndarray, each: float = FLAT) -> np.ndarray:
+    """Of all readings, when every unknown is drawn from its prior."""
+    design, records, own = linear.design(of), len(linear.slopes), 2 + len(of.scattering)
+    prior = np.zeros((design.shape[1],) * 2)
+    prior[:3, :3] = np.linalg.inv(of.precision)
+    for r in range(records):
+        index = 3 + r * own + np.arange(own)
+        prior[index, index] = np.concatenate([np.full(2, each**2), np.maximum(sigma, RIGID) ** 2])
+    return design @ prior @ design.T + np.eye(len(design))
+
+
+def exact(linear: Linear, of: Unknowns, sigma: np.ndarray) -> float:
+    """Logarithm of the density of the readings, on the scale of `MarginalLikelihood.log`."""
+    centre = linear.design(of)[:, :3] @ of.mean
+    factor = np.linalg.cholesky(covariance_of(linear, of, sigma))
+    left = np.linalg.solve(factor, linear.measured.ravel() - centre)
+    # A flat prior has density one in units of the nuisance, and the powers of two pi are left out.
+    return float(-0.5 * left @ left - np.log(np.diag(factor)).sum() + of.free.sum() * np.log(FLAT))
+
+
+def weighed(linear: Linear, of: Unknowns, **start: np.ndarray) -> MarginalLikelihood:
+    return weigh(of, begun(of, records=len(linear.slopes)), linear.gram, settled=1e-9, **start)
+
+
+def agreeing(found: MarginalLikelihood) -> float:
+    """Logarithm of the evidence where no parameter deviates at all."""
+    return found.log + float(np.log(found.weight[0] / AGREE ** found.grid.shape[1]))
+
+
+def test_a_model_without_parameters_that_deviate_has_an_evidence() -> None:
+    linear = Linear.drawn(1, TRUTH)
+    assert weighed(linear, unknowns(())).log == pytest.approx(exact(linear, unknowns(()), np.zeros(0)), abs=EXACT)
+
+
+@pytest.mark.parametrize("scattering", [(0,), (0, 1)])
+def test_evidence_of_a_linear_model_is_exact_for_each_scatter_and_for_all(scattering: tuple[int, ...]) -> None:
+    # Two records where many covariances are taken apart.
+    records = 4 // len(scattering)
+    of = unknowns(scattering, records)
+    linear = Linear.drawn(1, TRUTH, scatter=0.05, records=records, loud=10.0)
+    found = weighed(linear, of)
+    grid, n = found.grid, len(scattering)
+    assert grid.shape == (len(LEVELS) ** n, n)
+    priors = np.log(np.where(grid == 0.0, AGREE, (1.0 - AGREE) / (len(LEVELS) - 1))).sum(axis=1)
+    assert logsumexp(priors) == pytest.approx(0.0, abs=1e-12)
+    logs = np.array([exact(linear, of, sigma) for sigma in grid]) + priors
+    assert found.log == pytest.approx(float(logsumexp(logs)), abs=EXACT)
+    np.testing.assert_allclose(found.weight, np.exp(logs - logsumexp(logs)), atol=EXACT)
+
+
+def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
+    """The negative control is a place at which nothing is at rest: a curved model would not agree."""
+    of, linear = unknowns(), Linear.drawn(2, TRUTH, scatter=0.02, loud=10.0)
+    place = begun(of)._replace(eta=np.full((4, 1), 0.03))
+    away = laplace(PosteriorMode(of, place, arrowhead(of, place, linear.gram), np.array([0.004]), np.inf, 1))
+    found = weighed(linear, of)
+    assert away.log == pytest.approx(found.log, abs=0.01)
+    np.testing.assert_allclose(away.mean, found.mean, atol=1e-4)
+    np.testing.assert_allclose(away.spread, found.spread, rtol=1e-3)
+
+
+def test_a_nuisance_that_is_held_is_not_integrated() -> None:
+    of, linear = unknowns(), Linear.drawn(3, TRUTH)
+    free = of.free.copy()
+    free[2, 1] = False
+    held = replace(of, free=free)
+    assert agreeing(weighed(linear, held)) == pytest.approx(exact(linear, held, np.zeros(1)), abs=EXACT)
+
+
+def test_an_effect_that_does_nothing_costs_its_occam_factor_and_one_that_acts_gains() -> None:
+    """ln BF of a coordinate against its absence, from two exact evidences, over series."""
+    gains: dict[float, list[float]] = {0.0: [], 0.5: []}
+    of = replace(unknowns(), mean=np.array([0.1, 0.0, 0.0]))
+    absent = replace(of, precision=of.precision + np.diag([0.0, 0.0, 1e12]))
+    for strength, found in gains.items():
+        for seed in range(40):
+            linear = Linear.drawn(seed, np.array([0.1, 0.0, strength]))
+            found.append(weighed(linear, of).log - weighed(linear, absent).log)
+    assert np.median(gains[0.0]) < -1.0
+    # Chance reaches a Bayes factor of exp(3) once in twenty times at the most: seven of forty once in two thousand.
+    assert np.sum(np.array(gains[0.0]) > 3.0) <= 7
+    assert np.min(gains[0.5]) > 5.0
+
+
+def test_a_one_sided_prior_is_that_of_quadrature() -> None:
+    """Twice the normal prior above nil, whether the records pull the strength up, down, or far down."""
+    for strength in (0.3, 0.0, -0.1, -0.6):
+        of = replace(unknowns(), mean=np.zeros(3), one_sided=np.array([False, False, True]))
+        of = bounded(replace(of, precision=np.diag([1.0, 2.0, 4.0])), lower=(2, 0.0))
+        linear = Linear.drawn(5, np.array([0.3, -0.2, strength]))
+        found = weighed(linear, of)
+        assert found.mode.place.z[2] >= 0.0
+        assert agreeing(found) == pytest.approx(_by_quadrature(linear, of, 0.0, np.inf) + np.log(2.0), abs=1e-3), (
+            strength
+        )
+
+
+def test_a_bound_away_from_the_priors_mean_cuts_the_evidence() -> None:
+    """Where a strength would like to be at three and may be one at most, the model is no better than that."""
+    of = replace(unknowns(), mean=np.zeros(3), one_sided=np.array([False, False, True]))
+    of = bounded(replace(of, precision=np.diag([1.0, 2.0, 1.0])), lower=(2, 0.0), upper=(2, 1.0))
+    linear = Linear.drawn(6, np.array([0.3, -0.2, 3.0]))
+    found = weighed(linear, of)
+    assert found.mode.place.z[2] == 1.0
+    assert agreeing(found) == pytest.approx(_by_quadrature(linear, of, 0.0, 1.0) + np.log(2.0), abs=1.0)
+
+
+def _by_quadrature(linear: Linear, of: Unknowns, low: float, high: float) -> float:
+    """Logarithm of the evidence with the third coordinate's prior cut to an interval and not renormalised."""
+    without = replace(of, precision=of.precision + np.diag([0.0, 0.0, 1e14]))
+    covariance = covariance_of(linear, without, np.zeros(1))
+    factor = np.linalg.cholesky(covariance)
+    left = np.linalg.solve(factor, linear.measured.ravel())
+    column = np.linalg.solve(factor, linear.design(of)[:, 2])
+    error = 1.0 / np.sqrt(column @ column)
+    sd = of.precision[2, 2] ** -0.5
+    best = np.clip(column @ left * error**2 / (1.0 + error**2 / sd**2), low, high)
+
+    def log_density(strength: float) -> float:
+        away = left - column * strength
+        return float(-0.5 * away @ away + norm(0.0, sd).logpdf(strength))
+
+    peak, ends = log_density(best), (max(low, best - 12.0 * error), min(high, best + 12.0 * error))
+    whole = quad(lambda s: np.exp(log_density(s) - peak), *ends, epsabs=0.0, epsrel=1e-9)[0]
+    nuisances = int(of.free.sum())
+    log = peak + np.log(whole) - np.log(np.diag(factor)).sum()
+    return float(log + nuisances * np.log(FLAT))
+
+
+def prior_draw(random: np.random.Generator, of: Unknowns, loud: float = 20.0) -> tuple[Linear, np.ndarray, float]:
+    """Records of a truth and a scatter drawn from what is believed beforehand."""
+    z = of.mean + np.linalg.cholesky(np.linalg.inv(of.precision)) @ random.standard_normal(3)
+    sigma = 0.0 if random.random() < AGREE else float(random.choice(LEVELS[1:]))
+    return Linear.drawn(int(random.integers(1 << 30)), z, sigma, loud=loud), z, sigma
+
+
+@pytest.fixture(scope="module")
+def drawn() -> list[tuple[MarginalLikelihood, np.ndarray, float]]:
+    """Evidence, the true coordinates and the true scatter."""
+    random, found = np.random.default_rng(7), []
+    for _ in range(DRAWS):
+        linear, z, sigma = prior_draw(random, unknowns())
+        found.append((weighed(linear, unknowns()), z, sigma))
+    return found
+
+
+def test_the_spread_is_as_large_as_errors_are(drawn: list) -> None:
+    squares = np.array([(z - found.mean) ** 2 / np.diag(found.spread) for found, z, _ in drawn])
+    error = squares.std(axis=0) / np.sqrt(DRAWS)
+    assert np.all(np.abs(squares.mean(axis=0) - 1.0) < USUAL * error)
+    assert np.all(error < 0.2)
+    # The negative control: who takes records for alike is far too sure of the value that scatters.
+    alike = [(z - found.z[0]) ** 2 / np.diag(found.covariance[0]) for found, z, _ in drawn]
+    assert np.mean(alike, axis=0)[0] > 3.0
+
+
+def test_the_probability_that_records_agree_is_one(drawn: list) -> None:
+    said = np.array([found.agree(0) for found, _, _ in drawn])
+    true = np.array([sigma == 0.0 for _, _, sigma in drawn])
+    assert abs(np.mean(said - true)) < USUAL * np.std(said - true) / np.sqrt(DRAWS)
+    # Scatter that is smaller than the records' own errors cannot be seen: the difference is not larger.
+    assert said[true].mean() > said[~true].mean() + 0.15
+
+
+def test_levels_and_their_probabilities(drawn: list) -> None:
+    for found, _, _ in drawn[:20]:
+        levels, probability = found.levels(0)
+        np.testing.assert_array_equal(levels, LEVELS)
+        assert probability.sum() == pytest.approx(1.0)
+        assert found.agree(0) == probability[0]
+    # Scatter of eight percent is told from none, where each record knows its value to a percent.
+    widest = [found.levels(0) for found, _, sigma in drawn if sigma == LEVELS[-1]]
+    assert np.mean([probability[levels >= 0.03].sum() for levels, probability in widest]) > 0.8
+
+
+def test_the_mixture_is_that_of_draws_from_it() -> None:
+    found = weighed(Linear.drawn(8, TRUTH, scatter=0.02, loud=10.0), unknowns())
+    random, count = np.random.default_rng(0), 20_000
+    which = random.choice(len(found.grid), count, p=found.weight)
+    roots = np.linalg.cholesky(found.covariance)
+    z = found.z[which] + np.einsum("nij,nj->ni", roots[which], random.standard_normal((count, 3)))
+    np.testing.assert_allclose(z.mean(axis=0), found.mean, atol=USUAL * np.sqrt(np.diag(found.spread).max() / count))
+    # A variance of so many draws is known to a hundredth, of a mixture with wide tails to a few.
+    np.testing.assert_allclose(np.var(z, axis=0), np.diag(found.spread), rtol=0.06)
+
+
+def test_many_deviating_parameters_have_a_coarser_grid() -> None:
+    of = replace(unknowns(()), log=np.ones(3, dtype=bool), reference=np.ones(3), scale=np.ones(3))
+    many = replace(of, scattering=np.array([0, 1, 2, 0])[: MANY + 1])
+    place = begun(many)
+    normal = arrowhead(many, place, lambda local, columns, targets: np.einsum("rij->rij", _grams(len(columns))))
+    found = laplace(PosteriorMode(many, place, normal, np.full(4, 0.004), np.inf, 1))
+    assert set(np.unique(found.grid)) == set(FEW_LEVELS)
+    assert len(found.grid) == len(FEW_LEVELS) ** 4
+
+
+def _grams(columns: int) -> np.ndarray:
+    rows = np.random.default_rng(0).standard_normal((4, columns + 1, SIZE))
+    return 1e-12 * np.einsum("rit,rjt->rij", rows, rows)
+
+
+def test_the_scatter_is_found_on_the_way_wherever_it_begins() -> None:
+    of, linear = unknowns(), Linear.drawn(9, TRUTH, scatter=0.03, loud=20.0)
+    ends = [weighed(linear, of, sigma=np.array([level])) for level in (0.0, 0.001, 0.08)]
+    assert len({round(end.log, 3) for end in ends}) == 1
+    assert 0.008 <= ends[0].mode.sigma[0] <= 0.08
+    # The mode belongs to that scatter.
+    same = mode(of, ends[0].mode.place, linear.gram, ends[0].mode.sigma, 1e-9)
+    assert ends[0].mode.objective == pytest.approx(same.objective, abs=EXACT)

@@ -1,0 +1,217 @@
+"""Spectra of residuals by Whittle's likelihood: what was put in is found, and white noise is bare."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.problem.noise.coloured import bank_for
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
+from tests.problem.waves import (
+    CORNER,
+    COUNT,
+    KINDS,
+    RATE,
+    RECORDS,
+    STRANGE,
+    TONES,
+    UNIT,
+    humming,
+    masked,
+    records,
+    relaxing,
+    tone,
+    wandering,
+    whistling,
+    white,
+)
+
+SERIES = 8
+"""Of five records each, over which what is found is averaged."""
+LEVEL = 0.06
+"""Share by which a white level may be off: five thousand ordinates, and what goes to the fastest of the first-order
+parts, which is nearly white."""
+RISE = 0.12
+"""The same at a few Hz, where there are few ordinates and no part of the noise can be less than nil."""
+SLOW = 0.25
+"""The same of the slow noise, of which a record has some ten ordinates an octave at most."""
+TELL = 0.4
+"""Part of the spacing of ordinates by which the frequency of a line may be off: it is looked for in eighths."""
+LINE = 0.2
+"""Share by which its variance may be off."""
+SURE = 4.0
+"""Standard errors of a correlation by chance: once in sixteen thousand; forty or so are looked at."""
+SQUARE = 0.03
+"""Share by which the mean square of innovations may be off one, five times two thousand of them having two percent."""
+LEAKING = 0.08
+"""The same, and for correlations, where samples are lost: a line leaks through the holes and is taken for noise."""
+
+
+def noise_of(drawn: np.ndarray, valid: np.ndarray | None = None, lines: bool = True) -> Noise:
+    valid = np.ones(drawn.shape, dtype=bool) if valid is None else valid
+    (found,) = noise_of_residuals(records(valid), np.where(valid, drawn, 1e3)[None, :, None], lines)
+    return found.scaled(1.0 / UNIT)
+
+
+def found_in(kind: str, holes: bool = False) -> list[Noise]:
+    return [
+        noise_of(KINDS[kind](random), masked(random) if holes else None)
+        for random in (np.random.default_rng([seed, 1]) for seed in range(SERIES))
+    ]
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_white_noise_is_white(holes: bool) -> None:
+    frequency = np.geomspace(3.0, 0.5 * RATE, 60)
+    density = np.mean([found.density(frequency) for found in found_in("white", holes)], axis=0) * 0.5 * RATE
+    np.testing.assert_allclose(density[frequency > 100.0], 1.0, rtol=LEVEL)
+    np.testing.assert_allclose(density, 1.0, rtol=RISE)
+
+
+def test_white_noise_has_no_line_and_no_slow_part_of_weight() -> None:
+    """The negative control: nothing is found where nothing is, in forty series."""
+    for seed in range(40):
+        found = noise_of(white(np.random.default_rng([seed, 2])))
+        assert found.lines == ()
+        assert sum(variance for corner, variance in found.slow if corner < 100.0) < 0.03
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_wander_is_found(holes: bool) -> None:
+    frequency = np.geomspace(4.0, 100.0, 20)
+    densities = np.array([found.density(frequency) for found in found_in("1/f", holes)])
+    # Variance one between one period of a record and half the rate, and the hiss.
+    truth = 1.0 / np.log(0.5 * COUNT) / frequency + 0.09 / (0.5 * RATE)
+    np.testing.assert_allclose(densities.mean(axis=0), truth, rtol=SLOW)
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_a_first_order_part_is_found(holes: bool) -> None:
+    frequency = np.geomspace(3.0, 80.0, 20)
+    found = found_in("first order", holes)
+    densities = np.mean([noise.density(frequency) for noise in found], axis=0)
+    truth = (2.0 / np.pi) * CORNER / (CORNER**2 + frequency**2) + 0.25 / (0.5 * RATE)
+    np.testing.assert_allclose(densities, truth, rtol=SLOW)
+    total = np.mean([sum(variance for _, variance in noise.slow) for noise in found])
+    assert total == pytest.approx(1.0, rel=SLOW)
+    assert np.mean([noise.white for noise in found]) * 0.5 * RATE == pytest.approx(0.25, rel=2.0 * LEVEL)
+
+
+@pytest.mark.parametrize("holes", [False, True])
+@pytest.mark.parametrize(
+    ("kind", "truth"), [("two lines", {TONES[0]: 0.25, TONES[1]: 0.09}), ("a line on 1/f", {STRANGE: 0.25})]
+)
+def test_lines_are_found_where_they_are(kind: str, truth: dict[float, float], holes: bool) -> None:
+    for found in found_in(kind, holes):
+        assert len(found.lines) == len(truth)
+        for (frequency, _), true in zip(sorted(found.lines), sorted(truth), strict=True):
+            assert abs(frequency - true) < TELL * RATE / COUNT
+    means = np.mean([[variance for _, variance in sorted(found.lines)] for found in found_in(kind, holes)], axis=0)
+    np.testing.assert_allclose(means, [truth[line] for line in sorted(truth)], rtol=LINE)
+
+
+def test_lines_are_not_looked_for_where_they_are_not_wanted() -> None:
+    assert noise_of(humming(np.random.default_rng(0)), lines=False).lines == ()
+
+
+def test_what_a_rig_does_slowly_is_no_line() -> None:
+    random = np.random.default_rng(1)
+    assert noise_of(white(random) + tone(random, 12.0)).lines == ()
+
+
+@pytest.mark.parametrize("holes", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_innovations_are_white_with_unit_variance(kind: str, holes: bool) -> None:
+    for seed in range(3):
+        random = np.random.default_rng([seed, 3])
+        valid = masked(random) if holes else np.ones((RECORDS, COUNT), dtype=bool)
+        fresh = innovations(KINDS[kind](random), valid)
+        assert np.all(fresh[~valid] == 0.0)
+        assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=LEAKING if holes else SQUARE)
+        for lag in (1, 2, 5, 20, 100):
+            pairs = np.sum(valid[:, lag:] & valid[:, :-lag])
+            assert abs(correlation(fresh, valid, lag)) < (LEAKING * np.sqrt(pairs) if holes else SURE)
+
+
+def innovations(drawn: np.ndarray, valid: np.ndarray, noise: Noise | None = None) -> np.ndarray:
+    problem = records(valid)
+    found = noise_of_residuals(problem, drawn[None, :, None]) if noise is None else (noise,)
+    return np.asarray(whitening_of(problem, found).whiten(jnp.asarray(drawn[:, None])))[:, 0]
+
+
+def correlation(fresh: np.ndarray, valid: np.ndarray, lag: int) -> float:
+    """Of samples so far apart, in its standard errors."""
+    pairs = np.sum(valid[:, lag:] & valid[:, :-lag])
+    return float(np.sum(fresh[:, lag:] * fresh[:, :-lag]) / np.sqrt(pairs))
+
+
+def test_innovations_of_the_wrong_noise_are_not_white() -> None:
+    """The negative control: wander and lines that are taken for hiss leave their memory."""
+    valid, hiss = np.ones((RECORDS, COUNT), dtype=bool), Noise(UNIT**2 / (0.5 * RATE), 0.0, 0.0, 1000)
+    for make in (wandering, relaxing, humming, whistling):
+        fresh = innovations(make(np.random.default_rng(4)), valid, hiss)
+        assert max(abs(correlation(fresh, valid, lag)) for lag in (1, 2, 5, 20)) > 2.0 * SURE
+
+
+def test_the_expected_periodogram_is_that_of_many_draws() -> None:
+    random = np.random.default_rng(5)
+    valid = masked(random)
+    counts = np.full(RECORDS, COUNT)
+    bank = bank_for(*map(np.asarray, records(valid).observations.experiment[:2]))
+    draws = np.where(valid, np.array([relaxing(random) for _ in range(60)]), 0.0)
+    found = periodograms(draws, valid, counts, bank)
+    weights = fitted(found)
+    assert np.all(weights >= 0.0)
+    share = found.power / (found.expected @ weights)
+    # Sixty draws of five records: an ordinate is known to thirteen percent, a tenth of the band to one.
+    for part in np.array_split(np.argsort(found.frequency), 10):
+        assert share[part].mean() == pytest.approx(1.0, abs=0.05)
+
+
+def test_several_draws_of_what_is_not_known_are_averaged() -> None:
+    random = np.random.default_rng(6)
+    drawn = np.stack([white(random), 3.0 * white(random)])
+    (found,) = noise_of_residuals(records(np.ones((RECORDS, COUNT), dtype=bool)), drawn[:, :, None])
+    assert found.rms(COUNT / RATE, RATE) == pytest.approx(UNIT * np.sqrt(5.0), rel=0.03)
+
+
+def test_samples_that_hardly_weigh_do_not_count() -> None:
+    problem = records(np.ones((2, 100), dtype=bool))
+    weight = problem.observations.weight["force"]
+    weight[0, :50] *= 0.4
+    weight[1, :50] *= 0.6
+    mask = sample_mask(problem)
+    assert mask.shape == (2, 1, 100)
+    assert mask[0, 0].tolist() == [False] * 50 + [True] * 50
+    assert mask[1].all()
+    weight[1] = 0.0
+    assert not sample_mask(problem)[1].any()
+
+
+def test_a_record_that_ends_earlier_tells_as_much_as_it_has() -> None:
+    random = np.random.default_rng(7)
+    valid = np.ones((RECORDS, COUNT), dtype=bool)
+    counts = np.array([COUNT, COUNT, 1200, 1500, 900])
+    for r, count in enumerate(counts):
+        valid[r, count:] = False
+    drawn = np.where(valid, humming(random), 0.0)
+    (found,) = noise_of_residuals(records(valid, counts), drawn[None, :, None])
+    found = found.scaled(1.0 / UNIT)
+    assert [round(frequency) for frequency, _ in sorted(found.lines)] == [50, 150]
+    assert found.white * 0.5 * RATE == pytest.approx(1.0, rel=LEVEL)
+
+
+def test_where_there_is_nothing_to_tell_a_unit_is_taken() -> None:
+    valid = np.ones((RECORDS, COUNT), dtype=bool)
+    assert noise_of(np.zeros((RECORDS, COUNT))).samples == 0
+    (found,) = noise_of_residuals(records(~valid), white(np.random.default_rng(0))[None, :, None])
+    assert (found.samples, found.slow, found.lines) == (0, (), ())
+
+
+def test_a_channel_that_a_record_lost_does_not_hinder_the_lines_of_the_others() -> None:
+    valid = np.ones((RECORDS, COUNT), dtype=bool)
+    valid[2] = False
+    found = noise_of(humming(np.random.default_rng(8)), valid)
+    assert [round(frequency) for frequency, _ in sorted(found.lines)] == [50, 150]

@@ -1,0 +1,271 @@
+"""How a search did: named by class, exactly or falsely, called unexplained; by rig, strength, noise and scatter."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from scipy.stats import chi2, ncx2
+
+from tests.validation.cases import KINDS, RIGS, STRENGTHS, class_of
+from tests.validation.designs import NOISES, SCATTERS
+from tests.validation.tables import Share, median, table
+
+ALARMS, TRIED = 0.01, 20
+"""False alarms of the ideal test, and number of effects it tries: what a search has to choose from."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case; a row of the file of a release.
+
+    Parameters
+    ----------
+    case : name of the case
+    release, kind, rig, index, seed, noise, scatter, strength : of it; `strength` is the noncentrality wanted
+    hidden, noncentralities : what was hidden and what a perfect test gains by each, joined by " + "
+    verdict : of the search, "error" or "too long"
+    added : effects in the order they were found, joined by " + "
+    alike : groups of effects that the search says it cannot tell apart, joined by " + ", groups by " | "
+    best, evidence : first of the ranking of the first round, and its evidence
+    evidence_of_truth : of the hidden effect that is ranked highest in the first round; nan where none is
+    gap_before, gap_after : of the fits
+    status : of the fit of the final model
+    seconds, processor_seconds : of the search, compilation included
+    making_seconds : of the series
+    revision : of the program
+    says : what it looks like, or the error
+    """
+
+    case: str
+    release: str
+    kind: str
+    rig: str
+    index: int
+    seed: int
+    noise: str
+    scatter: float
+    strength: float
+    hidden: str
+    noncentralities: str
+    verdict: str
+    added: str
+    alike: str
+    best: str
+    evidence: float
+    evidence_of_truth: float
+    gap_before: float
+    gap_after: float
+    status: str
+    seconds: float
+    processor_seconds: float
+    making_seconds: float
+    revision: str
+    says: str
+
+    @property
+    def truth(self) -> tuple[str, ...]:
+        """What was hidden."""
+        return names(self.hidden)
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """What was named."""
+        return names(self.added) if self.verdict == "named" else ()
+
+    def meant(self, name: str) -> frozenset[str]:
+        """Effects a name stands for: its class, and what the search itself cannot tell from it here."""
+        groups = (frozenset(names(group)) for group in self.alike.split(" | "))
+        return class_of(name).union(*(group for group in groups if name in group))
+
+    @property
+    def by_class(self) -> bool:
+        """Whether everything hidden was named, by its own name or one of its class."""
+        return bool(self.truth) and all(any(one in self.meant(name) for name in self.found) for one in self.truth)
+
+    @property
+    def exact(self) -> bool:
+        """Whether everything hidden was named, and nothing else."""
+        return bool(self.found) and set(self.found) == set(self.truth)
+
+    @property
+    def falsely(self) -> bool:
+        """Whether something was named that stands for nothing hidden."""
+        return any(not self.meant(name) & set(self.truth) for name in self.found)
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether the search says that something is missing which it has no name for."""
+        return self.verdict == "unexplained"
+
+    @property
+    def good(self) -> bool:
+        """Whether it ended as it should."""
+        if self.kind == "null":
+            return self.verdict == "nothing_missing"
+        return self.unexplained if self.kind == "outside" else self.exact
+
+
+def names(joined: str) -> tuple[str, ...]:
+    """Names out of one cell."""
+    return tuple(name for name in joined.split(" + ") if name)
+
+
+def ideal(noncentrality: float) -> float:
+    """Share of cases found by a perfect whitened test with a false alarm in 1 % of nulls and 20 effects to try."""
+    return float(ncx2.sf(chi2.isf(ALARMS / TRIED, 1), 1, noncentrality))
+
+
+def _faint(strength: int) -> Callable[[Outcome], bool]:
+    return lambda o: o.kind == "faint" and o.strength == strength
+
+
+GOALS: tuple[tuple[str, Callable[[Outcome], bool], str, Callable[[Outcome], bool]], ...] = (
+    ("nothing hidden: an effect named", lambda o: o.kind == "null", "<= 1 %", lambda o: bool(o.found)),
+    ("nothing hidden: called unexplained", lambda o: o.kind == "null", "<= 2 %", lambda o: o.unexplained),
+    ("noncentrality 60: named by class", _faint(60), ">= 50 %", lambda o: o.by_class),
+    ("noncentrality 120: named by class", _faint(120), ">= 90 %", lambda o: o.by_class),
+    ("noncentrality 500: named by class", _faint(500), ">= 98 %", lambda o: o.by_class),
+    ("noncentrality 500: exactly", _faint(500), ">= 85 %", lambda o: o.exact),
+    ("one faint effect: something named falsely", lambda o: o.kind == "faint", "<= 1 %", lambda o: o.falsely),
+    ("outside the catalogue: called unexplained", lambda o: o.kind == "outside", ">= 85 %", lambda o: o.unexplained),
+    ("two effects: both named by class", lambda o: o.kind == "pair", ">= 85 %", lambda o: o.by_class),
+    ("three effects: all named by class", lambda o: o.kind == "triple", ">= 50 %", lambda o: o.by_class),
+    ("not trusted", lambda o: True, "", lambda o: o.verdict == "not_trusted"),
+    ("an error, or too long", lambda o: True, "", lambda o: o.verdict in ("error", "too long")),
+)  # fmt: skip
+
+
+def goals(outcomes: Sequence[Outcome]) -> list[str]:
+    """What the search is held to."""
+    rows = []
+    for what, among, goal, hit in GOALS:
+        chosen = [o for o in outcomes if among(o)]
+        rows.append([what, goal, Share.of(chosen, hit), *(Share.of(_of(chosen, rig=rig), hit) for rig in RIGS)])
+    return table(["", "held to", "both rigs", *RIGS], rows)
+
+
+HEADS = ("by class", "exactly", "falsely", "unexplained")
+
+
+def _four(outcomes: Sequence[Outcome]) -> list[Share]:
+    return [
+        Share.of(outcomes, hit)
+        for hit in (lambda o: o.by_class, lambda o: o.exact, lambda o: o.falsely, lambda o: o.unexplained)
+    ]
+
+
+def _of(outcomes: Iterable[Outcome], **wanted: object) -> list[Outcome]:
+    return [o for o in outcomes if all(getattr(o, key) == value for key, value in wanted.items())]
+
+
+def by_strength(outcomes: Sequence[Outcome]) -> list[str]:
+    """Faint effects, with what a perfect test would find beside."""
+    rows = []
+    for rig in RIGS:
+        for strength in STRENGTHS:
+            group = _of(outcomes, kind="faint", rig=rig, strength=float(strength))
+            if group:
+                rows.append([rig, strength, f"{100 * ideal(strength):.1f} %", *_four(group)])
+    return table(["rig", "noncentrality", "the ideal", *HEADS], rows)
+
+
+def by_noise(outcomes: Sequence[Outcome], kind: str) -> list[str]:
+    """Cases of one kind by noise and by scatter."""
+    rows: list[Sequence[object]] = []
+    for rig in RIGS:
+        mine = _of(outcomes, kind=kind, rig=rig)
+        rows += [[rig, noise, "", *_four(group)] for noise in NOISES if (group := _of(mine, noise=noise))]
+        rows += [[rig, "", f"{100 * s:g} %", *_four(g)] for s in SCATTERS if (g := _of(mine, scatter=s))]
+    return table(["rig", "noise", "scatter", *HEADS], rows)
+
+
+def by_hidden(outcomes: Sequence[Outcome]) -> list[str]:
+    """A row for each effect or cause that was hidden alone, and what was said in its place."""
+    rows = []
+    groups = sorted({(o.kind, o.hidden, o.rig) for o in outcomes if o.kind in ("faint", "outside")})
+    for kind, hidden, rig in groups:
+        group = _of(outcomes, kind=kind, hidden=hidden, rig=rig)
+        others = Counter(said(o) for o in group if not o.good)
+        instead = ", ".join(f"{what} ({n})" if n > 1 else what for what, n in others.most_common())
+        hits = (sum(getattr(o, key) for o in group) for key in ("by_class", "exact", "falsely", "unexplained"))
+        rows.append([hidden, rig, len(group), *hits, instead])
+    return table(["hidden", "rig", "cases", *HEADS, "else"], rows)
+
+
+def misses(outcomes: Sequence[Outcome]) -> list[str]:
+    """A row for each case that did not end as it should."""
+    return table(
+        ["case", "hidden", "noncentrality", "said", "best, its evidence, that of the truth", "gap before, after"],
+        (
+            [
+                o.case,
+                o.hidden or "nothing",
+                o.noncentralities,
+                said(o),
+                f"{o.best}, {o.evidence:.1f}, {o.evidence_of_truth:.1f}",
+                f"{o.gap_before:.3f}, {o.gap_after:.3f}",
+            ]
+            for o in outcomes
+            if not o.good
+        ),
+    )
+
+
+def said(outcome: Outcome) -> str:
+    """The verdict, or what was named."""
+    return outcome.added if outcome.verdict == "named" else outcome.verdict.replace("_", " ")
+
+
+def times(outcomes: Sequence[Outcome]) -> list[str]:
+    """How long a search took, by rig and kind."""
+    rows = []
+    for rig in RIGS:
+        for kind in KINDS:
+            if group := _of(outcomes, rig=rig, kind=kind):
+                clock = [o.seconds for o in group if math.isfinite(o.seconds)]
+                middles = (f"{median(values):.0f}" for values in (clock, [o.processor_seconds for o in group]))
+                rows.append([rig, kind, len(group), *middles, f"{max(clock, default=math.nan):.0f}"])
+    return table(
+        ["rig", "kind", "cases", "s by the clock, median", "s of processor, median", "largest by the clock"], rows
+    )
+
+
+def tables(outcomes: Sequence[Outcome]) -> list[str]:
+    """Everything a release is told by."""
+    if not outcomes:
+        return ["No case of a release has been carried out yet."]
+    labels = ", ".join(sorted({o.release for o in outcomes}))
+    revisions = ", ".join(sorted({o.revision for o in outcomes}))
+    return [
+        f"Release {labels}, revision {revisions}: first outcomes of {len(outcomes)} cases. Behind each share: number "
+        "of cases and 95 % interval.",
+        "",
+        *goals(outcomes),
+        "",
+        "### Faint effects by strength",
+        "",
+        *by_strength(outcomes),
+        "",
+        "### Faint effects by noise and scatter",
+        "",
+        *by_noise(outcomes, "faint"),
+        "",
+        "### Nothing hidden, by noise and scatter",
+        "",
+        *by_noise(outcomes, "null"),
+        "",
+        "### By what was hidden alone",
+        "",
+        *by_hidden(outcomes),
+        "",
+        "### Time",
+        "",
+        *times(outcomes),
+        "",
+        "### Cases that did not end as they should",
+        "",
+        *misses(outcomes),
+    ]

@@ -1,0 +1,199 @@
+"""The runners of the validation: scores on outcomes made by hand, files that keep first outcomes, time limits."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import subprocess
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
+
+from tests.independent.simulate import Base
+from tests.validation import validate_discover, validate_intervals
+from tests.validation.cases import KINDS, cases, interval_cases
+from tests.validation.scores import Outcome, by_hidden, by_noise, by_strength, goals, ideal, misses, tables, times
+from tests.validation.tables import Share, append, read, write_between
+from tests.validation.validate_discover import carry_out, chosen, ended, told
+from tests.validation.validate_intervals import Fitted, coverage, rows_of
+from tests.validation.workers import carried_out
+
+GOOD = Outcome(
+    case="a", release="r", kind="faint", rig="fibre_mass", index=0, seed=1, noise="pink", scatter=0.0, strength=60.0,
+    hidden="sensor.force_delay", noncentralities="60.1", verdict="named", added="sensor.force_delay", alike="",
+    best="sensor.force_delay", evidence=20.0, evidence_of_truth=20.0, gap_before=1.01, gap_after=1.0, status="ok",
+    seconds=60.0, processor_seconds=20.0, making_seconds=0.3, revision="abc", says="",
+)  # fmt: skip
+LAG = replace(GOOD, case="b", added="sensor.force_lag")
+WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
+ALIKE = replace(WRONG, case="d", alike="fibre.mass + fibre.hardening | sensor.force_delay + guide.viscous_friction")
+MORE = replace(GOOD, case="e", added="sensor.force_delay + fibre.hardening")
+PAIR = replace(GOOD, case="f", kind="pair", hidden="fibre.hardening + sensor.force_delay", added="fibre.hardening")
+NULL = replace(GOOD, case="g", kind="null", hidden="", verdict="nothing_missing", added="")
+ALARM = replace(NULL, case="h", verdict="named", added="guide.viscous_friction")
+STRANGER = replace(GOOD, case="i", kind="outside", hidden="open.detent", verdict="unexplained", added="")
+FAILED = replace(GOOD, case="j", verdict="error", added="", seconds=math.nan, says="ValueError: no")
+ALL = [GOOD, LAG, WRONG, ALIKE, MORE, PAIR, NULL, ALARM, STRANGER, FAILED]
+
+
+def test_by_class_exactly_and_falsely() -> None:
+    said = {o.case: (o.by_class, o.exact, o.falsely) for o in ALL}
+    assert said == {
+        "a": (True, True, False),
+        "b": (True, False, False),
+        "c": (False, False, True),
+        "d": (True, False, False),
+        "e": (True, False, True),
+        "f": (False, False, False),
+        "g": (False, False, False),
+        "h": (False, False, True),
+        "i": (False, False, False),
+        "j": (False, False, False),
+    }
+
+
+def test_shares_have_their_interval() -> None:
+    assert str(Share(0, 300)) == "0.0 % (0 of 300; 0.0 to 1.2 %)"
+    assert str(Share(95, 100)) == "95.0 % (95 of 100; 88.7 to 98.4 %)"
+    assert str(Share(0, 0)) == "no case"
+
+
+def test_the_ideal_finds_what_is_far_from_nothing() -> None:
+    assert ideal(0.0) == pytest.approx(0.01 / 20)
+    assert [ideal(strength) for strength in (30, 60, 120)] == pytest.approx([0.978, 1.0, 1.0], abs=2e-3)
+
+
+def test_tables() -> None:
+    told = goals(ALL)
+    assert "| nothing hidden: an effect named | <= 1 % | 50.0 % (1 of 2;" in told[2]
+    assert "| noncentrality 60: named by class | >= 50 % | 66.7 % (4 of 6;" in told[4]
+    assert by_strength(ALL)[2].startswith("| fibre_mass | 60 | 100.0 % | 66.7 % (4 of 6")
+    assert by_noise(ALL, "null")[2].startswith("| fibre_mass | pink |  | ")
+    assert "| sensor.force_delay | fibre_mass | 6 | 4 | 1 | 2 | 0 |" in by_hidden(ALL)[2]
+    assert len(misses(ALL)) == 2 + 7
+    assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 |"
+    assert tables([]) == ["No case of a release has been carried out yet."]
+    assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in tables(ALL))
+
+
+def test_a_file_keeps_first_outcomes(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    append(path, GOOD, "case")
+    append(path, NULL, "case")
+    assert read(path, Outcome) == [GOOD, NULL]
+    with pytest.raises(ValueError, match="another release"):
+        append(path, replace(GOOD, verdict="unexplained"), "case")
+    assert read(path, Outcome) == [GOOD, NULL]
+
+
+def test_tables_go_between_their_marks(tmp_path: Path) -> None:
+    document = tmp_path / "a.md"
+    document.write_text("before\n<!-- begin it -->\nold\n<!-- end it -->\nafter\n")
+    for _ in range(2):
+        write_between(document, "it", ["new"])
+        assert document.read_text() == "before\n<!-- begin it -->\n\nnew\n\n<!-- end it -->\nafter\n"
+    with pytest.raises(ValueError, match="begin other"):
+        write_between(document, "other", [])
+
+
+@pytest.mark.parametrize("module", [validate_discover, validate_intervals])
+def test_the_documents_have_their_marks(module, tmp_path: Path) -> None:
+    copy = tmp_path / "copy.md"
+    copy.write_text(module.DOCUMENT.read_text(encoding="utf-8"), encoding="utf-8")
+    what = "validation" if module is validate_discover else "intervals"
+    write_between(copy, f"tables of the {what}", ["something"])
+    assert "something" in copy.read_text(encoding="utf-8")
+
+
+def test_a_run_goes_on_where_another_ended_with_all_kinds_in_turn() -> None:
+    given = argparse.Namespace(
+        release="r", kind=None, rig=None, noise=None, strength=None, tuning=False, cases=12
+    )  # fmt: skip
+    first = chosen(given, [])
+    assert len(first) == 12
+    assert {case.kind for case in first} == set(KINDS)
+    done = [replace(GOOD, case=case.name) for case in first]
+    assert not {case.name for case in chosen(given, done)} & {case.name for case in first}
+    given.kind, given.strength = ["faint"], 120.0
+    assert {case.strength for case in chosen(given, [])} == {120.0}
+
+
+def test_a_fault_is_an_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(folder: Path) -> dict[str, object]:
+        raise ValueError("no")
+
+    monkeypatch.setattr(validate_discover, "_searched", broken)
+    case = next(cases("r", "null", "fibre_mass"))
+    outcome = carry_out(case)
+    assert (outcome.verdict, outcome.says) == ("error", "ValueError: no")
+    assert outcome.seconds < 1.0
+    late = ended(case, 5.0)
+    assert (late.verdict, late.seconds) == ("too long", 5.0)
+
+
+def test_a_summary_is_read_by_the_contract() -> None:
+    def row(effect: str, evidence: float) -> dict[str, object]:
+        return {"effect": effect, "evidence": evidence}
+
+    summary = {
+        "verdict": "named",
+        "added": ["fibre.mass"],
+        "cannot_tell_apart": [["fibre.mass", "sensor.force_lag"]],
+        "rounds": [{"ranking": [row("fibre.mass", 30.0), row("sensor.force_lag", 31.0)]}, {"ranking": []}],
+        "gap": {"total": 1.0},
+        "before": {"gap": {"total": 1.2}},
+        "status": "ok",
+        "reason": "so",
+    }
+    found = told(summary, ["fibre.mass"])
+    assert (found["best"], found["evidence"], found["evidence_of_truth"]) == ("sensor.force_lag", 31.0, 30.0)
+    assert (found["added"], found["alike"]) == ("fibre.mass", "fibre.mass + sensor.force_lag")
+    assert (found["gap_before"], found["gap_after"], found["says"]) == (1.2, 1.0, "so")
+    bare = told({"verdict": "not_trusted", "added": []}, [])
+    assert bare["best"] == ""
+    assert math.isnan(bare["evidence"])
+
+
+def test_work_is_ended_after_its_time_and_the_rest_goes_on() -> None:
+    # A number is no command: the process dies of it.
+    jobs = ["sleep 4", "echo a", 5, "echo b"]
+    began = time.perf_counter()
+    done = {one.job: one.result for one in carried_out(subprocess.getstatusoutput, jobs, 2, 1.0)}
+    assert done == {"sleep 4": None, "echo a": (0, "a"), 5: None, "echo b": (0, "b")}
+    assert time.perf_counter() - began < 4.0
+
+
+def test_intervals() -> None:
+    case = next(interval_cases("r", "fibre_mass", "slow", 0.02))
+    found = {
+        "value": 1.0e4,
+        "std_error": 10.0,
+        "interval_95": [9.98e3, 1.002e4],
+        "unit": "N/m",
+        "std_errors": {"white": 2.0},
+    }
+    facts = {"status": "ok", "failed": "", "seconds": 3.0, "processor_seconds": 2.0, "says": ""}
+    rows = rows_of(case, Base(1.0015e4, 20.0, 3.0), {"stiffness": found}, facts)
+    stiffness, damping, _ = rows
+    assert (stiffness.holds, stiffness.white_holds, stiffness.score) == (True, False, -1.5)
+    assert (damping.holds, damping.white_holds) == (False, False)
+    assert "| fibre_mass | slow | 2 % | 100.0 % (1 of 1;" in coverage(rows)[2]
+    with pytest.raises(ValueError, match="expected N/m, got kN/m"):
+        rows_of(case, Base(), {"stiffness": {**found, "unit": "kN/m"}}, facts)
+
+
+def test_intervals_are_kept_by_series_and_parameter(tmp_path: Path) -> None:
+    case = next(interval_cases("r", "fibre_mass", "slow", 0.02))
+    facts = {"status": "error", "failed": "", "seconds": 3.0, "processor_seconds": 2.0, "says": ""}
+    rows = rows_of(case, Base(), {}, facts)
+    for row in rows:
+        append(tmp_path / "r.csv", row, "key")
+    assert [row.key for row in read(tmp_path / "r.csv", Fitted)] == [row.key for row in rows]
+    given = argparse.Namespace(
+        release="r", rig=["fibre_mass"], noise=["slow"], scatter=[0.02], tuning=False, series=1
+    )  # fmt: skip
+    assert validate_intervals.chosen(given, rows)[0].index == case.index + 1
