@@ -24,7 +24,7 @@ from fibrefit.problem.estimate.gauss_newton import Gram, Place, PosteriorMode, U
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import faded
-from fibrefit.problem.inputs.reactions import Reactions, reactions_of, whitened
+from fibrefit.problem.inputs.reactions import Reactions, reactions_of, reactions_through
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -72,7 +72,7 @@ class View:
 
     def through(self, whitening: Coloured) -> View:
         """The same through another whitening."""
-        reactions = None if self.raw is None else whitened(self.raw, whitening)
+        reactions = None if self.raw is None else reactions_through(self.raw, whitening)
         return replace(self, whitening=whitening, reactions=reactions)
 
     def gram(self, unknowns: Unknowns) -> Gram:
