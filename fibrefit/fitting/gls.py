@@ -18,13 +18,13 @@ import numpy as np
 
 from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.unknowns import free_values, places_of, unknowns_of
+from fibrefit.fitting.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
 from fibrefit.problem.estimate.gauss_newton import Gram, Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import faded
-from fibrefit.problem.inputs.reactions import Reactions, reactions_of, whitened
+from fibrefit.problem.inputs.reactions import Reactions, reactions_of, reactions_through
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -50,7 +50,7 @@ DRAWS = 4
 
 
 @dataclass(frozen=True)
-class Seen:
+class View:
     """A task seen through a whitening.
 
     Parameters
@@ -70,9 +70,9 @@ class Seen:
     reactions: Reactions | None = None
     raw: Reactions | None = None
 
-    def through(self, whitening: Coloured) -> Seen:
+    def through(self, whitening: Coloured) -> View:
         """The same through another whitening."""
-        reactions = None if self.raw is None else whitened(self.raw, whitening)
+        reactions = None if self.raw is None else reactions_through(self.raw, whitening)
         return replace(self, whitening=whitening, reactions=reactions)
 
     def gram(self, unknowns: Unknowns) -> Gram:
@@ -158,7 +158,7 @@ class Sharp:
     noise : tuple of Noise
         Of each channel, in SI units.
     evidence : MarginalLikelihood
-    seen : Seen
+    seen : View
     waves : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
@@ -172,7 +172,7 @@ class Sharp:
     between: Mapping[str, Between]
     noise: tuple[Noise, ...]
     evidence: MarginalLikelihood
-    seen: Seen
+    seen: View
     waves: Waves
     expected_gap: float
 
@@ -199,9 +199,9 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
         Of the plain estimate.
     """
     layout = plain.problem.layout
-    unknowns = unknowns_of(layout, plain.values, bars.errors["white"])
+    unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
     known = bool(plain.input_errors)
-    seen = _seen(task, plain.values, plain.waves) if known else Seen(plain.problem)
+    seen = _seen(task, plain.values, plain.waves) if known else View(plain.problem)
     place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
@@ -215,7 +215,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     return found
 
 
-def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: Seen) -> Sharp | None:
+def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> Sharp | None:
     """The mode in the noise that is left there."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
@@ -229,7 +229,7 @@ def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen
     return None if evidence is None else _sharp(task, bars, evidence, seen, noise)
 
 
-def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) -> Place:
+def _apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) -> Place:
     """Where records that may differ are best in plain least squares.
 
     A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
@@ -256,7 +256,7 @@ def _apart(unknowns: Unknowns, place: Place, seen: Seen, ladders: np.ndarray) ->
 
 
 def _weighed(
-    unknowns: Unknowns, place: Place, seen: Seen, before: MarginalLikelihood | None
+    unknowns: Unknowns, place: Place, seen: View, before: MarginalLikelihood | None
 ) -> MarginalLikelihood | None:
     sigma = None if before is None else before.mode.sigma
     with np.errstate(all="ignore"):
@@ -268,11 +268,11 @@ def _weighed(
     return found if sound else None
 
 
-def _seen(task: Task, values: np.ndarray, waves: Waves) -> Seen:
+def _seen(task: Task, values: np.ndarray, waves: Waves) -> View:
     """A task with noisy inputs, linearised in their errors at given ones."""
     reactions = reactions_of(task, values, waves)
     problem = corrected(task.problem, input_errors(task), waves)
-    return Seen(problem) if reactions is None else Seen(faded(problem, reactions.fade), None, reactions, reactions)
+    return View(problem) if reactions is None else View(faded(problem, reactions.fade), None, reactions, reactions)
 
 
 def _bends(task: Task, sharp: Sharp) -> bool:
@@ -284,7 +284,7 @@ def _bends(task: Task, sharp: Sharp) -> bool:
 
 
 def _sharp(
-    task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: Seen, noise: tuple[Noise, ...]
+    task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
 ) -> Sharp:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
@@ -383,4 +383,4 @@ def problem_at(task: Task, sharp: Sharp) -> Problem:
     return corrected(task.problem, input_errors(task), sharp.waves) if sharp.waves else task.problem
 
 
-__all__ = ["PosteriorMode", "Seen", "Sharp", "cost_with_one_held", "problem_at", "sharpened"]
+__all__ = ["PosteriorMode", "Sharp", "View", "cost_with_one_held", "problem_at", "sharpened"]

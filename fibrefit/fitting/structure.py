@@ -237,7 +237,7 @@ def _states(residuals: Residuals) -> Check:
     passed = worst <= STATE_SHARE
     names = list(residuals.motion.states)
     says = (
-        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains more than {100 * STATE_SHARE:.0f} % of what is left."
+        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {100 * STATE_SHARE:.0f} % of what is left."
         if passed
         else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left, of noise at most "
         f"{100 * STATE_SHARE:.0f} %. The model lacks something."

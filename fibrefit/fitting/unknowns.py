@@ -15,7 +15,7 @@ MOST = 5
 """Parameters that may deviate at the most: those that are best known."""
 
 
-def unknowns_of(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unknowns:
+def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unknowns:
     """What is unknown in a fit.
 
     Parameters

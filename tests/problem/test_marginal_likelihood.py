@@ -10,8 +10,10 @@ from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import (
     AGREE,
+    ALONE,
     FEW_LEVELS,
     LEVELS,
     MANY,
@@ -58,12 +60,21 @@ def weighed(linear: Linear, of: Unknowns, **start: np.ndarray) -> MarginalLikeli
 
 def agreeing(found: MarginalLikelihood) -> float:
     """Logarithm of the evidence where no parameter deviates at all."""
-    return found.log + float(np.log(found.weight[0] / AGREE ** found.grid.shape[1]))
+    return found.log + float(np.log(found.weight[0] / (AGREE if found.grid.shape[1] else 1.0)))
 
 
 def test_a_model_without_parameters_that_deviate_has_an_evidence() -> None:
     linear = Linear.drawn(1, TRUTH)
     assert weighed(linear, unknowns(())).log == pytest.approx(exact(linear, unknowns(()), np.zeros(0)), abs=EXACT)
+
+
+def prior(sigma: np.ndarray) -> float:
+    """Probability beforehand of a point of the grid."""
+    some = np.array(LEVELS[1:])
+    each = np.gradient(np.log(some)) * np.minimum(some / weighing.USUAL, 1.0)
+    each = dict(zip(LEVELS, [ALONE, *((1.0 - ALONE) * each / each.sum())], strict=True))
+    apart = np.prod([each[float(level)] for level in sigma]) / (1.0 - ALONE ** len(sigma))
+    return float((1.0 - AGREE) * apart) if sigma.any() else AGREE
 
 
 @pytest.mark.parametrize("scattering", [(0,), (0, 1)])
@@ -75,7 +86,7 @@ def test_evidence_of_a_linear_model_is_exact_for_each_scatter_and_for_all(scatte
     found = weighed(linear, of)
     grid, n = found.grid, len(scattering)
     assert grid.shape == (len(LEVELS) ** n, n)
-    priors = np.log(np.where(grid == 0.0, AGREE, (1.0 - AGREE) / (len(LEVELS) - 1))).sum(axis=1)
+    priors = np.log([prior(sigma) for sigma in grid])
     assert logsumexp(priors) == pytest.approx(0.0, abs=1e-12)
     logs = np.array([exact(linear, of, sigma) for sigma in grid]) + priors
     assert found.log == pytest.approx(float(logsumexp(logs)), abs=EXACT)

@@ -19,7 +19,7 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weig
 from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, local_grams, place_of
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
-from fibrefit.problem.inputs.reactions import whitened
+from fibrefit.problem.inputs.reactions import reactions_through
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -64,7 +64,7 @@ def yardstick_of(frame: Frame, noise: Sequence[Noise]) -> Yardstick:
     whitening = whitening_of(frame.problem, noise)
     reactions = frame.reactions
     if reactions is not None:
-        reactions = whitened(reactions, whitening)
+        reactions = reactions_through(reactions, whitening)
     return Yardstick(tuple(noise), whitening, reactions)
 
 

@@ -39,8 +39,8 @@ def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
         Check(
             name="the force is the one the motion asks for",
             passed=share <= EXPLAINED,
-            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for; at "
-            f"most {100.0 * EXPLAINED:g} % is expected.",
+            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for; "
+            f"at most {100.0 * EXPLAINED:g} % is expected.",
             statistic=share,
             threshold=EXPLAINED,
             identifier="force_balance",

@@ -184,7 +184,10 @@ def _rate(values: np.ndarray, times: np.ndarray) -> np.ndarray:
 
     step = float(np.diff(times).mean())
     window = max(5, round(8e-3 / step) | 1)
-    return savgol_filter(values, window, 2, deriv=1, delta=step)
+    # Damaged samples are bridged: one of them would take all those around it along.
+    there = np.isfinite(values)
+    whole = values if there.all() else np.interp(times, times[there], values[there])
+    return savgol_filter(whole, window, 2, deriv=1, delta=step)
 
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:

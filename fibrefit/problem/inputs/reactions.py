@@ -71,7 +71,7 @@ def reactions_of(task: Task, values: np.ndarray, waves: Waves, far: bool = False
     return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
 
 
-def whitened(reactions: Reactions, whitening: Coloured) -> Reactions:
+def reactions_through(reactions: Reactions, whitening: Coloured) -> Reactions:
     """Reactions seen through a whitening; what they are before it is not changed."""
     rows = _whitened_rows(whitening, reactions.rows)
     products = jnp.einsum("rwn,rvn->rwv", rows, rows).astype(float)
@@ -92,4 +92,4 @@ def _whitened(whitening: Coloured, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 
-__all__ = ["Reactions", "reactions_of", "whitened"]
+__all__ = ["Reactions", "reactions_of", "reactions_through"]

@@ -171,8 +171,10 @@ def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
 def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
     """Whether each block's mean agrees with the first ones' within `limit`."""
     blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
-    means = blocks.mean(axis=1)
-    return ~(np.abs(means - np.nanmean(means[:3])) > limit)
+    number = np.isfinite(blocks).sum(axis=1)
+    means = np.where(number > 0, np.nansum(blocks, axis=1) / np.maximum(number, 1), np.nan)
+    known = means[np.isfinite(means)]
+    return ~(np.abs(means - known[:3].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
 
 
 def _run_length(flags: np.ndarray) -> int:
