@@ -133,8 +133,13 @@ def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:
 
 def both(made: Case) -> Weighed:
     """Both frictions on the base, whatever they are good for."""
-    first = made.search.scales.extended(made.base, made.search.frame_for(VISCOUS, (DRAG,)), (VISCOUS,))
-    return made.search.scales.extended(first, made.search.frame_for(DRAG, first.effects), (DRAG,))
+    return with_effect(made, with_effect(made, made.base, VISCOUS), DRAG)
+
+
+def with_effect(made: Case, parent: Weighed, effect: type[Effect]) -> Weighed:
+    """An effect on a parent, from where slopes promise most of it."""
+    scales, frame = made.search.scales, made.search.frame_for(effect, (*parent.effects, VISCOUS, DRAG))
+    return scales.extended(parent, frame, effect, scales.screened(parent, frame, [effect])[effect])
 
 
 def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:

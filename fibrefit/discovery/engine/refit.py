@@ -136,7 +136,7 @@ def refit(
     unknown = _Map(frame, subset, local)
     x, damping = unknown.clipped(unknown.unknowns()), 1e-3
     matrix, gradient, cost = unknown.normal(x, counts)
-    for step in range(1, max_steps + 1):
+    for step in range(1, max_steps + 1):  # noqa: B007
         trial = unknown.clipped(x - _damped(unknown, x, matrix, gradient, damping))
         way = trial - x
         if -way @ (2.0 * gradient + matrix @ way) < ARRIVED * enough * cost:

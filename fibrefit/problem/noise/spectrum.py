@@ -108,8 +108,11 @@ class Noise:
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    # White and 1/f noise move block means by less than this, real motion by far more within one block.
-    signals = [(signal, max(1.2 * _hiss(signal), _wander(signal))) for signal in trace.channels.values()]
+    # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
+    # within one block.
+    signals = [
+        (signal, max(1.2 * _hiss(signal), _wander(signal), resolution(signal))) for signal in trace.channels.values()
+    ]
     signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
     ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
     turned = [(signal[::-1], limit) for signal, limit in signals]
