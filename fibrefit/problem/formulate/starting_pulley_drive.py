@@ -121,4 +121,8 @@ def _derivative(trace: Trace, order: int) -> np.ndarray:
     window = max(5, round(SMOOTHING / step) | 1)
     from scipy.signal import savgol_filter  # half a second to load, and only this rig needs it
 
-    return savgol_filter(trace.channels["position"], window, 3, deriv=order, delta=step)
+    # Damaged samples are bridged: one of them would take all those around it along.
+    position = trace.channels["position"]
+    seen = np.isfinite(position)
+    whole = np.interp(trace.times, trace.times[seen], position[seen])
+    return np.where(seen, savgol_filter(whole, window, 3, deriv=order, delta=step), np.nan)

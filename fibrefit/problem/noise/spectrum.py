@@ -122,12 +122,11 @@ def rests(trace: Trace) -> list[slice]:
 
 
 def _wander(signal: np.ndarray) -> float:
-    """How far slow noise may move a block's mean, by the first ones, and no more than a small share of the travel."""
-    first = signal[: FIRST * BLOCK]
-    if len(first) < FIRST * BLOCK or not np.isfinite(first).all():
-        return 0.0
-    moved = WANDER * float(np.std(first.reshape(FIRST, BLOCK).mean(axis=1)))
-    return min(moved, DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
+    """How far slow noise may move a block's mean, by the first and last ones; at most a small share of the travel."""
+    ends = (signal[: FIRST * BLOCK], signal[::-1][: FIRST * BLOCK])
+    known = [end for end in ends if len(end) == FIRST * BLOCK and np.isfinite(end).all()]
+    moved = [WANDER * float(np.std(end.reshape(FIRST, BLOCK).mean(axis=1))) for end in known]
+    return min(max(moved, default=0.0), DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
@@ -181,9 +180,11 @@ def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
 
 
 def _run_length(flags: np.ndarray) -> int:
-    # The block in which motion begins may still look like rest: it is left out.
-    first = np.argmin(flags) if not flags.all() else len(flags)
-    return max(int(first) - 1, 0)
+    # One block by itself may be damaged or loud. That in which motion begins may still look like rest: it is left out.
+    out = ~flags
+    moving = out & np.append(out[1:], True)
+    first = int(np.argmax(moving)) if moving.any() else len(flags)
+    return max(first - 1, 0)
 
 
 def _hiss(signal: np.ndarray) -> float:
