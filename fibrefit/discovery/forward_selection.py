@@ -47,7 +47,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Look:
+class Comparison:
     """Candidates of one round, all weighed alike.
 
     Parameters
@@ -81,7 +81,7 @@ class Selection:
     search : Search
     best : Weighed
     rounds : tuple of Round
-    look : Look or None
+    look : Comparison or None
         The last one.
     rivals : tuple of Rivals
         What was added, each with an effect that does as well.
@@ -90,7 +90,7 @@ class Selection:
     search: Search
     best: Weighed
     rounds: tuple[Round, ...] = ()
-    look: Look | None = None
+    look: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
 
 
@@ -125,7 +125,7 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
     return at
 
 
-def looked(search: Search, parent: Weighed, what: str) -> Look:
+def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     """A parent with each further effect, all weighed in the noise that the best one of them leaves.
 
     Parameters
@@ -151,7 +151,7 @@ def is_incomplete(search: Search, weighed: Weighed) -> bool:
     return any(test.raised for test in tested)
 
 
-def _explains(look: Look) -> bool:
+def _explains(look: Comparison) -> bool:
     """Whether the noise is no larger than where nothing is missing, so that what takes long need not be tried."""
     best = look.found[0] if look.found and look.gain(look.found[0]) > NAMED else look.parent
     return look.search.gap(look.search.plain(best)) < ENOUGH
@@ -161,7 +161,7 @@ ENOUGH = 1.02
 """Gap below which effects that take long to simulate are not tried: the noise itself is not known better."""
 
 
-def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Look:
+def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
     """Candidates and parent weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[Weighed] = []
@@ -181,7 +181,7 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Lo
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
-    return Look(search, parent, tuple(ranked), frozenset(weighed))
+    return Comparison(search, parent, tuple(ranked), frozenset(weighed))
 
 
 def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
@@ -201,7 +201,7 @@ FAR_BEHIND = 30.0
 """Nats behind the best one from which a candidate is not weighed again in better known noise."""
 
 
-def _chosen(look: Look, limits: Limits) -> Weighed | None:
+def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
     """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing."""
     if limits.choose is not None:
         name = limits.choose(candidates(look)[:LISTED])
@@ -216,7 +216,7 @@ SIMPLER = 1.0
 """Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals."""
 
 
-def _pair(look: Look) -> tuple[Look, Weighed | None]:
+def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:
     """The best of two effects together that are more than chance and need each other; None where there is none."""
     found: list[Weighed] = []
     search = look.search
@@ -251,7 +251,7 @@ def pruned(scales: Scales, best: Weighed) -> Weighed:
     return best
 
 
-def rivals_of(look: Look, best: Weighed) -> tuple[Rivals, ...]:
+def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:
     """What was added, and each effect that would have explained the records as well in its place."""
     pairs: dict[tuple[str, str], Rivals] = {}
     plain = look.search.plain
@@ -263,12 +263,12 @@ def rivals_of(look: Look, best: Weighed) -> tuple[Rivals, ...]:
     return tuple(pairs.values())
 
 
-def candidates(look: Look) -> tuple[Candidate, ...]:
+def candidates(look: Comparison) -> tuple[Candidate, ...]:
     """How the candidates of a round did over their parent, the most probable first."""
     return tuple(candidate(look, one) for one in look.found)
 
 
-def candidate(look: Look, one: Weighed) -> Candidate:
+def candidate(look: Comparison, one: Weighed) -> Candidate:
     """How a hypothesis did over its parent; parameters with their standard errors."""
     added = [effect for effect in one.effects if effect not in look.parent.effects]
     shared, errors = one.shared, one.errors
@@ -294,7 +294,7 @@ def candidate(look: Look, one: Weighed) -> Candidate:
     )
 
 
-def _round(look: Look, before: Identification, chosen: Weighed) -> Round:
+def _round(look: Comparison, before: Identification, chosen: Weighed) -> Round:
     parent, search = look.parent, look.search
     ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)

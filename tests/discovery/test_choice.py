@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
-from fibrefit.discovery.engine.screening import WEAK, directions, start_of
+from fibrefit.discovery.engine.screening import WEAK, directions, starting_strength
 from fibrefit.discovery.engine.supermodel import frame_of
 from fibrefit.effects.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
@@ -44,7 +44,7 @@ def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> 
     viscous = CATALOGUE["guide.viscous_friction"]
     frame, name = frame_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
     weak = WEAK * viscous.parameters[0].typical
-    assert start_of(frame, name, weak, 3.0) == pytest.approx(3.0 * weak)
+    assert starting_strength(frame, name, weak, 3.0) == pytest.approx(3.0 * weak)
     # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.
-    assert start_of(frame, name, weak, -5.0) == pytest.approx(weak)
-    assert start_of(frame, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)
+    assert starting_strength(frame, name, weak, -5.0) == pytest.approx(weak)
+    assert starting_strength(frame, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)

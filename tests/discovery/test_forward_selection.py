@@ -231,6 +231,6 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
         scales = Scales(made.search.ground, made.search.scales.reference, yardstick_of(made.base.frame, noise))
         search = replace(made.search, effects=effects).weighed_with(scales)
         look = looked(search, scales.again(made.base), "trying")
-        found.append({one.effect: one for one in candidates(look)}["sensor.force_gain"])
+        found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])
     assert min(one.evidence for one in found) > NAMED
     assert max(one.false_alarm for one in found) < 0.01

@@ -145,7 +145,7 @@ def test_the_reported_interval_stands_out(found: Identification, figures: dict[s
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3
     assert "reported / i.i.d. standard error: " in said
-    for method in ("white (i.i.d.) noise", "noise spectrum", "Newey-West", "block bootstrap"):
+    for method in ("white (i.i.d.) noise", "whitened (GLS) (reported)", "not whitened (OLS)"):
         assert method in said
 
 

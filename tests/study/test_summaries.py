@@ -15,7 +15,7 @@ from fibrefit.study.summaries.files import SUMMARIES
 
 GAP = s.Gap.model_validate(
     {
-        "force": {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51},
+        "force": {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51, "explained": None},
         "position": {"rms": 2.1e-5, "unit": "m", "noise": 2e-5, "ratio": 1.05},
         "total": 1.3,
     }
@@ -130,7 +130,7 @@ def test_the_promised_names_of_a_fit() -> None:
     assert {"value", "std_error", "interval_95", "unit", "free", "at_bound"} <= content["parameters"][
         "stiffness"
     ].keys()
-    assert content["gap"]["force"] == {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51}
+    assert content["gap"]["force"] == {"rms": 0.62, "unit": "N", "noise": 0.41, "ratio": 1.51, "explained": None}
     assert content["gap"]["total"] == 1.3
     assert content["records"]["a.csv"]["gap"]["force"]["rms"] == 0.62
     assert {"name", "passed", "says"} <= content["checks"][0].keys()

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
-from fibrefit.discovery.engine.screening import Direction, Promise, directions, start_of
+from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
@@ -185,9 +185,11 @@ class Scales:
         return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
-        """A hypothesis where it is, without a descent."""
+        """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
-        return Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
+        seen = Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
+        least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
+        return seen if seen.log > least else seen.moved_to(least)
 
     def absent(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], gain: float) -> Weighed:
         """A parent with further effects at their nulls, and the gain that slopes promise of them."""
@@ -215,9 +217,15 @@ class Scales:
         """
         found = parent.evidence.mode
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        for name, value in promise.values.items():
-            local[:, frame.names.index(name)] = value
-        return self.weigh(frame, (*parent.effects, effect), local, found.sigma, found.place.eta)
+        ends: list[Weighed] = []
+        # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
+        for values in (promise.values, promise.weak):
+            for name, value in values.items():
+                local[:, frame.names.index(name)] = value
+            ends.append(self.weigh(frame, (*parent.effects, effect), local, found.sigma, found.place.eta))
+            if ends[-1].log > parent.log - WRONG_MINIMUM:
+                break
+        return max(ends, key=lambda end: end.log)
 
     def screened(self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]]) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect on top of a parent, at the best of its shapes.
@@ -233,7 +241,7 @@ class Scales:
         """
         unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
         base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        promised = dict.fromkeys(effects, Promise(-np.inf, {}))
+        promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
             there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
@@ -251,7 +259,7 @@ class Scales:
         unknowns: Unknowns,
         local: np.ndarray,
         found: PosteriorMode,
-        there: dict[type[Effect], Direction],
+        there: dict[type[Effect], Approach],
     ) -> list[tuple[type[Effect], Promise]]:
         """Score test of each direction: its gain less what it costs, and where that is."""
         ways = [(effect, name, value) for effect, way in there.items() for name, value in way.strengths]
@@ -265,8 +273,13 @@ class Scales:
         found_all = []
         for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            start = {f"{effect.name}.{name}": start_of(frame, f"{effect.name}.{name}", value, share)}
-            found_all.append((effect, Promise(float(gain), shapes | start)))
+            start = {f"{effect.name}.{name}": starting_strength(frame, f"{effect.name}.{name}", value, share)}
+            weak = {
+                f"{effect.name}.{name}": starting_strength(
+                    frame, f"{effect.name}.{name}", value, float(np.sign(share) or 1.0)
+                )
+            }
+            found_all.append((effect, Promise(float(gain), shapes | start, shapes | weak)))
         return found_all
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:

@@ -25,13 +25,16 @@ class Promise(NamedTuple):
         In nats, what the effect costs beforehand taken off.
     values : mapping of str to float
         Its parameters there, in SI units.
+    weak : mapping of str to float
+        The same with the effect hardly there.
     """
 
     gain: float
     values: dict[str, float]
+    weak: dict[str, float]
 
 
-class Direction(NamedTuple):
+class Approach(NamedTuple):
     """A shape of an effect, and the ways in which it enters a model then.
 
     Parameters
@@ -46,7 +49,7 @@ class Direction(NamedTuple):
     strengths: tuple[tuple[str, float], ...]
 
 
-def directions(effect: type[Effect]) -> list[Direction]:
+def directions(effect: type[Effect]) -> list[Approach]:
     """Every shape of an effect, each of its strengths moved by itself."""
     others = [p for p in effect.parameters if p.name not in effect.strength]
     strengths = []
@@ -58,11 +61,11 @@ def directions(effect: type[Effect]) -> list[Direction]:
     found = []
     for sizes in product(*(_weak(effect, parameter) for parameter in others)):
         shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
-        found.append(Direction(shapes, tuple(strengths)))
+        found.append(Approach(shapes, tuple(strengths)))
     return found
 
 
-def start_of(frame: Frame, name: str, weak: float, share: float) -> float:
+def starting_strength(frame: Frame, name: str, weak: float, share: float) -> float:
     """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
     declared = frame.declared[name]
     if declared.reciprocal or declared.unit == "Hz":

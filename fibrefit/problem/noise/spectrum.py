@@ -114,7 +114,8 @@ def rests(trace: Trace) -> list[slice]:
         (signal, max(1.2 * _hiss(signal), _wander(signal), resolution(signal))) for signal in trace.channels.values()
     ]
     signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
-    ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals])) * BLOCK
+    # Before the motion a block by itself may be damaged or loud; after it, one may look like rest at a turning point.
+    ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals]), 1) * BLOCK
     turned = [(signal[::-1], limit) for signal, limit in signals]
     behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
     found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
@@ -122,11 +123,12 @@ def rests(trace: Trace) -> list[slice]:
 
 
 def _wander(signal: np.ndarray) -> float:
-    """How far slow noise may move a block's mean, by the first and last ones; at most a small share of the travel."""
-    ends = (signal[: FIRST * BLOCK], signal[::-1][: FIRST * BLOCK])
-    known = [end for end in ends if len(end) == FIRST * BLOCK and np.isfinite(end).all()]
-    moved = [WANDER * float(np.std(end.reshape(FIRST, BLOCK).mean(axis=1))) for end in known]
-    return min(max(moved, default=0.0), DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
+    """How far slow noise may move a block's mean, by the first ones; at most a small share of the travel."""
+    first = signal[: FIRST * BLOCK]
+    if len(first) < FIRST * BLOCK or not np.isfinite(first).all():
+        return 0.0
+    moved = WANDER * float(np.std(first.reshape(FIRST, BLOCK).mean(axis=1)))
+    return min(moved, DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
@@ -179,11 +181,14 @@ def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
     return ~(np.abs(means - known[:3].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
 
 
-def _run_length(flags: np.ndarray) -> int:
-    # One block by itself may be damaged or loud. That in which motion begins may still look like rest: it is left out.
-    out = ~flags
-    moving = out & np.append(out[1:], True)
+def _run_length(flags: np.ndarray, spared: int = 0) -> int:
+    """Blocks at rest from the start on; so many moving ones are spared if they are followed by rest."""
+    out, moving = ~flags, ~flags
+    for _ in range(spared):
+        moving = moving & np.append(out[1:], True)
+        out = np.append(out[1:], True)
     first = int(np.argmax(moving)) if moving.any() else len(flags)
+    # The block in which motion begins may still look like rest: it is left out.
     return max(first - 1, 0)
 
 
