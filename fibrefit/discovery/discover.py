@@ -58,7 +58,7 @@ def discover(
     Finding
     """
     began, limits, tell = time.perf_counter(), limits or Limits(), progress or (lambda what, share: None)
-    before = identify(task, STARTS, limits.seed, progress=progress)
+    before = identify(task, STARTS, limits.seed, whiten=False, progress=progress)
     if reasons := _broken(before):
         return _not_trusted(before, reasons, began)
     search, base = begun(task, before, effects, tell)

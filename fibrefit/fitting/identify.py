@@ -40,6 +40,7 @@ def identify(
     robust: bool = False,
     profile: bool = False,
     waves: Waves | None = None,
+    whiten: bool = True,
     progress: Progress | None = None,
     stop: Stop = lambda: False,
 ) -> Identification:
@@ -52,12 +53,12 @@ def identify(
         Number of starts, the one from the data included.
     seed : int
         Of the scatter of starts.
-    robust : bool
-        Let residuals beyond `SOFT_BEYOND` times the noise count less than quadratically.
-    profile : bool
-        Give shared parameters profile-likelihood intervals.
+    robust, profile : bool
+        Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
     waves : mapping of input to (n_record, n_wave), optional
         Errors of measured inputs from an earlier identification, to begin with.
+    whiten : bool
+        Whether to whiten where inputs are noisy too, which takes long.
     progress : callable, optional
         Told what is being done and the share that is finished.
     stop : callable
@@ -77,15 +78,14 @@ def identify(
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     task = _softened(task) if robust else task
     searched = replace(task, problem=corrected(task.problem, input_errors(task), waves)) if waves else task
-    problem = searched.problem
     tell("compiling", 0.0)
-    width = widths(problem, problem.layout.free(task.start))
+    width = widths(searched.problem, task.problem.layout.free(task.start))
     found = _search(searched, starts, seed, tell, stop)
-    _refuse_if_lost(found, problem.layout.records)
+    _refuse_if_lost(found, task.problem.layout.records)
     tell("second solver", 0.87)
     values, agreed = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, agreed, waves)
+    found_all = _concluded(task, found, values, agreed, waves, whiten)
     if profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -136,12 +136,14 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
     return table(problem.layout, began, search(problem, problem.layout.free(began), task.ladders, told, stop))
 
 
-def _concluded(task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None) -> Identification:
+def _concluded(
+    task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None, whiten: bool
+) -> Identification:
     plain = optimum(task, values, waves)
     normal = plain.scores.normal_matrix()
     rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times[0])).mean())
     bars = error_bars(plain.problem, plain.scores, rate)
-    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())))
+    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
     problem, seen, sound = best.problem, best.seen, dict(best.sound)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     checks = (

@@ -70,7 +70,7 @@ class Reported:
         return "plain least squares" if self.sharp is None else "whitened least squares"
 
 
-def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
+def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True) -> Reported:
     """Go from a plain estimate to that of the likelihood, if there is one to be believed.
 
     Parameters
@@ -81,8 +81,12 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Repo
         Of the plain estimate.
     success : bool
         Whether the search found an end at all.
+    whiten : bool
+        Whether to whiten where inputs are noisy too, which takes long.
     """
     reason = _doubt(task, success)
+    if not reason and plain.input_errors and not whiten:
+        reason = "a search weighs the evidence of what it adds itself."
     checks: tuple[Check, ...] = ()
     sharp = None if reason else sharpened(task, plain, bars)
     if sharp is not None:

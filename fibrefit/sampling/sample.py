@@ -16,7 +16,7 @@ import numpy as np
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import Parting, parting, parting_check
 from fibrefit.problem.inputs.errors_in_variables import Waves, input_errors
-from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
+from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
@@ -133,7 +133,10 @@ def _prepare(
     known, layout = input_errors(task), task.problem.layout
     plain, found = cleaned(task, known, start, waves) if known else (task, {})
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
-    model = noise_model_of(plain, linear, noise, heavy, bool(known))
+    # What the noise is does not hang on where the walkers begin.
+    model = noise_model_of(
+        plain, linear if known else _at_minimum(plain.problem, start, linear), noise, heavy, bool(known)
+    )
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
     if known:
@@ -234,6 +237,21 @@ def _counts(task: Task) -> np.ndarray:
     """Number of samples of each channel that count, ``(n_channel,)``; one where there are none."""
     data = task.problem.observations
     return np.array([max(np.count_nonzero(np.asarray(data.weight[c])), 1) for c in task.problem.model.rig.channels])
+
+
+def _at_minimum(problem: Problem, values: np.ndarray, linear: Linearised) -> Linearised:
+    """The problem linearised where plain Gauss-Newton steps lead, as long as they lower the sum of squares."""
+    for _ in range(STEPS):
+        values = values + least_squares_step(problem.layout, linear)
+        there = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(values)))
+        if not np.sum(there.residuals**2) < np.sum(linear.residuals**2):
+            break
+        linear = there
+    return linear
+
+
+STEPS = 6
+"""Of Gauss and Newton: a start is near the best values."""
 
 
 @eqx.filter_jit

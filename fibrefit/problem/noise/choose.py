@@ -21,6 +21,7 @@ from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening, innovations
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
+from fibrefit.problem.statement.layout import Layout, assembled, gathered
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 KINDS = ("white", "autoregressive", "coloured")
@@ -116,7 +117,7 @@ def choose_noise_model(
         given = [(spectrum or {}).get(c) for c in channels]
         stated = tuple(n for n in given if n is not None)
         as_given = kind == "coloured" and len(stated) == len(channels)
-        noise = stated if as_given else noise_of_residuals(problem, np.asarray(linear.residuals))
+        noise = stated if as_given else noise_of_residuals(problem, _at_best(problem, linear))
         noise = _as_known(problem, noise, known, np.asarray(evidence.unit))
         found["coloured"] = whitening_of(problem, noise)
     white = _score(White(evidence.valid), evidence, len(channels))
@@ -145,6 +146,28 @@ def _autoregressive(evidence: _Evidence, known: tuple[bool, ...]) -> tuple[Autor
     ]
     covariances = [c / c[0] if fixed else c for (_, c), fixed in zip(found, known, strict=True)]
     return Autoregressive.of(covariances, valid), tuple(order for order, _ in found)
+
+
+def _at_best(problem: Problem, linear: Linearised) -> np.ndarray:
+    """Residuals where the slopes say that their sum of squares is smallest: what parameters can do is no noise."""
+    step = np.append(least_squares_step(problem.layout, linear), [0.0, 0.0])[problem.layout.local_columns]
+    return np.asarray(linear.residuals) + np.einsum("rcti,ri->rct", np.asarray(linear.slopes), step)
+
+
+def least_squares_step(layout: Layout, linear: Linearised) -> np.ndarray:
+    """Step ``(n_free,)`` in SI units to where a linearised problem has the smallest sum of squares.
+
+    Parameters
+    ----------
+    layout : Layout
+    linear : Linearised
+    """
+    slopes, residuals = np.asarray(linear.slopes), np.asarray(linear.residuals)
+    columns, size = layout.local_columns, layout.size
+    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
+    pull = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    return np.linalg.lstsq(normal / np.outer(scale, scale), -pull / scale, rcond=1e-10)[0] / scale
 
 
 def _as_known(
