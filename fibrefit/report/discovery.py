@@ -23,8 +23,8 @@ MOST_RECORDS = 12
 LONGEST_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
 EVIDENCE = (
-    "Evidence: gain of twice the log-likelihood over the model before, penalised for the number of candidates and "
-    "parameters; above 10 is strong."
+    "Evidence: natural logarithm of the Bayes factor against the model before; an effect is named from 5 on, which is "
+    "odds of 150 to one."
 )
 
 

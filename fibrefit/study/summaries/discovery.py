@@ -27,9 +27,10 @@ class Candidate(Part):
 
     effect: str = Field(description='Its name; several, joined by " + ", where they were tried together.')
     gap_after: float
-    evidence: float = Field(
-        description="Gain of twice the log-likelihood under the noise spectrum found, penalised for the number of "
-        "candidates and parameters."
+    evidence: float = Field(description="Natural logarithm of the Bayes factor against the model before the round.")
+    false_alarm: float | None = Field(
+        default=None,
+        description="Probability that the best of all candidates reaches as much although nothing is missing.",
     )
     gap_foreseen: float | None = Field(
         default=None, description="Leave-one-record-out cross-validation: gap of all records; null where not asked for."

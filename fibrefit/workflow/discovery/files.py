@@ -152,7 +152,7 @@ def _trials(finding: Finding) -> dict[str, Variable]:
         "evidence": Variable(
             np.array([c.evidence for _, c in trials], dtype=float),
             ("trial",),
-            doc="Gain in twice the log likelihood, less what chance gives.",
+            doc="Natural logarithm of the Bayes factor against the model before the round.",
         ),
         "gap_foreseen": Variable(
             np.array([c.gap_foreseen for _, c in trials], dtype=float),
@@ -222,6 +222,7 @@ def _candidate(candidate: Candidate) -> d.Candidate:
         effect=candidate.effect,
         gap_after=candidate.gap_after,
         evidence=candidate.evidence,
+        false_alarm=finite(candidate.false_alarm),
         gap_foreseen=finite(candidate.gap_foreseen),
         parameters={
             name: s.ParameterSummary(value=value, std_error=finite(error), unit=unit)
