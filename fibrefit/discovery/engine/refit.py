@@ -95,7 +95,10 @@ class _Map:
         grams = changes * per[:, :, None] * per[:, None, :]
         n, own, total = len(self.shared), len(self.each), len(unknowns)
         places = np.concatenate(
-            [np.repeat(np.arange(n)[None], self.records, axis=0), n + np.arange(self.records * own).reshape(-1, own)],
+            [
+                np.repeat(np.arange(n)[None], self.records, axis=0),
+                n + np.arange(self.records * own).reshape(self.records, own),
+            ],
             axis=1,
         )
         matrix = assembled(grams[:, :-1, :-1], places, total)
