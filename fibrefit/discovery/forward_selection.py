@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales, Weighed
 from fibrefit.discovery.engine.supermodel import waves_at
-from fibrefit.discovery.engine.thresholds import APART, NAMED, PRICE, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, false_alarm, occam
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
@@ -195,8 +195,6 @@ def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
     return one.moved_to(parent.log + (gain + cost) / inflation - cost)
 
 
-BEYOND_DOUBT = 100.0
-"""Nats that no inflation of the scores' variance makes doubtful."""
 FAR_BEHIND = 30.0
 """Nats behind the best one from which a candidate is not weighed again in better known noise."""
 

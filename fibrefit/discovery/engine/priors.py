@@ -46,6 +46,7 @@ class Heights(NamedTuple):
 
 
 LEVEL_SD = 10.0
+"""Of the mean height of a curve, in units of what is usual: all but free, as base parameters take it up."""
 
 
 def unknowns_of(

@@ -14,9 +14,11 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
 NAMED = 5.0
 """Logarithm of the Bayes factor from which an effect is named. On forty series without an effect the largest was 0.5 in
-the study that set it (docs/discovery.md)."""
+the study that set it (docs/likelihood.md)."""
 APART = 5.0
 """Nats within which two explanations are not told apart."""
+BEYOND_DOUBT = 100.0
+"""Nats that no inflation of the scores' variance makes doubtful."""
 NOISE_LIKE = 1.045
 """Normalised residual RMS up to which a model leaves only noise; the noise itself is known to about two percent."""
 ALARM = 1e-4
