@@ -28,11 +28,23 @@ if TYPE_CHECKING:
     from fibrefit.workflow.confuse import confuse_study as distinguish
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
+    from fibrefit.workflow.prediction.predict import predict_study as predict
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
     from fibrefit.workflow.sweep import sweep_study as sweep
 
-__all__ = ["confuse", "discover", "distinguish", "fit", "load_study", "read_record", "sample", "simulate", "sweep"]
+__all__ = [
+    "confuse",
+    "discover",
+    "distinguish",
+    "fit",
+    "load_study",
+    "predict",
+    "read_record",
+    "sample",
+    "simulate",
+    "sweep",
+]
 
 #: Where each public function lives; it is imported when it is first asked for.
 _HOMES = {
@@ -41,6 +53,7 @@ _HOMES = {
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
     "fit": "fibrefit.workflow.fit:fit_study",
     "load_study": "fibrefit.study.load:load_study",
+    "predict": "fibrefit.workflow.prediction.predict:predict_study",
     "read_record": "fibrefit.records.read:read_record",
     "sample": "fibrefit.workflow.sampling.sample:sample",
     "simulate": "fibrefit.workflow.simulate:simulate_study",

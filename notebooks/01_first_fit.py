@@ -64,14 +64,12 @@ figures.only("starts", "errors")
 # %% [markdown]
 # ## A record the fit has not seen
 #
-# One more drop was kept aside. The parameters are held at what was found; only what belongs to that record alone,
-# its zero and its moment of release, is left to find.
+# One more drop was kept aside. It is predicted with the values that were found; only what belongs to that record
+# alone, its zero and its moment of release, is left to find.
 
 # %%
-held = [f'parameters.{name}.fixed="{found.value!r} {found.unit}"' for name, found in result.parameters.items()]
-unseen = fibrefit.fit(fibrefit.load_study("../configs/drop_series/holdout", held), starts=1)
-for channel, gap in unseen.identification.gap.items():
-    print(f"{channel}: {gap.ratio:.2f} times the noise")
+unseen = result.predict(fibrefit.load_study("../configs/drop_series/holdout"))
+print(unseen.report())
 
 # %%
 unseen.plot().only("record drop_14mm_60deg.csv")

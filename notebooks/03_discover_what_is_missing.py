@@ -68,21 +68,14 @@ for name, after in found.parameters.items():
 # %% [markdown]
 # ## A record neither model has seen
 #
-# With the parameters held at what each of the two models found:
-
+# Predicted with what each of the two models found:
 
 # %%
-def predicted(parameters, effects):
-    """Gap in a record that was kept aside, times the noise."""
-    units = {name: "" if value.unit == "-" else f" {value.unit}" for name, value in parameters.items()}
-    held = [f'parameters.{name}.fixed="{value.value!r}{units[name]}"' for name, value in parameters.items()]
-    aside = fibrefit.load_study("../configs/second_fibre/holdout", [f"model.effects={list(effects)}", *held])
-    return {name: gap.ratio for name, gap in fibrefit.fit(aside, starts=1).identification.gap.items()}
-
-
-before, after = predicted(first.parameters, ()), predicted(found.parameters, found.added)
-for channel in before:
-    print(f"{channel}: {before[channel]:.2f} -> {after[channel]:.2f} times the noise")
+aside = fibrefit.load_study("../configs/second_fibre/holdout")
+before, after = first.predict(aside).summary(), found.predict(aside).summary()
+print(before.says, after.says, sep="\n")
+for channel, told in after.channels.items():
+    print(f"{channel}: {before.channels[channel].rms:.3g} -> {told.rms:.3g} {told.unit} rms")
 
 # %% [markdown]
 # ## Going on from here

@@ -21,6 +21,7 @@ COMMANDS = {
     "sweep": "Frequency sweep (forward, backward, from rest) of an inverted pendulum, with stability.",
     "fit": "Identify the parameters by least squares.",
     "sample": "Sample the joint posterior of the parameters, resumably.",
+    "predict": "Predict records that a result has not seen, with its values.",
     "discover": "Find what the model lacks, name it, add it.",
     "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
     "distinguish": "Say which effects the records can distinguish, before or after measuring.",

@@ -293,3 +293,18 @@ def format_number(value: float, digits: int = 4) -> str:
     if "e" not in short or not 1e-4 <= abs(value) < 1e7:
         return short
     return f"{float(short):.0f}" if abs(value) >= 1 else f"{float(short):.10f}".rstrip("0")
+
+
+def format_share(share: float) -> str:
+    """A share in percent; near the whole, to as many digits as tell it from the whole: ``99.94 %``.
+
+    Parameters
+    ----------
+    share : float
+        1 for the whole; below 0 where a model is worse than none.
+    """
+    percent = 100.0 * share
+    for digits in (1, 2, 3, 4):
+        if 100.0 - percent >= 2.0 * 10.0**-digits:
+            return f"{percent:.{digits}f} %"
+    return "over 99.999 %" if percent < 100.0 else "100 %"

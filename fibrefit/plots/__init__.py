@@ -8,6 +8,7 @@ from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fit import fit_figures
 from fibrefit.plots.posterior import band_figures, corner_figures, posterior_figures, prior_figures, trace_figures
+from fibrefit.plots.prediction import prediction_figures
 from fibrefit.plots.save import file_names, save_figures
 from fibrefit.plots.simulated import simulation_figures
 from fibrefit.plots.table import table_figure
@@ -22,6 +23,7 @@ __all__ = [
     "file_names",
     "fit_figures",
     "posterior_figures",
+    "prediction_figures",
     "prior_figures",
     "save_figures",
     "simulation_figures",

@@ -39,7 +39,7 @@ class Banded:
     times, measured : (n_time,)
         Measured is NaN where a sample does not count.
     model, predicted : (3, n_time)
-        5 %, 50 % and 95 % points of the model's readings, and of new measurements.
+        Lower end, middle and upper end of the band of the model's readings, and of new measurements.
     """
 
     name: str
@@ -57,18 +57,20 @@ class Banded:
         return float(np.mean(inside[counted])) if counted.any() else float("nan")
 
 
-def bands_figure(heading: str, channels: list[Banded]) -> Figure:
+def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold 90 %") -> Figure:
     """Channels of one record: the readings, and under them how far measurement and bands lie from the median.
 
     Parameters
     ----------
     heading : str
     channels : list of Banded
+    beside : str
+        What the bands are.
     """
     heights = [TALL, LOW] * len(channels)
     figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
     axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
-    title(figure, heading, "bands hold 90 %")
+    title(figure, heading, beside)
     for number, channel in enumerate(channels):
         _readings(axes[2 * number], channel)
         _around(axes[2 * number + 1], channel)

@@ -8,9 +8,11 @@ from typing import Any
 from fibrefit.report.batch import batch_report
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.posterior import posterior_report
+from fibrefit.report.prediction import prediction_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
@@ -18,6 +20,7 @@ REPORTS: dict[type[Part], Callable[[Any], str]] = {
     FitSummary: fit_report,
     DiscoverySummary: discovery_report,
     PosteriorSummary: posterior_report,
+    PredictionSummary: prediction_report,
     BatchSummary: batch_report,
     SweepSummary: sweep_report,
 }

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.confuse import Confused, confuse_study
     from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
+    from fibrefit.workflow.prediction.predict import Prediction, predict_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
     from fibrefit.workflow.sampling.sample import Sampled, sample_study
     from fibrefit.workflow.simulate import Simulation, simulate_study
@@ -21,6 +22,7 @@ __all__ = [
     "Confused",
     "Discovery",
     "Fit",
+    "Prediction",
     "Sampled",
     "Simulation",
     "Sweep",
@@ -28,6 +30,7 @@ __all__ = [
     "discover_study",
     "fit_study",
     "model_of",
+    "predict_study",
     "read_records",
     "sample_study",
     "simulate_study",
@@ -39,6 +42,7 @@ PARTS = {
     "confuse": ("Confused", "confuse_study"),
     "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
+    "prediction.predict": ("Prediction", "predict_study"),
     "prepare": ("model_of", "read_records", "task_of"),
     "sampling.sample": ("Sampled", "sample_study"),
     "simulate": ("Simulation", "simulate_study"),

@@ -25,6 +25,7 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.workflow.prediction.predict import Prediction
 
 STARTS = 32
 
@@ -76,6 +77,12 @@ class Fit(Saved):
         from fibrefit.plots import fit_figures
 
         return fit_figures(self.identification)
+
+    def predict(self, study: Study) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`."""
+        from fibrefit.workflow.prediction.predict import predict_with
+
+        return predict_with(self.summary(), fit_groups(self.identification), self.study, study)
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Save it as any result; `stop` is asked before each figure whether to leave out the rest of them."""

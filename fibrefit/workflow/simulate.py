@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.fitting.search.solve import descend, widths
-from fibrefit.fitting.search.varpro import joint
 from fibrefit.problem.diagnose.phases import motion
-from fibrefit.problem.inputs.errors_in_variables import input_errors
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
+from fibrefit.workflow.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -112,28 +108,5 @@ def simulate_study(study: Study) -> Simulation:
     """
     task = task_of(study)
     if not is_planned(study):
-        task = _with_nuisances_found(task)
+        task = with_nuisances_found(task).task
     return Simulation(study, task, motion(task.problem, jnp.asarray(task.start)).readings)
-
-
-def _with_nuisances_found(task: Task) -> Task:
-    """The task with its parameters held and each record's own values fitted."""
-    layout = task.problem.layout
-    local = np.asarray(layout.local(jnp.asarray(task.start)))
-    declared = {parameter.name for parameter in task.problem.model.parameters}
-    slots = tuple(
-        replace(slot, shared=False, fixed=tuple(local[:, j].tolist())) if slot.name in declared else slot
-        for j, slot in enumerate(layout.slots)
-    )
-    held = Problem(task.problem.model, Layout(slots, layout.records), task.problem.observations)
-    named = {name: local[:, j] for j, name in enumerate(layout.names)}
-    start = held.layout.pack(named)
-    if held.layout.size:
-        free = held.layout.free(jnp.asarray(start))
-        found = descend(held, free, widths(held, free), task.counts)
-        start = np.asarray(held.layout.values(found.free))
-    found_all = replace(task, problem=held, start=start)
-    if not (known := input_errors(found_all)):
-        return found_all
-    best = joint(found_all, known, start)
-    return replace(found_all, problem=best.problem, start=best.values)

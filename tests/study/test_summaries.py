@@ -9,6 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from fibrefit.study.summaries import discovery as d
+from fibrefit.study.summaries import prediction as p
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries import sweep
 from fibrefit.study.summaries.files import SUMMARIES
@@ -56,6 +57,19 @@ EXAMPLES: dict[str, s.Part] = {
         ),
         cannot_tell_apart=(("guide.viscous_friction", "guide.quadratic_drag"),),
         unexplained=d.Unexplained(gap=1.0),
+    ),
+    "fibrefit/prediction/1": p.PredictionSummary(
+        status="ok",
+        verdict="holds",
+        says="The values hold.",
+        study="drops",
+        result="results/drops",
+        parameters={"stiffness": STIFFNESS},
+        channels={"force": p.PredictedChannel(rms=0.42, unit="N", explained=0.99)},
+        gap=GAP,
+        records={"a.csv": s.RecordSummary(gap=GAP)},
+        checks=(CHECK,),
+        provenance=PROVENANCE,
     ),
     "fibrefit/posterior/1": s.PosteriorSummary(
         status="ok",

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
@@ -16,6 +17,7 @@ SUMMARIES: dict[str, type[Part]] = {
     "fibrefit/fit/1": FitSummary,
     "fibrefit/discovery/1": DiscoverySummary,
     "fibrefit/posterior/1": PosteriorSummary,
+    "fibrefit/prediction/1": PredictionSummary,
     "fibrefit/batch/1": BatchSummary,
     "fibrefit/sweep/1": SweepSummary,
 }

@@ -28,6 +28,7 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.workflow.prediction.predict import Prediction
 
 Choose = Callable[[Sequence[Candidate]], str | None]
 
@@ -116,6 +117,12 @@ class Discovery(Saved):
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return discovery_report(self.summary())
+
+    def predict(self, study: Study) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`."""
+        from fibrefit.workflow.prediction.predict import predict_with
+
+        return predict_with(self.summary(), discovery_groups(self.finding), self.final, study)
 
     def plot(self) -> Figures:
         """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""

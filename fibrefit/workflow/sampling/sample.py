@@ -34,6 +34,7 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.workflow.prediction.predict import Prediction
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
 """Settings that say when a run ends and what is reported of it: a run may go on with others."""
@@ -66,6 +67,12 @@ class Sampled(Findings, Saved):
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return posterior_report(self.summary())
+
+    def predict(self, study: Study) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`."""
+        from fibrefit.workflow.prediction.predict import predict_with
+
+        return predict_with(self.summary(), groups_of(self), self.study, study)
 
     def plot(self) -> Figures:
         """Figures by name: corner, traces, ranks, prior, and each record with its bands."""

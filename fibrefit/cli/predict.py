@@ -1,0 +1,45 @@
+"""``fibrefit predict``: values that were found, on records they were not found from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.fit import NOT_TRUSTED
+from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+
+@click.command("predict")
+@click.argument("result", type=click.Path(path_type=Path))
+@study_options
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    result: Path,
+    files: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    force: bool,
+    seed: int,
+) -> int:
+    """Predict the records of STUDY with the model and the values of RESULT, the folder of an earlier result.
+
+    Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
+    """
+    study = study_from(files, rig, overrides)
+    folder = result_directory(study, out, force, "predict", str(result.resolve()))
+    from fibrefit.workflow import predict_study
+
+    with shown_progress(terminal) as progress:
+        prediction = predict_study(result, study, progress=progress)
+        progress("drawing and writing", None)
+        prediction.save(folder, force=force)
+    summary = prediction.summary()
+    terminal.answer(prediction.report(), summary.model_dump(mode="json", by_alias=True))
+    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, figures.")
+    return NOT_TRUSTED if summary.status != "ok" else 0

@@ -1,0 +1,104 @@
+"""The terminal report of a prediction."""
+
+from __future__ import annotations
+
+import textwrap
+
+from fibrefit.core.units import format_quantity, format_share
+from fibrefit.report.checks import GLOSSARY, failures, passes
+from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.report.text import parameter_row
+from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
+from fibrefit.study.summaries.summaries import ParameterSummary
+
+MOST_RECORDS = 12
+
+EXPECTED = (
+    "Expected: what noise, what the model lacked in the fit, and the error bars of the values come to together. "
+    "In band: share of the samples inside the 95 % predictive band."
+)
+
+
+def prediction_report(summary: PredictionSummary) -> str:
+    """Report of a prediction in at most 80 columns.
+
+    Parameters
+    ----------
+    summary : PredictionSummary
+        Content of ``summary.json``.
+
+    Returns
+    -------
+    str
+        Lines without a final line break.
+    """
+    sections = [
+        _title(summary),
+        paragraph(summary.says),
+        section("How well it is predicted", _predicted(summary)),
+        section("With what values", _values(summary)),
+        section("What to doubt", failures(summary.checks) + passes(summary.checks)),
+        section("What to do next", items(summary.advice)),
+        GLOSSARY,
+    ]
+    return "\n\n".join(filter(None, sections))
+
+
+def _title(summary: PredictionSummary) -> str:
+    verdict = summary.verdict.replace("_", " ").upper()
+    name = textwrap.shorten(f"{summary.study}, predicted", WIDTH - len(verdict) - 2, placeholder="...")
+    return f"{name}{verdict:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
+
+
+def _predicted(summary: PredictionSummary) -> list[str]:
+    head = ("residuals", "explained", "rms", "expected", "in the fit", "in band")
+    rows = [_row(name, told) for name, told in summary.channels.items()]
+    rows += [_row(f"{name}, from one start", told) for name, told in summary.followed.items()]
+    return [*table(head, rows, right={1, 2, 3, 4, 5})[:-1], paragraph(EXPECTED), "", *_records(summary)]
+
+
+def _row(name: str, told: PredictedChannel) -> tuple[str, ...]:
+    def shown(value: float | None) -> str:
+        return "" if value is None else format_quantity(value, told.unit, 3)
+
+    return name, _share(told.explained), shown(told.rms), shown(told.expected), shown(told.fit_rms), _share(told.inside)
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else format_share(share)
+
+
+def _records(summary: PredictionSummary) -> list[str]:
+    """Share explained of each record, worst first; nothing where there is only one."""
+    if len(summary.records) < 2:
+        return []
+    channels = list(summary.channels)
+
+    def worst(name: str) -> float:
+        gaps = summary.records[name].gap.channels.values()
+        return min((gap.explained for gap in gaps if gap.explained is not None), default=0.0)
+
+    rows = []
+    for name in sorted(summary.records, key=worst)[:MOST_RECORDS]:
+        gaps = summary.records[name].gap.channels
+        shares = [_share(gaps[channel].explained) if channel in gaps else "" for channel in channels]
+        rows.append((textwrap.shorten(name, 36, placeholder="..."), *shares))
+    lines = table(("explained by record, worst first", *channels), rows, right=set(range(1, len(channels) + 1)))
+    others = len(summary.records) - len(rows)
+    return lines + ([paragraph(f"and {others} more, explained better.")] if others else [])
+
+
+def _values(summary: PredictionSummary) -> list[str]:
+    rows = [_parameter(name, told) for name, told in summary.parameters.items()]
+    lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
+    text = f"From {summary.result}; none of them was fitted here"
+    own = list(dict.fromkeys(name for record in summary.records.values() for name in record.parameters))
+    text += f", only {' and '.join(name.replace('_', ' ') for name in own)} of each record." if own else "."
+    if summary.effects:
+        text += f" The model: the base model and {', '.join(summary.effects)}."
+    return [*lines, paragraph(text)]
+
+
+def _parameter(name: str, told: ParameterSummary) -> tuple[str, ...]:
+    row = parameter_row(name, told)
+    return (*row[:4], "" if told.interval_95 is None and told.std_error else row[4])

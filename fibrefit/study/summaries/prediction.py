@@ -1,0 +1,62 @@
+"""The summary file of a prediction: how well values that were found explain records they were not found from."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fibrefit.study.summaries.summaries import (
+    CheckSummary,
+    Gap,
+    InputErrorSummary,
+    ParameterSummary,
+    Part,
+    Provenance,
+    RecordSummary,
+    Status,
+)
+
+Verdict = Literal["holds", "does_not_hold", "not_trusted"]
+
+
+class PredictedChannel(Part):
+    """One channel over all records: measured minus predicted, beside what was to be expected of it."""
+
+    rms: float = Field(description="Root mean square of measured minus predicted, in `unit`.")
+    unit: str
+    explained: float | None = Field(default=None, description="Share of the variance of the signal within each record.")
+    fit_rms: float | None = Field(default=None, description="The same rms where the values come from, in `unit`.")
+    fit_explained: float | None = Field(default=None, description="The same share where the values come from.")
+    expected: float | None = Field(
+        default=None,
+        description="Root mean square that noise, what the model lacked in the fit and the error bars of the values "
+        "let expect, in `unit`.",
+    )
+    inside: float | None = Field(default=None, description="Share of the samples inside the 95 % predictive band.")
+
+
+class PredictionSummary(Part):
+    """``summary.json`` of a prediction."""
+
+    schema_name: Literal["fibrefit/prediction/1"] = Field(default="fibrefit/prediction/1", alias="schema")
+    status: Status
+    verdict: Verdict
+    says: str = Field(description="The verdict in words.")
+    study: str = Field(description="Study of the records that were predicted.")
+    result: str = Field(description="Result the values are from: its folder, or the name of its study.")
+    rig: str | None = None
+    effects: tuple[str, ...] = Field(default=(), description="Effects of the model, which is that of the result.")
+    parameters: dict[str, ParameterSummary] = Field(description="Values as the result has them; none was fitted.")
+    channels: dict[str, PredictedChannel]
+    followed: dict[str, PredictedChannel] = Field(
+        default_factory=dict,
+        description="The same where each record is followed to its end from one start, on a rig that is else "
+        "simulated in windows.",
+    )
+    gap: Gap
+    records: dict[str, RecordSummary] = Field(description="With zero and start, which were fitted to each record.")
+    input_errors: dict[str, InputErrorSummary] = Field(default_factory=dict)
+    checks: tuple[CheckSummary, ...]
+    advice: tuple[str, ...] = ()
+    provenance: Provenance | None = None

@@ -1,0 +1,1 @@
+"""``predict``: values that were found, on records they were not found from."""

@@ -1,0 +1,161 @@
+"""A prediction as the files of a result: the summary and the groups of ``result.h5``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fibrefit.core.check import Check
+from fibrefit.core.units import format_quantity, format_share
+from fibrefit.problem.diagnose.phases import PHASES
+from fibrefit.records import Record
+from fibrefit.store import sha256_of
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
+from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSummary, Provenance, RecordSummary, Status
+from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
+from fibrefit.workflow.prediction.judge import BAND, expected_square, limit, prediction_checks
+
+if TYPE_CHECKING:
+    from fibrefit.workflow.prediction.predict import Prediction
+
+PREDICTED = "_predicted"
+"""End of the identifiers of the checks that the verdict is about."""
+
+
+def prediction_summary(found: Prediction, origin: Provenance) -> PredictionSummary:
+    """Content of ``summary.json`` of a prediction."""
+    task, channels = found.task, {}
+    ratios = {}
+    for c, channel in enumerate(task.problem.model.rig.channels):
+        channels[channel], ratios[channel] = _channel(found, c, channel)
+    readings = np.stack(list(found.seen.motion.readings.values()))
+    known = [record.label for record in found.study.records if _was_used(found, record.file)]
+    checks = prediction_checks(ratios, readings, found.seen.motion.trouble, task.problem.layout.records, known)
+    status, verdict = _judged(checks, found.held.success)
+    return PredictionSummary(
+        status=status,
+        verdict=verdict,
+        says=_says(verdict, channels, checks),
+        study=found.study.name,
+        result=found.known.name,
+        rig=found.study.kind,
+        effects=tuple(effect.name for effect in task.problem.model.effects),
+        parameters=dict(found.known.parameters),
+        channels=channels,
+        gap=gap_summary(found.seen.gap),
+        records={record.name: _record(found, r, record) for r, record in enumerate(found.records)},
+        input_errors=_input_errors(found),
+        checks=tuple(map(check_summary, checks)),
+        advice=_advice(verdict),
+        provenance=origin,
+    )
+
+
+def _was_used(found: Prediction, file: str | None) -> bool:
+    return file is not None and sha256_of(found.study.path_of(file)) in found.known.digests
+
+
+def _channel(found: Prediction, c: int, channel: str) -> tuple[PredictedChannel, tuple[float, float]]:
+    """What is said of a channel; how far it is from its prediction over what is expected, and the most that passes."""
+    data, gap, fitted = found.task.problem.observations, found.seen.gap[channel], found.known.gaps.get(channel)
+    counted = np.asarray(data.weight[channel]) > 0.0
+    parts = {cause: part[:, c] for cause, part in found.parts.items()}
+    sigma = found.sigma(*found.parts)[:, c]
+    error = np.asarray(data.measured[channel]) - found.seen.motion.readings[channel]
+    expected = np.sqrt(expected_square(parts, counted)) * gap.noise
+    told = PredictedChannel(
+        rms=gap.rms,
+        unit=gap.unit,
+        explained=finite(gap.explained),
+        fit_rms=None if fitted is None else fitted.rms,
+        fit_explained=None if fitted is None else fitted.explained,
+        expected=finite(float(expected)),
+        inside=finite(float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted]))),
+    )
+    return told, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
+
+
+def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:
+    if not success or any(check.fatal and not check.passed for check in checks):
+        return "failed", "not_trusted"
+    holds = all(check.passed for check in checks if check.identifier.endswith(PREDICTED))
+    new = all(check.passed for check in checks if not check.identifier.endswith(PREDICTED))
+    if not new:
+        return "suspect", "not_trusted"
+    return ("ok", "holds") if holds else ("suspect", "does_not_hold")
+
+
+def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple[Check, ...]) -> str:
+    """The verdict with its numbers."""
+    if verdict == "not_trusted":
+        return next(check.says for check in checks if not check.passed)
+    shares = []
+    for name, told in channels.items():
+        rms = format_quantity(told.rms, told.unit, 3)
+        share = "" if told.explained is None else f"{format_share(told.explained)} of the {name}, "
+        shares.append(f"{share}within {rms} rms")
+    begin = (
+        "The values hold for these records: " if verdict == "holds" else "The values do not hold for these records: "
+    )
+    return f"{begin}they explain {' and '.join(shares)}."
+
+
+def _record(found: Prediction, r: int, record: Record) -> RecordSummary:
+    layout, local = found.task.problem.layout, found.held.local
+    own = {
+        slot.name: ParameterSummary(value=float(local[r, j]), unit=slot.unit, free=slot.held(r) is None)
+        for j, slot in enumerate(layout.slots)
+        if slot.name not in found.known.parameters
+    }
+    masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
+    gap = gap_summary(found.seen.record_gaps[record.name])
+    return RecordSummary(gap=gap, parameters=own, samples=len(record.time), masked=masked)
+
+
+def _input_errors(found: Prediction) -> dict[str, InputErrorSummary]:
+    task = found.task
+    return {
+        name: InputErrorSummary(
+            rms=rms,
+            noise=task.input_noise[name].rms(float(np.ptp(task.traces[0].times)), found.records[0].rate),
+            unit=found.records[0].units.get(name, "m") if hasattr(found.records[0], "units") else "m",
+        )
+        for name, rms in found.held.input_rms.items()
+    }
+
+
+def _advice(verdict: Verdict) -> tuple[str, ...]:
+    if verdict != "does_not_hold":
+        return ()
+    return (
+        "Fit these records by themselves and lay both results side by side (fibrefit report): values that differ "
+        "beyond their intervals tell what changed.",
+        'Run "fibrefit discover" on all records together: it looks for what the model lacks and names it.',
+    )
+
+
+def prediction_groups(found: Prediction) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: data, prediction with its standard deviation, residuals."""
+    task, grid = found.task, ("record", "sample")
+    problem = task.problem
+    records = np.array(problem.layout.records, dtype=object)
+    times = np.asarray(problem.observations.experiment.times)
+    shared = {"record": Variable(records, ("record",)), "time": Variable(times, grid, "s", "Time of each sample.")}
+    observed, predicted, left = {}, {}, {}
+    sigma = found.sigma(*found.parts)
+    for c, channel in enumerate(problem.model.rig.channels):
+        unit, reading = task.units[channel], found.seen.motion.readings[channel]
+        counted = np.asarray(problem.observations.weight[channel]) > 0.0
+        measured = np.where(counted, np.asarray(problem.observations.measured[channel]), np.nan)
+        observed[channel] = Variable(measured, grid, unit, "Measured; NaN where masked or beyond the record.")
+        predicted[channel] = Variable(reading, grid, unit, "Predicted.")
+        predicted[f"{channel}_sd"] = Variable(sigma[:, c], grid, unit, "Standard deviation of a new reading.")
+        left[channel] = Variable(measured - reading, grid, unit, "Measured minus predicted.")
+    phase = Variable(found.seen.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES)))
+    return {
+        "observed_data": {**shared, **observed},
+        "predictions": {**shared, **predicted, "phase": phase},
+        "residuals": {**shared, **left},
+    }

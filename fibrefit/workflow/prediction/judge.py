@@ -1,0 +1,99 @@
+"""The checks of a prediction, and its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from fibrefit.core.check import Check
+from fibrefit.fitting.checks import GAP, finite
+
+LACKING = 1.5
+"""What a model lacks may be so many times as large in other records as in those of the fit, rms."""
+RARE = 0.01
+"""Chance that error bars of values alone bring a prediction to its limit."""
+BAND = 1.959964
+
+
+def expected_square(parts: Mapping[str, np.ndarray], counted: np.ndarray) -> float:
+    """Mean square of measured minus predicted that is expected, in units of the noise's.
+
+    Parameters
+    ----------
+    parts : mapping of cause to (n_record, n_time)
+    counted : (n_record, n_time) bool
+    """
+    return float(np.mean(sum(parts.values())[counted]))  # type: ignore[index]
+
+
+def limit(parts: Mapping[str, np.ndarray], counted: np.ndarray, n_value: int) -> float:
+    """Largest ratio of that which was found to that which is expected, both rms, that still passes.
+
+    Law
+    ---
+    Noise is known to a few percent; the share of the values scatters as chi-square of so many of them; what the model
+    lacks may be half as large again in other records.
+    """
+    allowed = {"noise": GAP**2, "model": LACKING**2, "values": float(chi2.isf(RARE, max(n_value, 1)) / max(n_value, 1))}
+    share = {cause: float(np.mean(part[counted])) for cause, part in parts.items()}
+    return float(np.sqrt(sum(allowed[cause] * size for cause, size in share.items()) / sum(share.values())))
+
+
+def prediction_checks(
+    ratios: Mapping[str, tuple[float, float]],
+    readings: np.ndarray,
+    trouble: np.ndarray,
+    records: tuple[str, ...],
+    known: Sequence[str],
+) -> tuple[Check, ...]:
+    """Checks of a prediction.
+
+    Parameters
+    ----------
+    ratios : mapping of channel to (ratio, limit)
+        Residual rms over what is expected.
+    readings : (...)
+        All that was simulated.
+    trouble : (n_record,) bool
+    records : tuple of str
+    known : sequence of str
+        Records the values were found from.
+    """
+    checks = [finite(readings, trouble, records), _unseen(known)]
+    checks += [_within(channel, *pair) for channel, pair in ratios.items()]
+    return tuple(checks)
+
+
+def _unseen(known: Sequence[str]) -> Check:
+    says = "The values were found from none of these records."
+    if known:
+        says = f"{', '.join(known)} served to find the values: what is said of it is no prediction."
+    return Check(
+        "the records are new",
+        not known,
+        says,
+        float(len(known)),
+        0.0,
+        identifier="new_records",
+        quantity="independence of the records",
+    )
+
+
+def _within(channel: str, ratio: float, most: float) -> Check:
+    passed = bool(ratio <= most)
+    says = (
+        f"The {channel} differs from its prediction by {ratio:.3g} times what is expected; at most {most:.3g} passes."
+    )
+    if not passed:
+        says += " The values, or the model, do not hold for these records."
+    return Check(
+        f"the {channel} is as predicted",
+        passed,
+        says,
+        ratio,
+        most,
+        identifier=f"{channel}_predicted",
+        quantity=f"prediction of the {channel}",
+    )

@@ -1,0 +1,161 @@
+"""What a result says that a prediction needs: the model, its values, how sure they are, and what it left over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fibrefit.core.errors import UsageError
+from fibrefit.store.hdf5 import Groups, Variable, read_result
+from fibrefit.store.summary import read_summary
+from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.summaries import (
+    ChannelGap,
+    FitResultSummary,
+    ParameterSummary,
+    Part,
+    PosteriorParameter,
+    PosteriorSummary,
+)
+from fibrefit.workflow.prepare import model_of
+
+
+@dataclass(frozen=True)
+class Known:
+    """A model with values.
+
+    Parameters
+    ----------
+    name : str
+        What the result is called.
+    study : Study
+        With the model of the result; files it names are found from there.
+    parameters : mapping of str to ParameterSummary
+        Those all records share, and the mean of those each record has its own of.
+    names : tuple of str
+        Parameters whose error bars are known.
+    covariance : (n_name, n_name)
+        Differences between records included.
+    gaps : mapping of channel to ChannelGap
+        What the result left over of its own records; empty where it does not say.
+    digests : frozenset of str
+        SHA-256 of the files the result rests on.
+    status : str
+    """
+
+    name: str
+    study: Study
+    parameters: Mapping[str, ParameterSummary]
+    names: tuple[str, ...]
+    covariance: np.ndarray
+    gaps: Mapping[str, ChannelGap]
+    digests: frozenset[str]
+    status: str
+
+
+def known_from(folder: Path) -> Known:
+    """What a result on disk says.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of a fit, a discovery or a posterior.
+
+    Raises
+    ------
+    UsageError
+        If it is a result of another kind.
+    DataError
+        If it is none.
+    """
+    folder = folder if folder.is_dir() else folder.parent
+    summary = read_summary(folder)
+    groups, _ = read_result(folder / "result.h5")
+    return known_of(summary, groups, load_study(folder), folder.as_posix())
+
+
+def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]], study: Study, name: str) -> Known:
+    """What a result says, from its parts.
+
+    Parameters
+    ----------
+    summary : Part
+        Its summary.
+    groups : mapping of group to mapping of name to Variable
+        Of its ``result.h5``.
+    study : Study
+        With its model.
+    name : str
+
+    Raises
+    ------
+    UsageError
+        If it is of a kind that holds no values of a model.
+    """
+    if isinstance(summary, FitResultSummary):
+        if summary.status == "failed":
+            do = "Mend the fit first: fibrefit show tells which check failed."
+            raise UsageError(name, "a result that failed its checks", "values that can be relied on", do)
+        parameters = dict(summary.parameters) | _means(summary, study)
+        names, covariance = _of_estimate(groups["estimate"], parameters)
+        gaps = dict(summary.gap.channels)
+    elif isinstance(summary, PosteriorSummary):
+        parameters = {known: _of_posterior(told) for known, told in summary.parameters.items() if "noise." not in known}
+        names, covariance = _of_draws(groups["posterior"], tuple(parameters))
+        gaps = {}
+    else:
+        expected = "the result of fibrefit fit, discover or sample"
+        raise UsageError(name, "a result without values of a model", expected, "Name another folder.")
+    between = getattr(summary, "between_records", {})
+    widths = np.array([between[n].sd * parameters[n].value if n in between else 0.0 for n in names])
+    covariance = covariance + np.diag(np.where(np.diag(covariance) > 0.0, widths, 0.0) ** 2)
+    origin = summary.provenance
+    digests = frozenset() if origin is None else frozenset(origin.inputs.values())
+    return Known(name, study, parameters, names, covariance, gaps, digests, summary.status)
+
+
+def _means(summary: FitResultSummary, study: Study) -> dict[str, ParameterSummary]:
+    """Mean, and scatter, of parameters that each record has its own of."""
+    own: dict[str, list[ParameterSummary]] = {}
+    declared = {parameter.name for parameter in model_of(study).parameters}
+    for record in summary.records.values():
+        for name in declared & set(record.parameters):
+            own.setdefault(name, []).append(record.parameters[name])
+    return {
+        name: told[0].model_copy(
+            update={
+                "value": float(np.mean([one.value for one in told])),
+                "std_error": float(np.std([one.value for one in told], ddof=1)) if len(told) > 1 else None,
+                "interval_95": None,
+            }
+        )
+        for name, told in own.items()
+    }
+
+
+def _of_estimate(
+    group: Mapping[str, Variable], parameters: Mapping[str, ParameterSummary]
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names and covariance of the parameters whose error bars are known."""
+    listed = [str(name) for name in group["parameter"].values]
+    whole = np.asarray(group["covariance"].values, dtype=float)
+    shared = [i for i, name in enumerate(listed) if name in parameters and np.isfinite(whole[i, i])]
+    # Values each record has its own of: the next record has another one.
+    own = [n for n, told in parameters.items() if n not in listed and told.free and told.std_error]
+    covariance = np.zeros((len(shared) + len(own),) * 2)
+    covariance[: len(shared), : len(shared)] = whole[np.ix_(shared, shared)]
+    for i, name in enumerate(own, len(shared)):
+        covariance[i, i] = float(parameters[name].std_error or 0.0) ** 2
+    return (*(listed[i] for i in shared), *own), covariance
+
+
+def _of_posterior(told: PosteriorParameter) -> ParameterSummary:
+    return ParameterSummary(value=told.mean, std_error=told.sd, unit=told.unit, interval_kind="posterior")
+
+
+def _of_draws(group: Mapping[str, Variable], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
+    drawn = np.array([np.ravel(group[name].values) for name in names])
+    return names, np.atleast_2d(np.cov(drawn))

@@ -1,0 +1,211 @@
+"""Prediction: the values of a result on records it has not seen; only zero and start are fitted to them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fibrefit.core.errors import StudyError
+from fibrefit.core.progress import Progress
+from fibrefit.fitting.evaluate import Look, look
+from fibrefit.fitting.predictive import predictive_variance, problem_parameters
+from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+from fibrefit.records import Record
+from fibrefit.report.prediction import prediction_report
+from fibrefit.store import ResultDirectory
+from fibrefit.store.hdf5 import Groups
+from fibrefit.store.summary import provenance
+from fibrefit.study import Study
+from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.summaries import Part
+from fibrefit.workflow.held import Held, with_nuisances_found
+from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
+from fibrefit.workflow.prediction.known import Known, known_from, known_of
+from fibrefit.workflow.prepare import model_of, read_records
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+
+@dataclass(frozen=True)
+class Prediction(Saved):
+    """Records beside what was predicted of them.
+
+    Parameters
+    ----------
+    study : Study
+        Of the records, with the model and the values of the result.
+    records : tuple of Record
+    known : Known
+        What the result says.
+    held : Held
+    seen : Look
+        The simulated motion, and how far it is from what was measured.
+    parts : mapping of str to (n_record, n_channel, n_time)
+        Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
+    seconds : float
+    """
+
+    study: Study
+    records: tuple[Record, ...]
+    known: Known
+    held: Held
+    seen: Look
+    parts: Mapping[str, np.ndarray]
+    seconds: float
+
+    @property
+    def task(self) -> Task:
+        """What was compared."""
+        return self.held.task
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return self.summary().status
+
+    @property
+    def verdict(self) -> str:
+        """``holds``, ``does_not_hold`` or ``not_trusted``."""
+        return self.summary().verdict
+
+    def summary(self) -> PredictionSummary:
+        """Content of ``summary.json``."""
+        origin = provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds)
+        return prediction_summary(self, origin)
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return prediction_report(self.summary())
+
+    def plot(self) -> Figures:
+        """One figure a record: readings, and under them how far measurement and band lie from the prediction."""
+        from fibrefit.plots import prediction_figures
+
+        whole = self.sigma(*self.parts)
+        return prediction_figures(self.task, self.seen.motion.readings, self.sigma("values"), whole)
+
+    def sigma(self, *causes: str) -> np.ndarray:
+        """Standard deviation of a new reading for some causes, ``(n_record, n_channel, n_time)`` in SI units."""
+        weight = self.task.problem.observations.weight
+        noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)
+        return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * noise[:, :, None]
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures."""
+        write_parts(directory, self.summary(), prediction_groups(self), self.study)
+        write_figures(directory, self.plot)
+
+
+def predict_study(result: Path | str | Known, study: Study, *, progress: Progress | None = None) -> Prediction:
+    """Predict the records of a study with the model and the values of a result.
+
+    Only what belongs to a record alone is fitted to it: the zero of its position, its release or start, and the error
+    of a measured input within its noise.
+
+    Parameters
+    ----------
+    result : pathlib.Path, str or Known
+        Folder of a fit, a discovery or a posterior.
+    study : Study
+        Rig, conditions and records; its own model and parameters do not count.
+    progress : callable, optional
+        Told what is being done and the share that is finished.
+
+    Returns
+    -------
+    Prediction
+        With ``verdict``, ``status``, ``report()``, ``summary()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    StudyError
+        If the rig is of another kind than that of the result.
+    UsageError
+        If the result holds no values that can be relied on.
+    DataError
+        If a record is not understood.
+
+    Examples
+    --------
+    >>> found = fibrefit.fit(fibrefit.load_study("fitted"))
+    >>> found.predict(fibrefit.load_study("left_out")).verdict
+    'holds'
+    """
+    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    known = result if isinstance(result, Known) else known_from(Path(result))
+    if study.kind != known.study.kind:
+        do = "Predict records of the same kind of rig."
+        raise StudyError(str(study.source), f"a {study.kind}", f"a {known.study.kind}, as {known.name}", do)
+    tell("reading records", None)
+    records = read_records(study)
+    study = _with_values(study, known)
+    task = formulate(study, records, model_of(known.study))
+    tell("fitting zero and start of each record", 0.3)
+    held = with_nuisances_found(task)
+    tell("simulating", 0.7)
+    seen = look(held.task, held.task.problem, held.local)
+    tell("predictive band", 0.8)
+    return Prediction(study, records, known, held, seen, _variances(task, held, known), time.perf_counter() - began)
+
+
+def predict_with(summary: Part, groups: Groups, model: Study, study: Study) -> Prediction:
+    """Predict with a result that is at hand, from its parts.
+
+    Parameters
+    ----------
+    summary : Part
+        Of the result.
+    groups : mapping of group to mapping of name to Variable
+        Of its ``result.h5``.
+    model : Study
+        The one of the result.
+    study : Study
+        Of the records.
+    """
+    return predict_study(known_of(summary, groups, model, f"the result of {model.name}"), study)
+
+
+def _with_values(study: Study, known: Known) -> Study:
+    """The study with the model and the values of a result."""
+    tables = {
+        name: ParameterTable(initial=told.value if told.unit == "-" else f"{told.value!r} {told.unit}")
+        for name, told in known.parameters.items()
+    }
+    effects = tuple(_found_from_anywhere(effect, known.study) for effect in known.study.model.effects)
+    model = known.study.model.model_copy(update={"effects": effects})
+    return study.model_copy(update={"model": model, "parameters": tables})
+
+
+def _found_from_anywhere(effect: str, study: Study) -> str:
+    """Name of an effect; that of a user's own with the whole path of its file."""
+    file, colon, name = effect.rpartition(":")
+    return f"{study.path_of(file).resolve().as_posix()}{colon}{name}" if colon else effect
+
+
+def _variances(task: Task, held: Held, known: Known) -> dict[str, np.ndarray]:
+    """Variance of a new reading by its cause, in units of the noise's."""
+    problem = Problem(task.problem.model, task.problem.layout, held.task.problem.observations)
+    names = [name for name in known.names if name in problem_parameters(problem)]
+    chosen = [known.names.index(name) for name in names]
+    values = predictive_variance(problem, held.local, names, known.covariance[np.ix_(chosen, chosen)])
+    lacking = np.zeros_like(values)
+    for c, channel in enumerate(problem.model.rig.channels):
+        weight = np.asarray(problem.observations.weight[channel]).max(axis=1)
+        lacking[:, c] = _lacking(known, channel) * weight[:, None] ** 2
+    return {"noise": np.ones_like(values), "model": lacking, "values": values}
+
+
+def _lacking(known: Known, channel: str) -> float:
+    """Mean square of what the fit left of a channel beyond its noise, in SI units."""
+    gap = known.gaps.get(channel)
+    return 0.0 if gap is None or gap.noise is None else max(gap.rms**2 - gap.noise**2, 0.0)

@@ -1,0 +1,133 @@
+"""Values on records they were not found from: where they hold, where they do not, and where nothing can be said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fibrefit.cli.main import run
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.store import read_result, read_summary
+from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.workflow import Fit, Prediction, predict_study
+from tests.fitting import made
+from tests.workflow import axis
+
+FEW_SAMPLES = 0.02
+"""Share by which a count of samples may miss its expectation."""
+
+
+def series(folder: Path, **options: float) -> Study:
+    """Two drops from other lifts than those of the fit."""
+    lifts = (7e-3, 1.4e-2)
+    study = made.study(folder, lifts)
+    made.write(folder, made.records(lifts, seed=9, share=0.5, **options))
+    return study
+
+
+@pytest.fixture(scope="module")
+def predicted(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Prediction:
+    return fit.predict(series(tmp_path_factory.mktemp("new")))
+
+
+def test_values_hold_for_records_of_the_same_rig(predicted: Prediction) -> None:
+    summary = predicted.summary()
+    assert (summary.status, summary.verdict) == ("ok", "holds")
+    for channel, noise in made.NOISE.items():
+        told = summary.channels[channel]
+        assert told.rms == pytest.approx(noise, rel=0.1)
+        assert told.rms == pytest.approx(told.expected, rel=0.1)
+        assert told.inside == pytest.approx(0.95, abs=FEW_SAMPLES)
+        assert told.explained is not None
+        assert 0.99 < told.explained < 1.0
+
+
+def test_zero_and_start_are_found_and_nothing_else(predicted: Prediction, fit: Fit) -> None:
+    summary = predicted.summary()
+    for record in summary.records.values():
+        assert set(record.parameters) == set(made.NUISANCES)
+        for name, value in made.NUISANCES.items():
+            assert record.parameters[name].value == pytest.approx(value, abs=2e-5)
+    assert {name: told.value for name, told in summary.parameters.items()} == {
+        name: estimate.value for name, estimate in fit.parameters.items()
+    }
+
+
+def test_values_do_not_hold_for_another_fibre(fit: Fit, tmp_path: Path) -> None:
+    summary = fit.predict(series(tmp_path, stiffness=1.03 * made.TRUTH["stiffness"])).summary()
+    assert (summary.status, summary.verdict) == ("suspect", "does_not_hold")
+    assert {check.identifier for check in summary.checks if not check.passed} == {
+        "force_predicted",
+        "position_predicted",
+    }
+    assert "do not hold" in summary.says
+    assert any("discover" in advice for advice in summary.advice)
+    # A band that takes what is missing for noise would hold it; this one does not.
+    assert summary.channels["position"].inside < 0.9
+
+
+def test_records_of_the_fit_are_no_prediction(saved: Path, study: Study) -> None:
+    summary = predict_study(saved, study).summary()
+    assert (summary.status, summary.verdict) == ("suspect", "not_trusted")
+    assert "served to find the values" in summary.says
+
+
+def test_the_band_is_as_wide_as_the_error_bars_ask_for(predicted: Prediction) -> None:
+    """Against differences: one value moved by its error bar, zero and release fitted anew."""
+    known = predicted.known
+    wide = np.zeros_like(known.covariance)
+    place = known.names.index("stiffness")
+    step = 2e-3 * known.parameters["stiffness"].value
+    wide[place, place] = step**2
+    told = predict_study(replace(known, covariance=wide), predicted.study)
+    moved = dict(known.parameters)
+    moved["stiffness"] = moved["stiffness"].model_copy(update={"value": moved["stiffness"].value + step})
+    other = predict_study(replace(known, parameters=moved), predicted.study)
+    for c, channel in enumerate(("force", "position")):
+        difference = other.seen.motion.readings[channel] - told.seen.motion.readings[channel]
+        for r in range(2):
+            inside = slice(0, made.SAMPLES)
+            expected = np.sqrt(np.mean(told.sigma("values")[r, c, inside] ** 2))
+            assert np.sqrt(np.mean(difference[r, inside] ** 2)) == pytest.approx(expected, rel=0.1)
+
+
+def test_files_and_report(predicted: Prediction, tmp_path: Path) -> None:
+    out = predicted.save(tmp_path / "out")
+    summary = read_summary(out)
+    assert isinstance(summary, PredictionSummary)
+    assert summary.verdict == "holds"
+    groups, attributes = read_result(out / "result.h5")
+    assert attributes["schema"] == "fibrefit/prediction/1"
+    assert groups["predictions"]["force_sd"].unit == "N"
+    left = groups["observed_data"]["position"].values - groups["predictions"]["position"].values
+    np.testing.assert_array_equal(left, groups["residuals"]["position"].values)
+    assert len(list((out / "figures").glob("*.png"))) == 2
+    assert load_study(out).parameters["stiffness"].initial is not None
+    text = predicted.report()
+    assert max(map(len, text.splitlines())) <= 80
+    for said in ("HOLDS", "explained", "in band", "position zero and", "none of them was fitted here"):
+        assert said in text
+
+
+def test_the_command(saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    series(tmp_path / "new")
+    words = ("predict", str(saved), str(tmp_path / "new"), "--out", str(tmp_path / "out"))
+    assert run(words) == 0
+    assert "HOLDS" in capsys.readouterr().out
+    assert run(("show", str(tmp_path / "out"))) == 0
+    assert "HOLDS" in capsys.readouterr().out
+    assert run(("report", str(tmp_path / "out"), "--out", str(tmp_path / "page.html"))) == 0
+    assert "The values hold for these records" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert run(words) == 2
+
+
+def test_refusals(fit: Fit, predicted: Prediction, saved: Path, tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="a guided_mass; expected a fibre_mass"):
+        predict_study(saved, load_study(axis.write(tmp_path, (), seconds=1.0)))
+    out = predicted.save(tmp_path / "out")
+    with pytest.raises(UsageError, match="a result without values of a model"):
+        predict_study(out, predicted.study)
