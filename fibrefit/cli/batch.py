@@ -53,7 +53,7 @@ def command(
     """
     from fibrefit.store import default_directory
     from fibrefit.workflow.batches.batch import ITEMS, Engine, batch_studies
-    from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+    from fibrefit.workflow.batches.jobs import jobs_of, origins_of, run_of
     from fibrefit.workflow.growing import growing_folder
 
     # Workers elsewhere have a working folder of their own.
@@ -63,7 +63,7 @@ def command(
     name = work[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(work)} studies"
     folder = out or default_directory(name, "batch", *(repr(job) for job in work))
     engine = Engine(jobs or os.cpu_count() or 1, scheduler)
-    with growing_folder(folder, (ITEMS,), force=force, resume=resume) as directory:
+    with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(work)) as directory:
         with shown_progress(terminal) as progress:
             progress(f"{len(work)} identifications", None)
             found = batch_studies(name, work, directory.path, engine, progress)

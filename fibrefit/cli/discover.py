@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.options import named_directory, result_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -52,7 +52,6 @@ def command(
     search is not made twice: a result that is there already is shown again, unless --force is given.
     """
     study = study_from(files, rig, overrides)
-    from fibrefit.store import ResultDirectory
     from fibrefit.workflow.discovery.discover import Options, discover_study, finished
 
     options = Options(seed=seed, **tried)
@@ -60,9 +59,9 @@ def command(
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)
-    ResultDirectory(folder, force=force).check()
+    place = result_directory(study, folder, force)
     person = Person() if interactive else None
-    with listed_steps(terminal) if interactive else shown_progress(terminal) as progress:
+    with place, listed_steps(terminal) if interactive else shown_progress(terminal) as progress:
         found = discover_study(study, **tried, seed=seed, choose=person, progress=progress)
         progress("drawing and writing", None)
         found.save(folder, force=force)

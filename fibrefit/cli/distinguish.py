@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -34,12 +34,10 @@ def command(
     parameters have initial values.
     """
     study = study_from(files, rig, overrides)
-    folder = named_directory(study, out, "confuse", repr((only, exclude)))
-    from fibrefit.store import ResultDirectory
     from fibrefit.workflow.confuse import confuse_study
 
-    ResultDirectory(folder, force=force).check()
-    with shown_progress(terminal) as progress:
+    place = result_directory(study, out, force, "confuse", repr((only, exclude)))
+    with place as folder, shown_progress(terminal) as progress:
         found = confuse_study(study, only=only, exclude=exclude, progress=progress)
         found.save(folder, force=force)
     terminal.answer(found.report(), found.told())

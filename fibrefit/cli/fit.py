@@ -39,10 +39,10 @@ def command(
 ) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
     study = study_from(files, rig, overrides)
-    folder = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
+    place = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study
 
-    with asked_to_stop(terminal) as stop, shown_progress(terminal) as progress:
+    with place as folder, asked_to_stop(terminal) as stop, shown_progress(terminal) as progress:
         fit = fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
         progress("drawing and writing", None)
         fit.save(folder, force=force, stop=stop)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -84,8 +85,9 @@ def is_study(file: str) -> bool:
     return Path(file).is_dir() or Path(file).suffix.lower() == ".toml"
 
 
-def result_directory(study: Study, out: Path | None, force: bool, *settings: str) -> Path:
-    """Folder of the result, refused before any work is done for it.
+@contextmanager
+def result_directory(study: Study, out: Path | None, force: bool, *settings: str) -> Iterator[Path]:
+    """Block in which the folder of a result is kept for this run, refused before any work is done for it.
 
     Parameters
     ----------
@@ -98,21 +100,21 @@ def result_directory(study: Study, out: Path | None, force: bool, *settings: str
     settings : str
         All else the result depends on.
 
-    Returns
-    -------
+    Yields
+    ------
     pathlib.Path
         `out`, or ``results/<study>-<hash>``.
 
     Raises
     ------
     UsageError
-        If it exists and may not be replaced.
+        If it may not be replaced, cannot be written, or another run is writing it.
     """
-    from fibrefit.store.directory import ResultDirectory
+    from fibrefit.store import ResultDirectory, Run
 
     folder = named_directory(study, out, *settings)
-    ResultDirectory(folder, force=force).check()
-    return folder
+    with ResultDirectory(folder, force=force, run=Run(tuple(study.input_files()))).reserved():
+        yield folder
 
 
 def named_directory(study: Study, out: Path | None, *settings: str) -> Path:

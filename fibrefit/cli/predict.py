@@ -32,10 +32,10 @@ def command(
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
     """
     study = study_from(files, rig, overrides)
-    folder = result_directory(study, out, force, "predict", str(result.resolve()))
     from fibrefit.workflow import predict_study
 
-    with shown_progress(terminal) as progress:
+    place = result_directory(study, out, force, "predict", str(result.resolve()))
+    with place as folder, shown_progress(terminal) as progress:
         prediction = predict_study(result, study, progress=progress)
         progress("drawing and writing", None)
         prediction.save(folder, force=force)

@@ -61,13 +61,16 @@ def command(
     """
     study = study_from(files, rig, overrides)
     from fibrefit.sampling.settings import Settings
+    from fibrefit.store import Run
     from fibrefit.workflow.growing import growing_folder
     from fibrefit.workflow.sampling.sample import Options, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
     settings, options = Settings(**budget), Options(noise, heavy, nuts, compare)
-    folder = named_directory(study, out, "sample", identity(options, settings))
-    with growing_folder(folder, KEPT, force=force, resume=resume) as directory, shown_progress(terminal) as progress:
+    fixed = identity(options, settings)
+    folder = named_directory(study, out, "sample", fixed)
+    place = growing_folder(folder, KEPT, force=force, resume=resume, run=Run.of("sample", study, fixed))
+    with place as directory, shown_progress(terminal) as progress:
         found = sample_study(study, settings=settings, options=options, folder=directory.path, progress=progress)
         progress("drawing and writing", None)
         found.write(directory)

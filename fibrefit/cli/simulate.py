@@ -29,10 +29,9 @@ def command(
     Parameters take the initial values of the study; those it does not give are suggested by the records.
     """
     study = study_from(files, rig, overrides)
-    folder = result_directory(study, out, force, "simulate")
     from fibrefit.workflow import simulate_study
 
-    with shown_progress(terminal) as progress:
+    with result_directory(study, out, force, "simulate") as folder, shown_progress(terminal) as progress:
         progress("simulating", None)
         simulate_study(study).save(folder, force=force)
     written = sorted(path.relative_to(folder).as_posix() for path in folder.glob("simulated/*.csv"))

@@ -28,10 +28,9 @@ def command(
     from the motion at the next lower and at the next higher one; stability is judged by Floquet multipliers.
     """
     loaded = study_from((study,), None, overrides)
-    folder = result_directory(loaded, out, force, "sweep")
     from fibrefit.workflow.sweep import sweep_study
 
-    with shown_progress(terminal) as progress:
+    with result_directory(loaded, out, force, "sweep") as folder, shown_progress(terminal) as progress:
         swept = sweep_study(loaded, progress=progress)
         progress("drawing and writing", None)
         swept.save(folder, force=force)

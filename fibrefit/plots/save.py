@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import unicodedata
 from collections.abc import Callable, Mapping
@@ -38,7 +39,9 @@ def save_figures(figures: Mapping[str, Figure], folder: Path, stop: Callable[[],
     for path, figure in zip(paths, figures.values(), strict=True):
         if stop():
             break
-        figure.savefig(path, format="png")
+        drawn = io.BytesIO()
+        figure.savefig(drawn, format="png")
+        path.write_bytes(drawn.getbuffer())
         written.append(path)
     return written
 

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
-import json
 import os
 import re
-import shutil
-import socket
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import NamedTuple, Self
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store.files import synchronise
+from fibrefit.store.lock import locked
+from fibrefit.store.manifest import MARKER, files_of, foreign, listing, read_manifest, write_manifest
+from fibrefit.store.publish import clear, partial_of, put_in_place, recover
+from fibrefit.store.run import Run
 
-#: File that tells a folder of ours from any other, and lists what we wrote into it.
-MARKER = ".fibrefit"
+__all__ = ["MARKER", "ResultDirectory", "default_directory"]
 
 
 def default_directory(study_name: str, *content: str, parent: Path = Path("results")) -> Path:
@@ -41,25 +46,48 @@ def default_directory(study_name: str, *content: str, parent: Path = Path("resul
     return parent / f"{slug}-{digest[:8]}"
 
 
+class _Reserved(NamedTuple):
+    """A folder that a thread of this process has locked.
+
+    Parameters
+    ----------
+    thread : int
+    known : str or None
+        Identity of what stood there then; "" for an empty folder, None for nothing.
+    """
+
+    thread: int
+    known: str | None
+
+
+_RESERVED: dict[Path, _Reserved] = {}
+"""By folder. What a thread has reserved, it may enter again, such as a command that saves what it has computed."""
+
+
 class ResultDirectory:
     """Context in which a result is written to a folder beside OUT that takes OUT's place at the end.
 
-    When the block ends well, OUT holds all of it. When it is interrupted, what was written stays in ``OUT.partial``.
-    When it fails, nothing stays, unless `keep` asks for it.
+    The folder is locked from entering to leaving. When the block ends well, OUT holds all of it; what others have put
+    there in the meantime stays. When it is interrupted, what was written stays in ``OUT.partial``. When it fails,
+    nothing stays, unless `keep` asks for it.
 
     Parameters
     ----------
     out : pathlib.Path
-        Folder of the result.
+        Folder of the result; a link is followed, and stays.
     force : bool
         Replace an earlier result.
     resume : bool
         Go on from an interrupted or finished run.
     keep : bool
-        Keep what was written when the run fails, so that it can be resumed.
+        Keep what was written when the run fails or is killed, so that it can be resumed.
+    run : Run, optional
+        What the result rests on: none of its files may lie in OUT, and it goes on only from the same.
 
     Attributes
     ----------
+    out : pathlib.Path
+        Where the result stands at the end.
     path : pathlib.Path
         Folder to write to, inside the block.
     previous : pathlib.Path or None
@@ -68,39 +96,46 @@ class ResultDirectory:
     Raises
     ------
     UsageError
-        On entering, if OUT exists and may not be replaced, or another process is writing it.
+        On entering, if OUT cannot be written or may not be replaced, another run is writing it, or what is to be
+        resumed was another run. On leaving, if the disk is full, or something else has come to stand at OUT: the
+        result then stands beside it.
     """
 
-    def __init__(self, out: Path, *, force: bool = False, resume: bool = False, keep: bool = False) -> None:
-        self.out = Path(os.path.abspath(out))
-        self.path = self.out.with_name(f"{self.out.name}.partial")
+    def __init__(
+        self, out: Path, *, force: bool = False, resume: bool = False, keep: bool = False, run: Run | None = None
+    ) -> None:
+        self._shown, self._run = out, run or Run()
+        self.out = _place(out, self._run.inputs)
+        self.path = partial_of(self.out)
         self.previous: Path | None = None
-        self._shown, self._force, self._resume, self._keep = out, force, resume, keep
+        self._force, self._resume, self._keep = force, resume, keep
+        self._stack = ExitStack()
+        self._known: str | None = None
 
     def __enter__(self) -> Self:
         """Make the folder to write to, unless something forbids it."""
-        self.check()
-        if self._resume:
-            self.previous = next((folder for folder in (self.path, self.out) if folder.is_dir()), None)
-        elif self.path.exists():
-            shutil.rmtree(self.path)
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            _write_marker(self.path, {"pid": os.getpid(), "host": socket.gethostname()})
-        except OSError as error:
-            raise UsageError(str(self._shown), error.strerror or "cannot be written", "a folder to write to") from None
+        with ExitStack() as stack:
+            self._known = stack.enter_context(self._reserved())
+            self._begin()
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Put the folder in place, or keep or remove it."""
-        if kind is None:
-            self._publish()
-        elif not self._is_kept(kind):
-            shutil.rmtree(self.path, ignore_errors=True)
-        elif error is not None:
-            error.add_note(f"What was done is kept in {self._shown}.partial; --resume goes on from there.")
+        with self._stack:
+            try:
+                if error is None:
+                    self._publish()
+                    return
+            except OSError as failed:
+                error = failed
+            self._abandon(error)
+            if isinstance(error, OSError) and error.errno in _DISK:
+                raise self._refused(error) from error
+            if kind is None:
+                raise error
 
     def check(self) -> None:
         """Refuse now what would be refused on entering: before long work, that is.
@@ -108,22 +143,101 @@ class ResultDirectory:
         Raises
         ------
         UsageError
-            If OUT exists and may not be replaced, or another process is writing it.
+            As on entering.
         """
-        self._check_out()
-        self._check_partial()
+        with self._reserved():
+            pass
+
+    @contextmanager
+    def reserved(self) -> Iterator[Path]:
+        """Block in which nobody else writes to OUT: for long work whose result is saved within it.
+
+        Yields
+        ------
+        pathlib.Path
+            OUT, as it was named.
+
+        Raises
+        ------
+        UsageError
+            As on entering.
+        """
+        with self._reserved():
+            # It cannot be written where this fails; better now than after the work.
+            self._begin()
+            try:
+                yield self._shown
+            finally:
+                if self.path.is_dir() and not files_of(self.path):
+                    clear(self.path)
 
     @property
     def kept(self) -> Path | None:
         """Folder with what an interrupted run left; None if it left nothing."""
         return self.path if self.path.is_dir() else None
 
-    def _is_kept(self, kind: type[BaseException]) -> bool:
-        interrupted = issubclass(kind, KeyboardInterrupt)
-        return bool(_files(self.path)) and (interrupted or self._keep or self._resume)
+    @contextmanager
+    def _reserved(self) -> Iterator[str | None]:
+        """The lock, and what stands at OUT while it is held."""
+        held = _RESERVED.get(self.out)
+        if held is not None and held.thread == threading.get_ident():
+            yield held.known
+            return
+        with ExitStack() as stack:
+            try:
+                self.out.parent.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(locked(self.out, str(self._shown)))
+                recover(self.out)
+            except OSError as error:
+                raise self._refused(error) from None
+            self._check_out()
+            self._check_partial()
+            known = _identity(self.out)
+            _RESERVED[self.out] = _Reserved(threading.get_ident(), known)
+            stack.callback(_RESERVED.pop, self.out)
+            yield known
+
+    def _begin(self) -> None:
+        """An empty folder to write to, or the one that is gone on with."""
+        try:
+            if self._resume:
+                self.previous = next((folder for folder in (self.path, self.out) if folder.is_dir()), None)
+            elif self.path.exists() and (others := clear(self.path)):
+                what = f'holds "{others[0]}", which is not part of a result'
+                raise UsageError(str(self.path), what, "a folder of the program's own", "Nothing of it was removed.")
+            self.path.mkdir(exist_ok=True)
+            write_manifest(self.path, {"run": dict(self._run.parts), "keep": self._keep})
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def _publish(self) -> None:
+        """Put the folder in place: at any moment OUT is either the old whole or the new whole."""
+        content = {"identity": uuid.uuid4().hex, "replaces": self._known, "run": dict(self._run.parts)}
+        for file in files_of(self.path):
+            synchronise(self.path / file)
+        write_manifest(self.path, content | listing(self.path))
+        stands = put_in_place(self.path, self.out, self._known)
+        synchronise(self.out.parent)
+        if stands != self.out:
+            shown, self.out = self._shown, stands
+            raise UsageError(
+                str(shown), "was made by somebody else during the run, and was left alone",
+                do=f"The result is complete in {stands}.",
+            )  # fmt: skip
+
+    def _abandon(self, error: BaseException) -> None:
+        kept = bool(files_of(self.path)) and (isinstance(error, KeyboardInterrupt) or self._keep or self._resume)
+        if kept:
+            error.add_note(f"What was done is kept in {self._partial_shown}; --resume goes on from there.")
+        elif self.path.is_dir():
+            clear(self.path)
+
+    @property
+    def _partial_shown(self) -> str:
+        return f"{self.out if self._shown.is_symlink() else self._shown}.partial"
 
     def _check_out(self) -> None:
-        if not self.out.exists():
+        if not os.path.lexists(self.out):
             return
         if not (self._force or self._resume):
             raise UsageError(
@@ -131,71 +245,76 @@ class ResultDirectory:
             )
         if not self.out.is_dir():
             raise UsageError(str(self._shown), "is a file", "a folder", "Name another --out.")
-        foreign = _foreign(self.out)
-        if foreign:
+        others = foreign(self.out)
+        if others:
             raise UsageError(
                 str(self._shown),
-                f'holds "{foreign[0]}", which is not part of a result',
+                f'holds "{others[0]}", which is not part of a result',
                 "a folder that holds a result only",
                 "Nothing was removed. Move it, or name another --out.",
             )
 
     def _check_partial(self) -> None:
-        if not self.path.exists():
-            return
-        marker = _read_marker(self.path)
-        if marker is None:
+        left = read_manifest(self.path)
+        if left is None and os.path.lexists(self.path) and not _is_only_begun(self.path):
             raise UsageError(str(self.path), "is in the way", "nothing of that name", "Move it, or name another --out.")
-        pid = marker.get("pid")
-        if pid != os.getpid() and marker.get("host") == socket.gethostname() and _runs(pid):
-            raise UsageError(str(self._shown), f"is being written by process {pid}", "", "Wait for it, or end it.")
+        if self._resume:
+            if self._run.parts:
+                self._run.check(left or read_manifest(self.out), str(self._shown))
+            return
+        names = files_of(self.path) if left else []
+        if left and left.kept and names and not self._force:
+            raise UsageError(
+                str(self._shown), "holds a run that was cut short", "a new folder, or to go on with it",
+                "Add --resume to go on, or --force to begin anew.",
+            )  # fmt: skip
 
-    def _publish(self) -> None:
-        """Swap folders: each name is at any moment either the old whole or the new whole."""
-        for file in _files(self.path):
-            synchronise(self.path / file)
-        _write_marker(self.path, {"files": _files(self.path)})
-        synchronise(self.path / MARKER)
-        replaced = self.out.with_name(f"{self.out.name}.replaced-{os.getpid()}")
-        if self.out.exists():
-            os.replace(self.out, replaced)
-        os.replace(self.path, self.out)
-        synchronise(self.out.parent)
-        shutil.rmtree(replaced, ignore_errors=True)
-
-
-def _files(folder: Path) -> list[str]:
-    """Every file below `folder` but the marker, relative to it."""
-    paths = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
-    return sorted(path.relative_to(folder).as_posix() for path in paths if path != folder / MARKER)
-
-
-def _foreign(folder: Path) -> list[str]:
-    """Files in `folder` that we did not write; all of them if it is not marked as ours."""
-    marker = _read_marker(folder) or {}
-    return sorted(set(_files(folder)) - set(marker.get("files", [])))
+    def _refused(self, error: OSError) -> UsageError:
+        why = error.strerror or "cannot be written"
+        if error.errno in _FULL:
+            do = "Make room and start again." + (" The earlier result is untouched." if self._known else "")
+            refused = UsageError(str(self._shown), f"cannot be written: {why}", "room for the result", do)
+        else:
+            refused = UsageError(str(self._shown), f"cannot be written: {why}", "a folder to write to")
+        for note in getattr(error, "__notes__", ()):
+            refused.do = f"{refused.do} {note}".strip()
+        return refused
 
 
-def _write_marker(folder: Path, marker: dict[str, Any]) -> None:
-    (folder / MARKER).write_text(json.dumps(marker, indent=1) + "\n", encoding="utf-8")
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_DISK = (*_FULL, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO, errno.ENAMETOOLONG)
 
 
-def _read_marker(folder: Path) -> dict[str, Any] | None:
-    try:
-        marker = json.loads((folder / MARKER).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return marker if isinstance(marker, dict) else None
+def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
+    """Absolute place of a result, links followed.
+
+    Raises
+    ------
+    UsageError
+        If no result can stand there.
+    """
+    real = Path(os.path.realpath(out))
+    if out.is_symlink() and not os.path.lexists(real):
+        raise UsageError(str(out), f"is a link to {real}, which does not exist", "a folder", "Name another --out.")
+    here = Path(os.path.realpath(os.curdir))
+    if real == here or real in here.parents:
+        what = "is the working folder" if real == here else "holds the working folder"
+        raise UsageError(str(out), what, "a folder of its own for the result", "Name another --out.")
+    if os.path.ismount(real):
+        raise UsageError(str(out), "is the root of a file system", "a folder", "Name a folder in it.")
+    for file in inputs:
+        if real in Path(os.path.realpath(file)).parents:
+            raise UsageError(
+                str(out), f"holds {file}, which is read", "a folder of its own for the result", "Name another --out."
+            )
+    return real
 
 
-def _runs(pid: Any) -> bool:
-    """Whether a process runs; never so on Windows, where asking would end it."""
-    if os.name == "nt" or not isinstance(pid, int):
-        return False
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+def _identity(out: Path) -> str | None:
+    known = read_manifest(out)
+    return known.identity if known else "" if out.is_dir() else None
+
+
+def _is_only_begun(folder: Path) -> bool:
+    """Whether there is nothing but, at most, a half-written marker."""
+    return folder.is_dir() and all(path.match(f".{MARKER}.*.tmp") for path in folder.iterdir())

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.store.files import whole
+from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.summaries import Provenance
 
 #: Arrays below this size are not worth compressing.
@@ -66,7 +66,8 @@ def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance
     TypeError
         If a variable holds anything but numbers, booleans or text.
     """
-    with whole(path) as temporary, h5py.File(temporary, "w") as file:
+    # In memory first: where a disk is full, HDF5 ends the process when it closes the file.
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         file.attrs["schema"] = schema
         file.attrs["created"] = provenance.created
         if provenance.seed is not None:
@@ -74,6 +75,8 @@ def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance
         for name, variables in {**groups, "provenance": _told(provenance)}.items():
             _write_group(file.create_group(name), variables)
         file.flush()
+        content = file.id.get_file_image()
+    write_whole(path, content)
 
 
 def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, Any]]:

@@ -77,10 +77,14 @@ class Study(Table):
 
     def input_files(self) -> list[Path]:
         """Every file the study rests on: itself, its table of records, the records, files with effects."""
+        own = [path for path in (self._source, self._table) if path is not None and path.is_file()]
+        return own + self.data_files()
+
+    def data_files(self) -> list[Path]:
+        """The input files whose content is not in the study itself: records, and files with effects."""
         named = [record.file for record in self.records if record.file]
         effects = [effect.rpartition(":")[0] for effect in self.model.effects if ":" in effect]
-        own = [path for path in (self._source, self._table) if path is not None and path.is_file()]
-        return own + [self.path_of(file) for file in dict.fromkeys(named + effects)]
+        return [self.path_of(file) for file in dict.fromkeys(named + effects)]
 
     def unit_of(self, role: str) -> str | None:
         """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""

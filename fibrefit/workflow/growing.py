@@ -7,13 +7,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from fibrefit.core.errors import UsageError
-from fibrefit.store import ResultDirectory
+from fibrefit.store import ResultDirectory, Run
 
 
 @contextmanager
 def growing_folder(
-    out: Path, kept: Sequence[str], *, force: bool = False, resume: bool = False
+    out: Path, kept: Sequence[str], *, force: bool = False, resume: bool = False, run: Run | None = None
 ) -> Iterator[ResultDirectory]:
     """Folder that takes the place of `out` at the end, with what an earlier run kept where it goes on.
 
@@ -28,6 +27,8 @@ def growing_folder(
         Replace an earlier result, and forget a run that was cut short.
     resume : bool
         Go on with a run that was cut short, or with a finished one.
+    run : Run, optional
+        What the run rests on; it goes on only from the same.
 
     Yields
     ------
@@ -36,16 +37,10 @@ def growing_folder(
     Raises
     ------
     UsageError
-        If the folder may not be replaced, or holds a run that was cut short and nobody said what to do with it.
+        If the folder may not be replaced, holds a run that was cut short and nobody said what to do with it, or
+        another run than the one that is to go on.
     """
-    directory = ResultDirectory(out, force=force, resume=resume, keep=True)
-    directory.check()
-    if not (force or resume) and (directory.path / kept[-1]).exists():
-        raise UsageError(
-            str(out), "holds a run that was cut short", "a new folder, or to go on with it",
-            "Add --resume to go on, or --force to begin anew.",
-        )  # fmt: skip
-    with directory:
+    with ResultDirectory(out, force=force, resume=resume, keep=True, run=run) as directory:
         if resume:
             _tidy(directory.path)
             _take_over(directory.out, directory.path, kept)

@@ -64,7 +64,7 @@ class Job:
     @property
     def study(self) -> Study:
         """What is identified."""
-        study = _loaded(self.origin)
+        study = loaded(self.origin)
         if self.record is None:
             return study
         record = study.records[self.record]
@@ -81,7 +81,7 @@ class Job:
         study = self.study
         parts = [study.resolved_toml(), repr((self.starts, self.seed, self.robust)), _versions()]
         # The study's own file may hold a thousand other records: what of it counts is in the resolved study.
-        parts += [sha256_of(study.path_of(record.file)) for record in study.records if record.file]
+        parts += [sha256_of(file) for file in study.data_files()]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
@@ -92,8 +92,8 @@ def _versions() -> str:
 
 
 @lru_cache(maxsize=8)
-def _loaded(origin: Origin) -> Study:
-    """A series of a thousand records is read once a process."""
+def loaded(origin: Origin) -> Study:
+    """Study of an origin: a series of a thousand records is read once a process."""
     return origin.load()
 
 

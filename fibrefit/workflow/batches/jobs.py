@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.workflow.batches.item import Job, Origin
+from fibrefit.store import Run
+from fibrefit.store.run import COMMAND
+from fibrefit.workflow.batches.item import Job, Origin, loaded
 
 Each = Literal["record", "study"]
 
@@ -99,7 +101,7 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
     if each == "study" and origin.rig is None:
         return [(name, origin, None)]
     try:
-        study = origin.load()
+        study = loaded(origin)
     except FibrefitError:
         if not several:
             raise
@@ -110,6 +112,17 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
         (f"{name}/{record.label}" if several else record.label, origin, number)
         for number, record in enumerate(study.records)
     ]
+
+
+def run_of(jobs: Sequence[Job]) -> Run:
+    """What a batch rests on. It may grow and change: each item that is taken up tells by its digest what it is of."""
+    files: dict[Path, None] = {}
+    for origin in dict.fromkeys(job.origin for job in jobs):
+        try:
+            files |= dict.fromkeys(loaded(origin).input_files())
+        except FibrefitError:
+            files |= dict.fromkeys(map(Path, origin.files))
+    return Run(tuple(files), {COMMAND: "batch"})
 
 
 def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:

@@ -1,0 +1,71 @@
+"""One run at a time in a folder: a lock of the operating system, which ends with the process that holds it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from fibrefit.core.errors import UsageError
+
+
+def lock_file(folder: Path) -> Path:
+    """The file that is locked while a run writes to `folder`: beside it, since the folder itself is exchanged."""
+    return folder.with_name(f".{folder.name}.lock")
+
+
+@contextmanager
+def locked(folder: Path, shown: str) -> Iterator[None]:
+    """Block in which nobody else writes to a folder.
+
+    On a file system shared by several machines the lock is advisory: it holds as far as that file system carries
+    locks from one machine to another. What the file says of its holder is for people; nothing is concluded from it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Absolute, without links; its parent exists.
+    shown : str
+        How messages call it.
+
+    Raises
+    ------
+    UsageError
+        At once, if another run holds the lock.
+    OSError
+        If the file of the lock cannot be made.
+    """
+    path = lock_file(folder)
+    lock = FileLock(path, timeout=0, fallback_to_soft=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        if not path.exists():  # some file systems say "no such file" where they mean that none can be made
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(path)) from None
+        raise UsageError(
+            shown, f"is being written by another run{_holder(path)}", "a folder of its own for each run",
+            "Wait for it, or name another --out.",
+        ) from None  # fmt: skip
+    try:
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        path.write_text(f"process {os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
+        yield
+    finally:
+        # Removed while it is held: whoever waits for this very file finds out that its name is gone, and begins anew.
+        with suppress(OSError):
+            path.unlink()
+        lock.release()
+
+
+def _holder(path: Path) -> str:
+    try:
+        said = path.read_text(encoding="utf-8", errors="replace")[:200]
+    except OSError:
+        return ""
+    return f" ({said})" if said else ""

@@ -1,0 +1,120 @@
+"""One run at a time in a folder, and none that is held up by what a dead one has left."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.store import ResultDirectory
+
+PAIRS = 6
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from fibrefit.core.errors import UsageError
+from fibrefit.store import ResultDirectory
+out, name, instant, seconds = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), float(sys.argv[4])
+time.sleep(max(instant - time.time(), 0.0))
+try:
+    with ResultDirectory(out, force=True) as result:
+        (result.path / f"{name}0.csv").write_text(name)
+        print("in", flush=True)
+        time.sleep(seconds)
+        (result.path / f"{name}1.csv").write_text(name)
+except UsageError as error:
+    print(error, flush=True)
+    sys.exit(2)
+"""
+
+
+def writer(out: Path, name: str, instant: float = 0.0, seconds: float = 0.4) -> subprocess.Popen[str]:
+    words = [sys.executable, "-c", WRITER, str(out), name, str(instant), str(seconds)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_of_two_at_one_instant_one_computes_and_the_other_says_so(tmp_path: Path) -> None:
+    instant = time.time() + 3.0
+    pairs = [[writer(tmp_path / f"{i}" / "out", name, instant) for name in "ab"] for i in range(PAIRS)]
+    for i, pair in enumerate(pairs):
+        said = [process.communicate(timeout=60)[0] for process in pair]
+        assert sorted(process.returncode for process in pair) == [0, 2], said
+        winner = "ab"[[process.returncode for process in pair].index(0)]
+        assert names(tmp_path / f"{i}" / "out") == {f"{winner}0.csv", f"{winner}1.csv", ".fibrefit"}
+        assert names(tmp_path / f"{i}") == {"out"}
+        assert "is being written by another run (process " in "".join(said)
+
+
+def test_a_dead_run_holds_nobody_up_and_is_cleaned_away(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = writer(out, "a", seconds=60.0)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "in\n"
+    with pytest.raises(UsageError, match=f"process {process.pid} on "):
+        ResultDirectory(out, force=True).check()
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert names(tmp_path) == {"out.partial", ".out.lock"}
+    with ResultDirectory(out) as result:
+        (result.path / "b.csv").write_text("b")
+    assert names(tmp_path) == {"out"}
+    assert names(out) == {"b.csv", ".fibrefit"}
+
+
+def test_a_stopped_run_still_holds_its_lock(tmp_path: Path) -> None:
+    """Whatever its marker says of the machine it runs on."""
+    out = tmp_path / "out"
+    process = writer(out, "a", seconds=0.2)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.send_signal(signal.SIGSTOP)
+    try:
+        (tmp_path / "out.partial" / ".fibrefit").write_text('{"pid": 1, "host": "node7"}')
+        (tmp_path / ".out.lock").write_text("process 1 on node7")
+        with pytest.raises(UsageError, match="being written"):
+            ResultDirectory(out, force=True).check()
+    finally:
+        process.send_signal(signal.SIGCONT)
+        process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert names(out) == {"a0.csv", "a1.csv", ".fibrefit"}
+
+
+def test_what_a_thread_has_reserved_no_other_thread_enters(tmp_path: Path) -> None:
+    out, refused = tmp_path / "out", []
+
+    def other() -> None:
+        try:
+            ResultDirectory(out).check()
+        except UsageError as error:
+            refused.append(str(error))
+
+    with ResultDirectory(out).reserved():
+        thread = threading.Thread(target=other)
+        thread.start()
+        thread.join()
+        with ResultDirectory(out) as result:
+            (result.path / "a.csv").write_text("a")
+    assert "being written by another run" in refused[0]
+    assert names(tmp_path) == {"out"}
+
+
+def test_a_result_is_saved_into_what_was_reserved_before_the_work(tmp_path: Path) -> None:
+    """A folder that appears during the work neither is touched nor costs the result."""
+    out = tmp_path / "out"
+    with pytest.raises(UsageError, match="complete in .*out-2"), ResultDirectory(out).reserved():
+        out.mkdir()
+        with ResultDirectory(out) as result:
+            (result.path / "a.csv").write_text("a")
+    assert names(tmp_path) == {"out", "out-2"}
