@@ -52,7 +52,14 @@ def expression(text: str) -> str | None:
     if not plain or len(plain) > 40:
         return None
     whole = WHOLE.get(plain) or WORDS.get(plain.casefold())
-    return whole or _product(plain)
+    return whole or _quotient(plain) or _product(plain)
+
+
+def _quotient(plain: str) -> str | None:
+    """``N/(mV/V)``: a unit divided by one in brackets; None where it is anything else."""
+    match = re.fullmatch(r"([^()]+?)\s*/\s*\(([^()]+)\)", plain)
+    parts = [expression(part) for part in match.groups()] if match else []
+    return None if not parts or None in parts else f"({parts[0]})/({parts[1]})"
 
 
 def _product(plain: str) -> str | None:
@@ -178,6 +185,34 @@ def to_si(unit: str, si: str, where: str = "unit", *, do: str = "", error: type[
     return float(f"{found[0] / wanted[0]:.15g}")
 
 
+def product_in(first: str, second: str, si: str) -> float | None:
+    """Factor that turns a product of two units into one in `si`; None where it measures something else.
+
+    Parameters
+    ----------
+    first, second : str
+        Known units; ``"-"`` for a pure number.
+    si : str
+        SI unit wanted.
+
+    Returns
+    -------
+    float or None
+        Multiplier, exact to rounding.
+    """
+    written = [expression("1" if unit == "-" else unit) for unit in (first, second)]
+    wanted = _in_base_units(si)
+    if wanted is None or None in written:
+        return None
+    base = _registry().Quantity(1.0, f"({written[0]})*({written[1]})").to_base_units()
+    return float(f"{base.magnitude / wanted[0]:.15g}") if str(base.dimensionality) == wanted[1] else None
+
+
+def usual(si: str) -> str:
+    """First unit a message offers for a kind of quantity, e.g. ``"N"``."""
+    return ACCEPTED.get(si, si).split(",")[0].split(" or ")[0]
+
+
 def _offered(si: str) -> list[str]:
     return [word for word in re.split(r", | or ", ACCEPTED.get(si, si)) if " " not in word or word == si]
 
@@ -224,12 +259,8 @@ def parse_quantity(
     if not unit and si == "-":
         return number
     if not unit:
-        raise error(where, f'"{text}" has no unit', accepted, f'Write it with its unit, such as "{text} {_usual(si)}".')
+        raise error(where, f'"{text}" has no unit', accepted, f'Write it with its unit, such as "{text} {usual(si)}".')
     return number * to_si(unit, si, where, error=error)
-
-
-def _usual(si: str) -> str:
-    return ACCEPTED.get(si, si).split(",")[0].split(" or ")[0]
 
 
 def shown_unit(value: float, si: str) -> tuple[str, float]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.roles import USUAL
 
 
@@ -17,8 +19,9 @@ class ReadOptions:
 
     Parameters
     ----------
-    channels : mapping of str to str
-        Header by role (``{"force": "F_Seil [N]"}``), or ``"column 2"``.
+    channels : mapping of str to (str or mapping)
+        Header by role (``{"force": "F_Seil [N]"}``), or ``"column 2"``, or a table with ``column``, ``unit`` and
+        ``scale`` (``{"force": {"column": "U1", "unit": "V", "scale": "-200 N/V"}}``).
     units : mapping of str to str
         Unit by role or header, where the file has none or a wrong one.
     columns : sequence of str
@@ -36,7 +39,7 @@ class ReadOptions:
         If one makes no sense.
     """
 
-    channels: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, str | Mapping[str, Any]] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     columns: Sequence[str] = ()
     rate: float | None = None
@@ -55,4 +58,25 @@ class ReadOptions:
     @property
     def wanted(self) -> frozenset[str]:
         """Headings named as channels."""
-        return frozenset(self.channels.values())
+        said = [said.get("column") if isinstance(said, Mapping) else said for said in self.channels.values()]
+        return frozenset(column for column in said if isinstance(column, str))
+
+    def declared(self, where: str) -> dict[str, Channel]:
+        """What is said of each role.
+
+        Parameters
+        ----------
+        where : str
+            File to name in messages.
+
+        Returns
+        -------
+        dict of str to Channel
+            By role.
+
+        Raises
+        ------
+        DataError
+            If a role, a unit or a scale is not known.
+        """
+        return {role: Channel.of(role, said, where) for role, said in self.channels.items()}

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +16,19 @@ from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.timebase import TimeBase
 from fibrefit.records.columns.raw import Raw
-from fibrefit.records.columns.roles import USUAL
+from fibrefit.records.columns.roles import USUAL, wrong_kind
+from fibrefit.records.files.archive import unpacked
 from fibrefit.records.files.decode import decode
+from fibrefit.records.files.keyed import without_keys
 from fibrefit.records.files.lvm import is_lvm, read_lvm
+from fibrefit.records.files.spreadsheet import sheet_text
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
+
+_LONGEST_PATH = 260
 
 #: A unit of each kind, for messages.
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
@@ -57,7 +64,7 @@ def read_table(path: str | Path, options: ReadOptions | None = None) -> Table:
 def read_record(
     path: str | Path,
     *,
-    channels: Mapping[str, str] | None = None,
+    channels: Mapping[str, str | Mapping[str, Any]] | None = None,
     units: Mapping[str, str] | None = None,
     columns: Sequence[str] | None = None,
     rate: float | None = None,
@@ -100,14 +107,14 @@ def read_record(
     return record_of(read_table(path, options), channels=options.channels, name=name)
 
 
-def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: str | None = None) -> Record:
+def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: str | None = None) -> Record:
     """Record from a table.
 
     Parameters
     ----------
     table : Table
         What the file says.
-    channels : mapping of str to str, optional
+    channels : mapping, optional
         Roles the user named: these must be there, whatever group of columns they belong to.
     name : str, optional
         Name of the record.
@@ -146,20 +153,42 @@ def record_of(table: Table, *, channels: Mapping[str, str] | None = None, name: 
         uniform=base.uniform,
         gaps=base.gaps,
         headers={"time": base.header or base.source} | {role: column.header for role, column in kept.items()},
+        scales={role: column.scale for role, column in kept.items() if column.scale is not None},
         history=tuple(_history(table, kept, group)),
     )
 
 
 def _bytes(path: Path) -> bytes:
+    """Content of a regular file: a pipe or a device may never end."""
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise DataError(str(path), "a device or a pipe", "a measurement file", "Save its content to a file first.")
         return path.read_bytes()
     except OSError as error:
-        raise DataError(str(path), error.strerror or "cannot be read", "a measurement file") from None
+        raise DataError(shown_path(path), error.strerror or "cannot be read", "a measurement file") from None
+    except ValueError:
+        raise DataError(shown_path(path), "a path with a NUL", "a measurement file") from None
+
+
+def shown_path(path: Path) -> str:
+    """Path in signs that can be printed, and not without end."""
+    text = str(path).encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+    return text if len(text) <= _LONGEST_PATH else f"{text[:100]}...{text[-100:]}"
 
 
 def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     """Columns of a file, by the reader its first bytes call for."""
-    where = path.name
+    where = shown_path(Path(path.name))
+    packed = data
+    data, name = unpacked(data, path.name, where)
+    if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
+        raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
+    if name.endswith(".xlsx"):
+        return read_text(sheet_text(data, where), where, replace(options, delimiter="\t"))
+    if data[:4] == b"PAR1":
+        from fibrefit.records.files.parquet import read_parquet
+
+        return read_parquet(data, where)
     if data[:4] == b"TDSm":
         from fibrefit.records.files.tdms import read_tdms
 
@@ -173,10 +202,10 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
 
         return read_matlab(path, where, options.wanted)
     text = decode(data, where)
-    return read_lvm(text, where) if is_lvm(text) else read_text(text, where, options)
+    return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
 
 
-def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str) -> int:
+def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str) -> int:
     """Group of columns the record is made of."""
     named = {found[role].group for role in channels if role in found}
     if len(named) > 1:
@@ -191,7 +220,7 @@ def _group(found: Mapping[str, Column], channels: Mapping[str, str], where: str)
 
 def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None:
     """Refuse channels without a unit, all at once, or with one of another kind."""
-    bare = [(role, column.header) for role, column in kept.items() if column.unit is None]
+    bare = [(role, column.header) for role, column in kept.items() if column.unit is None and column.scale is None]
     if base.unit is None:
         bare.insert(0, ("time", base.header or ""))
     if len(bare) > 1:
@@ -203,15 +232,19 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
         place, expected = f'{where}, column "{header}"', registry.ACCEPTED[ROLES[role]]
         raise DataError(place, "no unit", expected, f'Declare it under [units]: {role} = "{_EXAMPLES[ROLES[role]]}".')
     for role, column in kept.items():
-        place, si = f'{where}, column "{column.header}"', ROLES[role]
-        if column.si != si:
-            raise DataError(place, f'unit "{column.unit}"', registry.ACCEPTED[si], "Declare it under [units].")
+        if column.si != ROLES[role]:
+            raise wrong_kind(role, column.header, column.unit or "", where)
+
+
+def _in_unit(column: Column) -> str:
+    inside = f"in {column.unit}" if column.unit else "without a unit"
+    return inside if column.scale is None else f"{inside}, scaled by {column.scale.text}"
 
 
 def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
     base = table.times[group]
     said = [f"Read from {table.path.name}; time: {base.source}."]
-    said += [f'{role}: column "{column.header}" in {column.unit}.' for role, column in kept.items()]
+    said += [f'{role}: column "{column.header}" {_in_unit(column)}.' for role, column in kept.items()]
     for reason, rows in base.lost.items():
         said.append(f"{count(len(rows), 'row')} left out: {reason}.")
     for role, column in kept.items():

@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.roles import ROLES
+from fibrefit.core.scale import Scale
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.timebase import Gap
 from fibrefit.records.table import frozen, frozen_mapping
@@ -49,6 +50,8 @@ class Record:
         Header in the file of each role, the time included.
     history : tuple of str
         Sentences: how it was read, what was left out, what was done since.
+    scales : mapping of str to Scale
+        What one unit of a role's column was declared to be worth, with its uncertainty.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Record:
     gaps: tuple[Gap, ...] = ()
     headers: Mapping[str, str] | None = None
     history: tuple[str, ...] = ()
+    scales: Mapping[str, Scale] | None = None
 
     def __post_init__(self) -> None:
         n = self.time.size
@@ -72,10 +76,11 @@ class Record:
         object.__setattr__(self, "channels", frozen_mapping({r: frozen(v) for r, v in self.channels.items()}))
         object.__setattr__(self, "valid", frozen_mapping({r: frozen(v) for r, v in self.valid.items()}))
         object.__setattr__(self, "headers", frozen_mapping(self.headers or {}))
+        object.__setattr__(self, "scales", frozen_mapping(self.scales or {}))
 
     def __reduce__(self) -> tuple[Any, ...]:
         plain = {f: getattr(self, f) for f in self.__dataclass_fields__}
-        plain |= {f: dict(plain[f]) for f in ("channels", "valid", "headers")}
+        plain |= {f: dict(plain[f]) for f in ("channels", "valid", "headers", "scales")}
         return _rebuilt, (plain,)
 
     def __len__(self) -> int:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.scale import Scale
 from fibrefit.records.clock.timebase import TimeBase
 
 SCHEMA = "fibrefit/understood/1"
@@ -40,6 +41,8 @@ class Column:
         Which of the table's time bases the column belongs to.
     outliers : tuple of int
         Rows of single samples far from their neighbours; they are valid.
+    scale : Scale or None
+        What one unit of the column was declared to be worth.
     """
 
     header: str
@@ -51,6 +54,7 @@ class Column:
     masked: Mapping[str, int]
     group: int = 0
     outliers: tuple[int, ...] = ()
+    scale: Scale | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,6 +134,7 @@ def _column_understood(column: Column) -> dict[str, Any]:
         "header": column.header,
         "name": column.name,
         "unit": column.unit,
+        "scale": None if column.scale is None else column.scale.text,
         "si": column.si,
         "group": column.group,
         "samples": int(column.values.size),

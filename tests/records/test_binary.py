@@ -119,7 +119,7 @@ def test_damaged_matlab(length: int, tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"time_s": TIME, "force_N": FORCE})
     path.write_bytes(path.read_bytes()[:length])
-    with pytest.raises(DataError, match="the MATLAB file is damaged"):
+    with pytest.raises(DataError, match="the file is damaged"):
         read_record(path)
 
 

@@ -14,8 +14,9 @@ GERMAN = HEAD + rows(german)
 REFUSED = {
     "empty": ("", "the file is empty"),
     "binary": (bytes(range(256)) * 10, "binary data, not text.*Export the values as CSV"),
-    "spreadsheet": (b"PK\x03\x04....", "a spreadsheet or an archive.*Save the sheet as CSV"),
-    "compressed": (b"\x1f\x8b\x08....", "a compressed file.*Unpack it first"),
+    "old spreadsheet": (b"\xd0\xcf\x11\xe0....", "an old spreadsheet.*Save the sheet as CSV"),
+    "archive cut short": (b"PK\x03\x04....", "the archive is damaged .*Copy it again"),
+    "compressed file cut short": (b"\x1f\x8b\x08....", "the archive is damaged .*Copy it again"),
     "prose": ("Only words here\nand no number\nat all\n", "no table of numbers found"),
     "two rows": (HEAD + rows(german, n=2), "only 2 rows of numbers; expected at least 3 samples"),
     "narrow space in thousands": (
@@ -80,7 +81,8 @@ REFUSED = {
     "nothing known": ("t [s];A;B\n" + rows(german), 'no channel is known among "A", "B".*Name the channels'),
     "no time, no rate": (
         "F [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
-        'no column holds the time, and the header names no rate; expected .* or a rate such as "fs = 2000 Hz"',
+        r'no column holds the time \(none of "F \[N\]", "u \[mm\]" in line 1 has a unit of time or is called so\), and the '
+        'header names no rate; expected .* or a rate such as "fs = 2000 Hz".*sampling_rate = "2 kHz" under',
     ),
     "two rates in the header": (
         "fs = 2000 Hz\nfs = 1000 Hz\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
@@ -118,7 +120,7 @@ REFUSED = {
     ),
     "clock of whole seconds": (
         "Zeit;F [N];u [mm]\n" + rows(lambda i: f"14:22:{11 + i // 8:02d};{f(i)};{u(i)}"),
-        r"is printed to 1 s only, which leaves the rate open \(about .* Hz\).*Give the rate",
+        r"is printed to 1 s only, which leaves the rate open \(about .* Hz\).*Give the sampling rate",
     ),
     "hours and minutes or minutes and seconds": (
         "Zeit;F [N];u [mm]\n" + rows(lambda i: f"14:{i:02d};{f(i)};{u(i)}"),
@@ -184,5 +186,6 @@ def test_a_declared_unit_overrides_the_header_and_says_so(write) -> None:
     assert 'Column "u [mm]" is read in um, as declared, not in mm.' in record.history
 
 
-def test_units_of_roles_a_file_lacks_are_no_mistake(write) -> None:
-    assert set(read_record(write(GERMAN), units={"drive": "mm"}).channels) == {"force", "position"}
+def test_a_unit_of_a_role_the_file_lacks_is_refused(write) -> None:
+    with pytest.raises(DataError, match='unit of "drive": no column is known to be the drive.*Name its column'):
+        read_record(write(GERMAN), units={"drive": "mm"})

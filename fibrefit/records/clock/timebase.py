@@ -17,6 +17,15 @@ from fibrefit.records.clock.rates import longest_forward, robust_step, round_rat
 #: Printed steps this coarse against the step itself do not tell single samples apart.
 _COARSE = 0.2
 
+#: Share of stamps that equal the one before from which on samples share stamps; how many of them are looked at.
+_SHARED, _LOOKED_AT = 0.2, 1000
+
+#: Deviation of a stamp from an even grid, as a share of the step, below which it is late and not uneven.
+_JITTER = 0.25
+
+#: A step this much shorter than the usual one is no step: two stamps of one sample, or a first one made up.
+_NO_STEP = 0.05
+
 #: Rows off the grid beyond which the sampling counts as uneven, and a record as out of order.
 _MOST_OFF, _MOST_LOST = 0.05, 0.2
 
@@ -25,6 +34,9 @@ _OPEN_RATE = 2e-3
 
 #: Relative difference beyond which two statements of a rate contradict each other.
 _CONTRADICTS = 0.01
+
+#: What to do where a rate is missing.
+_GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files], or in the record.'
 
 BACKWARD = "time runs backward or stands still"
 OFF_GRID = "time is off the grid"
@@ -169,10 +181,23 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
     if np.count_nonzero(forward <= 0) == forward.size:
         raise DataError(readings.where, "the time never increases", "a time for each sample")
     _refuse_restart(readings, readable, times)
+    readings = _shared_stamps(readings, readable, times)
     if _too_coarse(times, readings.resolution, [readings.rows[i] for i in readable.tolist()]):
         return _counted_from_coarse(readings, readable, header_rate, rate)
     base = _from_fine(readings, readable, header_rate if rate is None else rate)
     return _checked_against(base, readings, header_rate, rate)
+
+
+def _shared_stamps(readings: Readings, readable: np.ndarray, times: np.ndarray) -> Readings:
+    """Readings whose resolution is the step between stamps, where several samples share one, as on a bus."""
+    steps = np.diff(times)
+    still = np.flatnonzero(steps == 0)
+    if readings.resolution == 0 or still.size < _SHARED * steps.size:
+        return readings
+    rows = [readable[i] for i in still[:_LOOKED_AT].tolist()]
+    if sum(readings.rows[i] != readings.rows[i + 1] for i in rows) < 0.5 * len(rows):
+        return readings  # doubled rows
+    return replace(readings, resolution=max(readings.resolution, float(np.median(steps[steps > 0]))))
 
 
 def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray) -> None:
@@ -231,7 +256,7 @@ def _counted_from_coarse(
         found = None
     if found is None:
         got = f"{printed}, which leaves the rate open (about {format_number(1 / step)} Hz)"
-        raise DataError(readings.where, got, "more decimals, or a rate", "Give the rate of the record.")
+        raise DataError(readings.where, got, "more decimals, or a rate", _GIVE_RATE)
     late = rows / found - times
     middle = float(np.median(late))
     off = np.abs(late - middle) > res
@@ -299,12 +324,24 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     tolerance = max(1.01 * res, 1e-6 / rate, rounding)
     off = np.abs(late - np.median(late)) > tolerance
     uniform = bool(off.sum() <= max(1, _MOST_OFF * kept.size))
-    if not uniform:
-        off, rate = np.zeros(kept.size, bool), 1 / usual
+    notes: tuple[str, ...] = ()
+    stamps = times
+    if not uniform and (np.diff(counts) > 0).mean() > 1 - _MOST_OFF and np.ptp(late) < 2 * _JITTER / rate:
+        # Even samples with late stamps: a derivative of these would hold the lateness and not the motion.
+        spread = float(np.std(late))
+        rate = round_rate(step, 4 * spread / span) or rate
+        late = times[kept] - counts / rate
+        off, uniform = np.append(False, np.diff(counts) < 1), True
+        stamps = times.copy()
+        stamps[kept] = np.median(late) + counts / rate
+        notes = (_jitter(spread, rate),)
+    elif not uniform:
+        off, rate = np.append(False, steps < _NO_STEP * usual), 1 / usual
+        notes = (_uneven(steps),)
     alone = _alone(counts, off)
     good = ~off & ~alone
     time = np.full(n, np.nan)
-    time[kept[good]] = times[kept[good]]
+    time[kept[good]] = stamps[kept[good]]
     backward = np.setdiff1d(readable, kept)
     lost = {
         UNREADABLE: np.isnan(times),
@@ -314,7 +351,6 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     }
     time[conflicting] = np.nan
     gaps = _gaps(times[kept[good]], counts[good], uniform=uniform)
-    notes = () if uniform else (_uneven(steps),)
     return TimeBase(time, rate, readings.source, uniform, gaps, _lost(lost), notes)
 
 
@@ -359,6 +395,11 @@ def _gaps(times: np.ndarray, counts: np.ndarray, *, uniform: bool) -> tuple[Gap,
 def _uneven(steps: np.ndarray) -> str:
     low, high = (format_quantity(float(np.percentile(steps, q)), "s", 3) for q in (1, 99))
     return f"The sampling is uneven: steps between {low} and {high}."
+
+
+def _jitter(spread: float, rate: float) -> str:
+    around = f"an even grid of {format_number(rate, 7)} Hz"
+    return f"The stamps scatter by {format_quantity(spread, 's', 2)} (rms) about {around}: the samples are put on it."
 
 
 def _mask(rows: np.ndarray, n: int) -> np.ndarray:

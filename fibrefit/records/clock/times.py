@@ -17,6 +17,13 @@ from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
+from fibrefit.records.grammar.words import counts_rows, score
+
+#: What to do where a rate is missing.
+GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files] or in the record.'
+
+#: Seconds since 1970 from 2001 to 2096: whole stamps in s, ms, us and ns differ by three digits each.
+_CENTURY = (1e9, 4e9)
 
 #: Units a column of times without one may be in, if only one of them agrees with the rate in the header.
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
@@ -67,6 +74,9 @@ def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float 
     if unit is None:
         return replace(from_readings(readings), header=column.header, unit=None)
     base = from_readings(readings, header_rate=raw.facts.rate, rate=rate)
+    if column.unit is None and not column.clock and _epoch_unit(column, values) == unit:
+        note = f'Column "{column.header}" counts from 1970, which tells its unit: {unit}.'
+        base = replace(base, notes=(*base.notes, note))
     if column.clock:  # the first reading may have been lost to damage
         base = replace(base, time=base.time - base.time[np.isfinite(base.time)][0])
     if base.rate == raw.facts.rate and base.source == readings.source:
@@ -87,7 +97,17 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
         agreeing = [u for u in _POSSIBLE_UNITS if step and abs(step * units.to_si(u, "s") * rate - 1) < 0.01]
         if len(agreeing) == 1:
             return units.to_si(agreeing[0], "s"), agreeing[0]
-    return 1.0, None
+    epoch = _epoch_unit(column, values)
+    return (units.to_si(epoch, "s"), epoch) if epoch else (1.0, None)
+
+
+def _epoch_unit(column: RawColumn, values: np.ndarray) -> str | None:
+    """Unit of stamps that count from 1970: of this century in one unit only."""
+    present = values[np.isfinite(values)]
+    if column.unit is not None or not present.size:
+        return None
+    middle = float(np.median(present))
+    return next((u for u in ("s", "ms", "us", "ns") if _CENTURY[0] < middle * units.to_si(u, "s") < _CENTURY[1]), None)
 
 
 def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:
@@ -96,11 +116,11 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate
+    if found is None and raw.facts.doubt:
+        got = f"no column holds the time, and the header says {raw.facts.doubt}"
+        raise DataError(where, got, "one reading", GIVE_RATE)
     if found is None:
-        rates = ", ".join(f"{format_number(r, 6)} Hz" for r in raw.facts.rates)
-        got = f"no column holds the time, and the header names {'several rates: ' + rates if rates else 'no rate'}"
-        do = "Name the time column under [channels], or give the sampling rate."
-        raise DataError(where, got, 'a time column, or a rate such as "fs = 2000 Hz"', do)
+        raise _no_time(raw, columns, where)
     origin = "given" if rate else f'from "{raw.facts.quoted}"'
     source = f"counted at {format_number(found, 7)} Hz, {origin}"
     counter = _counter(columns, group)
@@ -116,6 +136,29 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         return from_readings(readings, rate=found)
     _refuse_uncertain_count(raw, group, where)
     return counted_times(group.rows, found, source)
+
+
+def _no_time(raw: Raw, columns: Sequence[RawColumn], where: str) -> DataError:
+    """Why there are no times: what the header says of the rate, and what each column that may hold them holds."""
+    rates = ", ".join(f"{format_number(r, 6)} Hz" for r in raw.facts.rates)
+    text = next((what for what in raw.aside.values() if score(what.split('"')[1], "time") > 0), "")
+    timed = next((c for c in columns if c.unit and units.kind_of(c.unit) == "time"), None)
+    counter = next((c for c in columns if counts_rows(c.name) and c.unit is None), None)
+    if text:
+        why, do = f"the column {text}", "Export the times as numbers in s, or as hours, minutes and seconds. "
+    elif timed is not None:
+        why = f'"{timed.header}" has a unit of time and does not increase'
+        do = f'If it is the time, name it: time = "{timed.header}" under [channels]. '
+    elif counter is not None:
+        why, do = f'"{counter.header}" only counts the rows', ""
+    else:
+        shown = ", ".join(f'"{c.header}"' for c in columns[:6])
+        line = raw.layout.get("header_line")
+        why = f"none of {shown}{f' in line {line}' if line else ''} has a unit of time or is called so"
+        do = "Name it, if there is one: time = ... under [channels]. "
+    said = f"several rates: {rates}" if rates else "no rate"
+    got = f"no column holds the time ({why}), and the header names {said}"
+    return DataError(where, got, 'a time column, or a rate such as "fs = 2000 Hz"', f"{do}{GIVE_RATE}")
 
 
 def _counter(columns: Sequence[RawColumn], group: Group) -> RawColumn | None:

@@ -15,7 +15,16 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.tokens import CLOCK, DATE, clean
 
-_DAY = 86400.0
+_DAY, _HOUR = 86400.0, 3600.0
+
+#: Offset from UTC at the end of a reading.
+_ZONE = re.compile(r"(?<=\d)\s?(?:[zZ]|([+-])(\d{2}):?(\d{2}))\s*$")
+
+_MONTHS = {
+    name: number
+    for number, names in enumerate(("jan", "feb", "mar mär", "apr", "may mai", "jun", "jul", "aug", "sep", "oct okt", "nov", "dec dez"), 1)
+    for name in names.split()
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +70,13 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
         If no cell holds a time of day, or one without seconds leaves it open what it counts.
     """
     days: list[str] = []
-    seconds = np.full(len(texts), np.nan)
-    decimals = 0
+    seconds, offsets = np.full(len(texts), np.nan), np.zeros(len(texts))
+    decimals, zones = 0, 0
     cache: dict[str, tuple[str, float] | None] = {}
-    for i, text in enumerate(texts):
+    for i, cell in enumerate(texts):
+        text, zone = _without_zone(clean(cell))
+        if zone is not None:
+            offsets[i], zones = zone, zones + 1
         # All but the seconds repeats from row to row.
         head, colon, tail = text.rpartition(":")
         if head not in cache:
@@ -79,12 +91,41 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
         decimals = max(decimals, places)
     if np.isnan(seconds).all():
         raise DataError(where, f'"{texts[0]}" is no time of day with seconds', "hours, minutes and seconds")
-    return _since_first(seconds, days, decimals, texts)
+    clock = _since_first(seconds, days, decimals, offsets, texts)
+    if not zones:
+        _refuse_change_of_hour(clock.seconds, texts, where)
+    return clock
+
+
+def _without_zone(text: str) -> tuple[str, float | None]:
+    """Reading without its offset from UTC, and the offset in s; None where it states none."""
+    if ":" not in text and "T" not in text:
+        return text, None
+    match = _ZONE.search(text)
+    if match is None:
+        return text, None
+    sign, hours, minutes = match.groups()
+    return text[: match.start()], 0.0 if sign is None else float(f"{sign}1") * (3600 * int(hours) + 60 * int(minutes))
+
+
+def _refuse_change_of_hour(seconds: np.ndarray, texts: Sequence[str], where: str) -> None:
+    """Refuse local times that jump by an hour: the change of summer time, or a pause; only the logger knows."""
+    present = np.flatnonzero(np.isfinite(seconds))
+    steps = np.diff(seconds[present])
+    if steps.size < 3:
+        return
+    usual = float(np.median(np.abs(steps)))
+    jumps = np.flatnonzero((np.abs(np.abs(steps) - _HOUR) <= 10 * usual) & (usual < _HOUR / 100))
+    if jumps.size:
+        before, after = (texts[present[jumps[0] + k]].strip() for k in (0, 1))
+        got = f'"{before}" is followed by "{after}", an hour apart as at the change of summer time'
+        do = "Export the times in UTC, with their UTC offsets, or in seconds; or split the file there."
+        raise DataError(where, got, "times that run on", do)
 
 
 def _head(head: str) -> tuple[str, float] | None:
     """Date and seconds up to the full minute of a reading without its seconds; None where it is anything else."""
-    match = re.fullmatch(r"(?:(\S+)[ T])?(\d{1,2}):(\d{2})", clean(head))
+    match = re.fullmatch(r"(?:(\S+(?: \S+ \d{4})?)[ T])?(\d{1,2}):(\d{2})", clean(head))
     if match is None or not DATE.fullmatch(match.group(1) or "1.1.2000") or int(match.group(2)) > 23:
         return None
     return match.group(1) or "", 3600.0 * int(match.group(2)) + 60.0 * int(match.group(3))
@@ -119,7 +160,9 @@ def _whole(text: str) -> tuple[str, float, int] | None:
     return match.group("date") or "", 3600.0 * hours + 60.0 * minutes + float(last), len(last.partition(".")[2])
 
 
-def _since_first(seconds: np.ndarray, days: list[str], decimals: int, texts: Sequence[str]) -> Clock:
+def _since_first(
+    seconds: np.ndarray, days: list[str], decimals: int, offsets: np.ndarray, texts: Sequence[str]
+) -> Clock:
     first = int(np.flatnonzero(np.isfinite(seconds))[0])
     distinct = list(dict.fromkeys(day for day in days if day))
     notes: tuple[str, ...] = ()
@@ -137,6 +180,7 @@ def _since_first(seconds: np.ndarray, days: list[str], decimals: int, texts: Seq
             turns[present[starts_again]] = 1.0
             seconds = seconds + _DAY * np.cumsum(turns)
             notes = ("The record passes midnight.",)
+    seconds = seconds - (offsets - offsets[first])
     # Times of day hold 5 digits before the point: round away what the subtraction leaves over.
     since = np.round(seconds - seconds[first], decimals + 1)
     return Clock(since, float(10.0**-decimals), texts[first].strip(), notes)
@@ -160,6 +204,10 @@ def _day_numbers(dates: list[str]) -> list[int]:
 
 
 def _ordinal(date: str, order: str) -> int | None:
+    named = re.search(r"[^\W\d_]{3}", date)
+    if named:
+        date = re.sub(r"[^\W\d_]+\.?", f"{_MONTHS.get(named[0].casefold(), 0):02d}", date)
+        order = "dmy"
     parts = [int(part) for part in re.findall(r"\d+", date)]
     if len(parts) != 3 or (order == "ymd") != (len(re.findall(r"\d+", date)[0]) == 4):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,9 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, is_time
 from fibrefit.records.grammar.numbers import CODE
 from fibrefit.records.grammar.words import counts_rows, score
+
+#: Share of the steps of a column that numbers the rows which are one; the others are missing rows.
+_COUNTS = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,7 @@ class Group:
     rows: int
 
 
-def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int | None) -> list[Group]:
+def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], named: Mapping[str, int]) -> list[Group]:
     """Groups of columns.
 
     Parameters
@@ -44,8 +47,8 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int
         All columns of numbers.
     headings : sequence of Heading
         Their headings.
-    time : int or None
-        Column the user named as the time.
+    named : mapping of str to int
+        Columns the user named, by role: these are what they are named.
 
     Returns
     -------
@@ -54,10 +57,13 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int
     """
     if any(column.rate is not None for column in columns):
         return _by_rate(columns)
-    possible = [i for i, h in enumerate(headings) if i == time or is_time(h)]
+    time, others = named.get("time"), {i for role, i in named.items() if role != "time"}
+    possible = [i for i, h in enumerate(headings) if i == time or (is_time(h) and i not in others)]
     forward = [i for i in possible if i == time or _runs_forward(columns[i].numbers.values)]
     times = forward or [i for i in possible if score(headings[i].name, "time") > 0]
-    counters = [i for i, h in enumerate(headings) if i not in times and counts_rows(h.name)]
+    counters = [
+        i for i in range(len(columns)) if i not in times and i not in others and _is_counter(columns[i], headings[i])
+    ]
     spans: list[tuple[list[int], list[int]]] = [([], [])]
     for i in range(len(columns)):
         here_times, here_members = spans[-1]
@@ -78,6 +84,14 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], time: int
         rows = _rows_used(columns[chosen]) if several and chosen is not None else _length(columns)
         groups.append(Group(chosen, tuple(here_members), tuple(beside), rows))
     return groups
+
+
+def _is_counter(column: RawColumn, heading: Heading) -> bool:
+    """Whether a column numbers the rows: its name says so, it has no unit, and it counts on one by one."""
+    if heading.kind is not None or not counts_rows(heading.name):
+        return False
+    steps = np.diff(column.numbers.values[np.isfinite(column.numbers.values)])
+    return steps.size > 0 and bool(np.mean(steps == 1) > _COUNTS)
 
 
 def _by_rate(columns: Sequence[RawColumn]) -> list[Group]:

@@ -34,6 +34,8 @@ class RawColumn:
         Time of its first sample in s, where `rate` is given.
     resolution : float
         Step of the last printed digit; 0 for binary files.
+    number : int
+        Which of the file's columns it is, counted from 1; 0 where a file has no order of columns.
     """
 
     header: str
@@ -44,6 +46,7 @@ class RawColumn:
     rate: float | None = None
     start: float = 0.0
     resolution: float = 0.0
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +69,8 @@ class Raw:
         Encoding, delimiter and so on, for people and programs.
     notes : list of str
         Sentences.
+    aside : dict of int to str
+        Columns that hold no numbers, by their number, and what they hold.
     """
 
     columns: list[RawColumn]
@@ -75,6 +80,7 @@ class Raw:
     placed: bool = True
     layout: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    aside: dict[int, str] = field(default_factory=dict)
 
 
 def binary_column(

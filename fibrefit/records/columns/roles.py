@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
+from fibrefit.records.columns.channel import Channel
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, score
 
@@ -28,12 +30,18 @@ class Heading:
         As written.
     clock : bool
         Whether the column holds clock times.
+    number : int
+        Which of the file's columns it is, counted from 1; 0 where it is only known by its place among the others.
+    two_valued : bool
+        Whether the column holds two values only, as a command does.
     """
 
     header: str
     name: str
     unit: str | None
     clock: bool = False
+    number: int = 0
+    two_valued: bool = False
 
     @property
     def kind(self) -> str | None:
@@ -59,9 +67,10 @@ def find_column(wanted: str, headings: Sequence[Heading]) -> int | None:
     int or None
         None where there is no such column, or more than one.
     """
-    if wanted.casefold().startswith("column ") and wanted[7:].strip().isdigit():
-        number = int(wanted[7:])
-        return number - 1 if 1 <= number <= len(headings) else None
+    number = column_number(wanted)
+    if number is not None:
+        numbers = [h.number or i + 1 for i, h in enumerate(headings)]
+        return numbers.index(number) if number in numbers else None
     for plain in (str, _plain):
         for attribute in ("header", "name"):
             found = [i for i, h in enumerate(headings) if plain(getattr(h, attribute)) == plain(wanted)]
@@ -70,19 +79,29 @@ def find_column(wanted: str, headings: Sequence[Heading]) -> int | None:
     return None
 
 
+def column_number(text: str) -> int | None:
+    """Number in ``"column 3"``; None for anything else."""
+    match = re.fullmatch(r"column\s+([0-9]{1,6})", text.strip(), re.IGNORECASE)
+    return int(match[1]) if match else None
+
+
 def _plain(text: str) -> str:
     return "".join(text.casefold().replace("µ", "u").replace("μ", "u").split())
 
 
-def named_roles(channels: Mapping[str, str], headings: Sequence[Heading], where: str) -> dict[str, int]:
+def named_roles(
+    channels: Mapping[str, Channel], headings: Sequence[Heading], aside: Mapping[int, str], where: str
+) -> dict[str, int]:
     """Columns the user named.
 
     Parameters
     ----------
-    channels : mapping of str to str
-        Header by role.
+    channels : mapping of str to Channel
+        What the user says of each role.
     headings : sequence of Heading
-        All columns.
+        All columns of numbers.
+    aside : mapping of int to str
+        What the other columns of the file hold, by their number.
     where : str
         File to name in messages.
 
@@ -94,22 +113,44 @@ def named_roles(channels: Mapping[str, str], headings: Sequence[Heading], where:
     Raises
     ------
     DataError
-        If a role is not known, or a column is not found.
+        If a column is not found, is named twice, or holds the time where another quantity is named.
     """
-    found = {}
-    for role, header in channels.items():
-        if role not in ROLES:
-            raise DataError(
-                f'{where}, channel "{role}"', "unknown role", f"one of {', '.join(ROLES)}", did_you_mean(role, ROLES)
-            )
-        place = find_column(str(header), headings)
+    found: dict[str, int] = {}
+    for role, channel in channels.items():
+        if channel.column is None:
+            continue
+        here = f'{where}, channel "{role}"'
+        place = find_column(str(channel.column), headings)
         if place is None:
-            present = [h.header for h in headings if h.header]
-            known = ", ".join(f'"{text}"' for text in present[:8]) or "no headings"
-            do = did_you_mean(str(header), [*present, *(h.name for h in headings)])
-            raise DataError(f'{where}, channel "{role}"', f'no column "{header}"', f"one of {known}", do)
+            raise _not_found(str(channel.column), headings, aside, here)
+        twin = next((other for other, taken in found.items() if taken == place), None)
+        if twin is not None:
+            got = f'column "{headings[place].header}" is named for the {twin} too'
+            raise DataError(here, got, "a column for each channel", "Correct one of the two.")
+        if role != "time" and headings[place].kind == "time" and not (channel.unit or channel.scale):
+            got = f'column "{headings[place].header}" holds the time'
+            raise DataError(here, got, units.ACCEPTED[ROLES[role]], "Name another column.")
         found[role] = place
     return found
+
+
+def _not_found(wanted: str, headings: Sequence[Heading], aside: Mapping[int, str], where: str) -> DataError:
+    """Why a column a user named is not there: no such one, several of the name, or one without numbers."""
+    same = [h.number or i + 1 for i, h in enumerate(headings) if _plain(wanted) in (_plain(h.header), _plain(h.name))]
+    if len(same) > 1:
+        numbers = ", ".join(f'"column {number}"' for number in same[:4])
+        return DataError(where, f'{len(same)} columns "{wanted}"', "one", f"Name it by its number: one of {numbers}.")
+    number = column_number(wanted)
+    other = {place: what for place, what in aside.items() if place == number or f'"{wanted}"' in what}
+    if other:
+        place, what = next(iter(other.items()))
+        return DataError(where, f"column {place} ({what})", "a column of numbers", "Name another column.")
+    present = [h.header for h in headings if h.header]
+    known = ", ".join(f'"{text}"' for text in present[:8]) or "no headings"
+    columns = max([len(headings), *aside, *(h.number for h in headings)])
+    do = did_you_mean(wanted, [*present, *(h.name for h in headings)])
+    do = do or f'Write a heading as it stands in the file, or "column 1" to "column {columns}".'
+    return DataError(where, f'no column "{wanted}"', f"one of {known}", do)
 
 
 def guessed_roles(
@@ -139,10 +180,14 @@ def guessed_roles(
     for role in sorted((r for r in wanted if r not in taken), key=lambda r: r != "drive"):
         used = set(taken.values()) | set(found.values())
         points = {i: _points(h, role) for i, h in enumerate(headings) if i not in used}
-        best = max(points.values(), default=0)
-        candidates = [i for i, p in points.items() if p == best and p > 0]
+        commands = {i for i, p in points.items() if p > 0 and headings[i].two_valued}
+        measured = {i: p for i, p in points.items() if i not in commands}
+        best = max(measured.values(), default=0)
+        candidates = [i for i, p in measured.items() if p == best and p > 0]
         if len(candidates) == 1:
             found[role] = candidates[0]
+        elif commands and not candidates and role != "drive":
+            doubts[role] = _command(role, headings[max(commands, key=points.__getitem__)], where)
         elif candidates and role != "drive":
             doubts[role] = _doubt(role, [headings[i] for i in candidates], where)
     for role in wanted:
@@ -161,9 +206,26 @@ def _wrong_unit(role: str, headings: Sequence[Heading], where: str) -> dict[str,
     named = [h for h in headings if score(h.name, role) > 2 and h.kind is not None and KIND_OF_ROLE[role] != h.kind]
     if not named or role in ("drive", *PAIR):
         return {}
-    place = f'{where}, column "{named[0].header}"'
-    expected = units.ACCEPTED[ROLES[role]]
-    return {role: DataError(place, f'unit "{named[0].unit}"', expected, "Declare it under [units].")}
+    return {role: wrong_kind(role, named[0].header, named[0].unit or "", where)}
+
+
+def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
+    """Refusal of a column whose unit measures something else than its role, with what would make it that.
+
+    Parameters
+    ----------
+    role : str
+        One of `ROLES`.
+    header, unit : str
+        Of the column, as written.
+    where : str
+        File to name in the message.
+    """
+    place, si = f'{where}, column "{header}"', ROLES[role]
+    worth = units.usual(si) if units.kind_of(unit) in (None, "number") else f"{units.usual(si)}/{unit}"
+    do = f'Say what it is worth: {role} = {{ column = "{header}", scale = "1 {worth}" }} under [channels], '
+    do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
+    return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
 
 
 def _points(heading: Heading, role: str) -> int:
@@ -185,6 +247,12 @@ def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
     shown = " and ".join(f'"{h.header}"' for h in candidates[:3])
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
     return DataError(where, got, "one", f'Name it: {role} = "{candidates[0].header}" under [channels].')
+
+
+def _command(role: str, heading: Heading, where: str) -> DataError:
+    got = "two values only, as a command has"
+    do = f'If it was measured, name it: {role} = "{heading.header}" under [channels].'
+    return DataError(f'{where}, column "{heading.header}"', got, f"a measured {role.replace('_', ' ')}", do)
 
 
 def is_time(heading: Heading) -> bool:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from fibrefit.core.errors import DataError
 
 #: How files that are no text begin, and what to do with them.
 FOREIGN = {
-    b"PK\x03\x04": ("a spreadsheet or an archive", "Save the sheet as CSV."),
     b"\xd0\xcf\x11\xe0": ("an old spreadsheet", "Save the sheet as CSV."),
-    b"\x1f\x8b": ("a compressed file", "Unpack it first."),
     b"%PDF": ("a PDF", "Export the measured values as CSV."),
     b"\x89PNG": ("a picture", "Export the measured values as CSV."),
 }
 
 #: Bytes that are letters of Czech in cp1250 and rare signs in cp1252.
 _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf2\xf8\xf9")
+
+#: What can be read, for messages.
+KNOWN = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
+
+#: Bytes at the start of a file that tell its alphabet.
+_HEAD = 65536
 
 #: A text holds no control bytes. Some may come from damage; blocks of zeros come from a power failure.
 _MOST_CONTROLS, _MOST_ZEROS = 0.01, 0.3
@@ -69,7 +74,7 @@ def decode(data: bytes, where: str) -> Text:
         raise DataError(where, "the file is empty", "a table of measured values")
     for start, (what, do) in FOREIGN.items():
         if data.startswith(start):
-            raise DataError(where, f"{what}, not text", "a text file, .mat, .tdms or .mf4", do)
+            raise DataError(where, f"{what}, not text", KNOWN, do)
     text, encoding, notes = _decoded(data, where)
     text = text.lstrip("\ufeff").rstrip("\x1a")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
@@ -84,7 +89,7 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
         return data.decode(wide, errors="replace"), wide.upper(), ()
     controls = len(data) - len(data.translate(None, _CONTROLS))
     if controls > max(8, _MOST_CONTROLS * len(data)) or data.count(0) > _MOST_ZEROS * len(data):
-        raise DataError(where, "binary data, not text", "a text file, .mat, .tdms or .mf4", "Export the values as CSV.")
+        raise DataError(where, "binary data, not text", KNOWN, "Export the values as CSV.")
     try:
         return data.decode("utf-8"), "UTF-8", ()
     except UnicodeDecodeError:
@@ -94,8 +99,16 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
     whole = sum(1 for char in text if char > "\x7f") - broken
     if data.startswith(b"\xef\xbb\xbf") or whole > broken:
         return text, "UTF-8", (f"{broken} characters are not valid UTF-8.",)
-    encoding = "cp1250" if _CZECH & set(data) else "cp1252"
+    encoding = "cp1251" if _is_cyrillic(data) else "cp1250" if _CZECH & set(data) else "cp1252"
     return data.decode(encoding, errors="replace"), encoding, ()
+
+
+def _is_cyrillic(data: bytes) -> bool:
+    """Whether words are made of high bytes throughout; elsewhere letters with accents stand alone or in pairs."""
+    words = re.findall(rb"[A-Za-z\x80-\xff]{3,}", data[:_HEAD])
+    high = [word for word in words if max(word) > 0x7F]
+    whole = [word for word in high if min(word) >= 0xC0]
+    return len(whole) > 0.6 * len(high) and len(whole) > 0
 
 
 def _wide_encoding(data: bytes) -> str | None:

@@ -10,10 +10,13 @@ import numpy as np
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
+from fibrefit.records.files.archive import LARGEST
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
+
+_FORMATS = ("MATLAB", "HDF5")
 
 #: Fields of a structure that tell what an array beside them is.
 _NAMES = (
@@ -27,6 +30,7 @@ _NAMES = (
     "signals",
     "headers",
 )
+_UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit")
 _UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
@@ -61,7 +65,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     except Exception as error:  # the libraries raise whatever a damaged file provokes
         text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
         raise DataError(
-            where, f"the MATLAB file is damaged ({text})", "a file MATLAB can load", "Save it again."
+            where, f"the file is damaged ({text})", "a MATLAB or HDF5 file", "Save it again."
         ) from None
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]
@@ -74,7 +78,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     columns = [column for column in found if column.numbers.values.size == size]
     aside = [column.header for column in found if column.numbers.values.size not in (1, size)]
     notes = [f"Vectors of another length are left out: {', '.join(aside[:6])}."] if aside else []
-    return Raw(columns, _facts(tree), np.arange(1, size + 1), layout={"format": "MATLAB", "rows": size}, notes=notes)
+    return Raw(columns, _facts(tree), np.arange(1, size + 1), layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size}, notes=notes)
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -109,7 +113,38 @@ def _of_scipy(value: Any) -> Any:
 
 
 def _of_group(group: Any, file: Any) -> dict[str, Any]:
-    return {name: _of_hdf5(item, file) for name, item in group.items() if not name.startswith("#")}
+    """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
+    tree = _said(group)
+    units_of = {}
+    for name, item in group.items():
+        if name.startswith("#"):
+            continue
+        tree[name] = _of_hdf5(item, file)
+        unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
+        if unit:
+            units_of[name] = unit
+        for key, value in _said(item).items() if not hasattr(item, "items") else ():
+            tree.setdefault(key, value)
+    if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
+        tree["units"] = units_of
+    return tree
+
+
+def _said(item: Any) -> dict[str, Any]:
+    """Attributes that tell a rate or the names of columns."""
+    said: dict[str, Any] = {}
+    for key, value in item.attrs.items():
+        array = np.asarray(value)
+        if array.ndim == 0 and array.dtype.kind in "iuf":
+            said[key] = array
+        elif array.ndim == 1 and array.dtype.kind in "OSU":
+            said[key] = [_text(text) for text in array]
+    return said
+
+
+def _text(value: Any) -> str:
+    value = value[0] if isinstance(value, np.ndarray) and value.size else value
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
 def _of_hdf5(item: Any, file: Any) -> Any:
@@ -121,12 +156,18 @@ def _of_hdf5(item: Any, file: Any) -> Any:
     )
     if item.attrs.get("MATLAB_empty", 0):
         return None
+    if item.size is not None and item.size * item.dtype.itemsize > LARGEST:
+        raise ValueError(f"{item.name} is declared with {item.size} values")
     array = item[()]
     if kind == "char":
         return "".join(map(chr, np.asarray(array).ravel(order="F")))
     if np.asarray(array).dtype == object:
         return [_of_hdf5(file[reference], file) for reference in np.asarray(array).ravel(order="F")]
     array = np.asarray(array)
+    if array.dtype.names:
+        return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
+    if not kind:
+        return np.squeeze(array) if array.dtype.kind in "biuf" else None
     # MATLAB stores columns first: a matrix comes out transposed.
     return np.squeeze(array.T) if array.dtype.kind in "biuf" else None
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -15,16 +17,26 @@ from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
-from fibrefit.records.grammar.header import Header, find_header
+from fibrefit.records.grammar.header import Header, find_header, header_cells
 from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
+from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.options import ReadOptions
 
 #: Fewer samples tell neither a rate nor a layout.
 FEWEST_ROWS = 3
+
+#: A cell in single quotes, and the lines that tell whether a file uses them.
+_SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s*)'([^']*)'(?=\s*(?:[,;\t|]|$))"), 200
+
+#: First cell of a line that tells what one count is worth.
+_SCALE_LABEL = re.compile(
+    r"(?:lsb|scale|scaling|factor|skalierung|faktor|multiplier|gain|sensitivity|slope|resolution|aufl[oö]sung)\b.*", re.I
+)
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
@@ -57,23 +69,75 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         match = _SEP_LINE.fullmatch(lines[i])
         if match is not None:
             delimiter, lines[i] = delimiter or match.group(1), ""
-    dialect, kinds = vote(lines, where, delimiter=delimiter, mark=options.decimal)
+    lines = _requoted(lines)
+    voted = vote(lines, delimiter=delimiter, mark=options.decimal)
+    if voted is None:
+        raise no_table(lines, where)
+    dialect, kinds = voted
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
     above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     header = _header(above, dialect, empty, options, where, lines[rows.first - 1])
-    columns, notes = _columns(rows, kinds, header, where)
+    columns, notes, aside = _columns(rows, kinds, header, where)
+    _refuse_counts(columns, above, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     return Raw(
         columns=columns,
-        facts=find_facts(above),
+        facts=find_facts([*above, *_unused(header, rows, empty, above)], dialect.mark),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
+        aside=aside,
     )
+
+
+def _refuse_counts(
+    columns: Sequence[RawColumn], above: Sequence[str], header: Header, options: ReadOptions, where: str
+) -> None:
+    """Refuse whole numbers under a line that may tell what one of them is worth, unless the user says it."""
+    scaled = {c.column for c in options.declared(where).values() if c.scale is not None}
+    for line in range((header.line or len(above)), len(above)):
+        cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t]", above[line])]
+        if not _SCALE_LABEL.fullmatch(cells[0]):
+            continue
+        worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
+        counts = [c for c in columns if c.unit is not None and not c.clock and _is_whole(c)]
+        counts = [c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)]
+        if worth and counts:
+            got = f'"{above[line].strip()[:60]}" above whole numbers, which may be counts'
+            do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
+            do += 'scale = "1" where the numbers are in their unit already.'
+            raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
+
+
+def _is_whole(column: RawColumn) -> bool:
+    values = column.numbers.values[np.isfinite(column.numbers.values)]
+    return values.size > 0 and bool((values == np.round(values)).all()) and bool(np.ptp(values) > 1)
+
+
+def _unused(header: Header, rows: Rows, empty: Sequence[bool], above: Sequence[str]) -> list[str]:
+    """Statements in headings of columns that hold nothing: ``Increment`` above ``5.0e-04``, as scopes write it."""
+    if header.line is None:
+        return []
+    below = [header_cells(line, rows.dialect, empty) for line in above[header.line :]]
+    return [
+        f"{name} = {cells[i]}"
+        for cells in below
+        if cells is not None
+        for i, name in enumerate(header.names)
+        if empty[i] and name and cells[i]
+    ]
+
+
+def _requoted(lines: list[str]) -> list[str]:
+    """Lines with double quotes where the file puts its cells in single ones."""
+    framed = sum(_SINGLE_QUOTED.search(line) is not None for line in lines[-_LOOKED_AT:])
+    if framed <= 0.5 * min(len(lines), _LOOKED_AT):
+        return lines
+    return [_SINGLE_QUOTED.sub(r'\1"\2"', line) for line in lines]
 
 
 def _unbroken(above: Sequence[str]) -> list[str]:
@@ -105,6 +169,8 @@ def _header(
         return Header(names, (None,) * width, None, None)
     header = find_header(above, dialect, empty, options.wanted)
     if header is not None:
+        if empty[-1]:
+            _refuse_shifted(header, above, where)
         return header
     counts = [n for line in above if (n := _count_words(line, dialect)) > 1 or (n == 1 and width == 2)]
     for words in counts[::-1]:
@@ -113,11 +179,26 @@ def _header(
         _refuse_two_readings(sample, dialect, width // 2, where)
     if any(re.fullmatch(r"column \d+", name, re.IGNORECASE) for name in options.wanted):
         return Header(tuple(f"column {i + 1}" for i in range(width)), (None,) * width, None, None)
-    if counts:
-        got = f"{count(used, 'column')} of numbers, and no line above has {count(used, 'heading')}"
-        raise DataError(where, got, "a heading for each column", "Correct the header, or name the columns in order.")
-    do = 'Name the columns in order, such as "time [s]", "force [N]", "position [mm]".'
+    do = 'Name the columns in order: columns = ["time [s]", "force [N]", "position [mm]"] under [files].'
+    words = [(i, line) for i, line in enumerate(above, 1) if _count_words(line, dialect) > 1]
+    if counts and words:
+        line, text = max(words, key=lambda found: (_count_words(found[1], dialect), found[0]))
+        got = f"{count(used, 'column')} of numbers, and no line above has {count(used, 'heading')}: "
+        got += f'line {line} has {_count_words(text, dialect)} ("{text.strip()[:60]}")'
+        raise DataError(where, got, "a heading for each column", f"Correct the header, or name the columns. {do}")
     raise DataError(where, f"{count(used, 'column')} without headings", "a line with a heading for each column", do)
+
+
+def _refuse_shifted(header: Header, above: Sequence[str], where: str) -> None:
+    """Refuse headings of which the last one names a quantity, where rows end in a separator and nothing is below it."""
+    last = header.names[-1]
+    if not last or is_remark(last) or (split_heading(last)[1] or header.units[-1]) is None:
+        return
+    line = header.line or 1
+    got = f'{len(header.names)} headings ("{above[line - 1].strip()[:60]}"), and rows of {len(header.names) - 1} numbers '
+    got += f'that end in a separator: nothing stands below "{last}"'
+    do = 'Headings may be shifted: correct the line, or name the columns in order, files.columns = ["time [s]", ...].'
+    raise DataError(f"{where}, line {line}", got, "a heading for each column", do)
 
 
 def _count_words(line: str, dialect: Dialect) -> int:
@@ -146,7 +227,11 @@ def _refuse_two_readings(sample: str, dialect: Dialect, names: int, where: str) 
     raise DataError(where, f'"{sample.strip()}" can be read {reading}', "one reading", do)
 
 
-def _columns(rows: Rows, kinds: Sequence[str], header: Header, where: str) -> tuple[list[RawColumn], list[str]]:
+def _columns(
+    rows: Rows, kinds: Sequence[str], header: Header, where: str
+) -> tuple[list[RawColumn], list[str], dict[int, str]]:
+    """Columns of numbers, notes, and what the other columns hold."""
+    aside: dict[int, str] = {}
     columns: list[RawColumn] = []
     notes: list[str] = []
     last = len(rows.cells) - 1
@@ -158,17 +243,19 @@ def _columns(rows: Rows, kinds: Sequence[str], header: Header, where: str) -> tu
         kind = kinds[i] if kinds[i] != "empty" else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'
         if kind == "clock" and any(_has_time(cell) for cell in cells[:20]):
-            columns.append(_clock_column(title, name, cells, place, notes))
+            columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
         elif kind == "number":
             numbers = parse_column(cells, rows.dialect.mark, rows.numbers, place)
             if rows.cut and i == last and cut_short(numbers):
                 end = np.arange(len(cells)) == len(cells) - 1
                 numbers = masked_with(numbers, end, "cut short")
-            columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution))
+            columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1))
         elif title or kind != "empty":
             what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]
             notes.append(f'Column "{shown}" {what} and is left out.')
-    return columns, notes
+            example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
+            aside[i + 1] = f'"{shown}" {what}{example}'
+    return columns, notes, aside
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

@@ -6,7 +6,6 @@ import csv
 from collections import Counter
 from dataclasses import dataclass
 
-from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.tokens import kind_of_cell
 
 WHITESPACE = " "
@@ -67,28 +66,22 @@ class Dialect:
 
 
 def vote(
-    lines: list[str], where: str, *, delimiter: str | None = None, mark: str | None = None
-) -> tuple[Dialect, list[str]]:
+    lines: list[str], *, delimiter: str | None = None, mark: str | None = None
+) -> tuple[Dialect, list[str]] | None:
     """Dialect in which the last rows of a file are a table of numbers.
 
     Parameters
     ----------
     lines : list of str
         Lines of the file.
-    where : str
-        File to name in messages.
     delimiter, mark : str or None
         Known beforehand, from the header or from the user.
 
     Returns
     -------
-    tuple of Dialect and list of str
-        The dialect with its width, and the kind of each column: ``"number"``, ``"clock"``, ``"text"`` or ``"empty"``.
-
-    Raises
-    ------
-    DataError
-        If no dialect gives a table.
+    tuple of Dialect and list of str, or None
+        The dialect with its width, and the kind of each column: ``"number"``, ``"clock"``, ``"text"`` or ``"empty"``;
+        None where no dialect gives a table.
     """
     tail = [line for line in lines[-4 * VOTERS :] if line.strip()][-VOTERS:]
     best, best_score = None, 0.0
@@ -97,10 +90,7 @@ def vote(
         score, width = _score(rows)
         if score > best_score:
             best, best_score = Dialect(candidate.delimiter, candidate.mark, width), score
-    if best is None:
-        do = "Export the measured values as a table, one row a sample."
-        raise DataError(where, "no table of numbers found", "rows of numbers with the same number of cells", do)
-    return best, _column_kinds(tail, best)
+    return None if best is None else (best, _column_kinds(tail, best))
 
 
 def _candidates(tail: list[str], delimiter: str | None, mark: str | None) -> list[Dialect]:

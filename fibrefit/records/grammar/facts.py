@@ -1,41 +1,63 @@
-"""What the lines above a table say about it: sampling rate and number of samples."""
+"""What the lines around a table say about it: sampling rate and number of samples.
+
+A statement is a key, perhaps with a unit in it, and a number, perhaps with a unit behind it. How the table writes its
+decimals tells which of ``2,000`` and ``2.000`` is two thousand; what stays open is said, and never guessed.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+import unicodedata
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from fibrefit.core import units
+from fibrefit.core.units import format_number
 
-_NUMBER = r"([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
-_UNIT = r"(?:([ ]*[;,\t][ \"]*|\s*)((?:1/)?[^\W\d_][^\s;,\t\")\]]*))?"
-
+_SAMPLING = r"(?:sampl\w*|abtast\w*|mess|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?|echantillonnage)"
 _RATE_KEYS = (
-    r"fs|f_s|f_sample|sampl\w*[ _]?(?:rate|freq\w*)|(?:scan|data|acquisition|acq)[ _]?rate|abtast(?:rate|frequenz)"
-    r"|messrate|samples per second|(?:vzorkovac[ií] )?frekvence(?: vzorkov[aá]n[ií])?"
+    rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate|samples per second|s/s"
+    r"|(?:vzorkovac[ií] )?frekvence(?: vzorkovani)?|vzorkovaci frekvence|frequence d.echantillonnage"
+    r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )
 _STEP_KEYS = (
-    r"dt|delta[ _]?[xt]|sampl\w*[ _]?(?:interval|period|time|step)|interval(?: ?\(time\))?|x?[ _]?incr?(?:ement)?"
-    r"|h ?resolution|time[ _]?(?:step|increment|interval|resolution)|abtast(?:intervall|zeit|periode)"
-    r"|(?:vzorkovac[ií] )?perioda(?: vzorkov[aá]n[ií])?"
+    rf"dt|ts|tinc|delta ?[xt]|{_SAMPLING}[ ]?(?:interval\w*|period|time|step)|(?:x|t|time|wf)?[ ]?incr?(?:ement)?"
+    r"|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution|horizontal (?:interval|resolution)|time ?axis|clock"
+    r"|time[ ]?(?:step|increment|interval|resolution|base)|abtast(?:intervall|zeit|periode)|samplet(?:ime)?"
+    r"|(?:vzorkovaci )?perioda(?: vzorkovani)?"
 )
 _COUNT_KEYS = (
-    r"samples|(?:number|no\.?|num) of (?:samples|points|rows|scans)|points|record length"
-    r"|anzahl (?:der )?(?:messwerte|werte|samples)|messwerte|po[cč]et (?:vzork[uů]|hodnot|bod[uů])"
+    r"samples|(?:number|no\.?|num) of (?:samples|points|rows|scans)|points|record length|block ?size"
+    r"|anzahl (?:der )?(?:messwerte|werte|samples|punkte)|messwerte|pocet (?:vzorku|hodnot|bodu)"
 )
+#: Keys that say what horizontal numbers without a unit are in.
+_AXIS_KEYS = r"horizontal units?|h ?unit|x ?units?|x.einheit|time units?|zeiteinheit"
+
+_SPACE = " \u00a0\u2009\u202f"
+_NUMBER = rf"([+-]?\d(?:[\d.,'\u2019]|[{_SPACE}](?=\d\d\d(?!\d)))*(?:[eE][+-]?\d+)?)"
+_UNIT = r"(?:([ ]*[;,\t][ \"]*|\s*)((?:1/)?[^\W\d_][^\s;,\t\"\])]*|/s))?"
+_BREAK = r"\"?(?:[:=;,\t ]|analog)+[\"(]*"
 
 
 def _pattern(keys: str) -> re.Pattern[str]:
-    unit_in_key = r"(?:\s*[\[(]([^\])]*)[\])])?"
-    return re.compile(rf"(?<![\w/])(?:{keys}){unit_in_key}\"?\s*[:=;,\t ]+\"?\s*{_NUMBER}{_UNIT}", re.IGNORECASE)
+    # A unit may end the key: "Rate (Hz)", "sample_rate_hz".
+    unit_in_key = r"(?:\s*[\[(]([^\])]*)[\])]|[ ]([km]?hz|[num]?s|[mu]sec|sec))?"
+    return re.compile(rf"(?<![\w/])(?:{keys}){unit_in_key}\"?\s*{_BREAK}{_NUMBER}{_UNIT}", re.IGNORECASE)
 
+
+#: A line that begins with the bare word, or consists of it: "Rate: 2 kHz".
+_BARE_RATE = re.compile(rf"[\W_]*(?:rate|frequency)()()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}", re.IGNORECASE)
+_PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 
 #: Rates in Hz and numbers of samples beyond which a header is damaged.
 _SLOWEST, _FASTEST = 1e-3, 1e10
 _MOST_SAMPLES = 1e12
 
+#: Rates in Hz of mechanical records: a step without a unit is read only if one unit alone leads here.
+_LIKELY = (5.0, 5e5)
+
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
+_AXIS = re.compile(rf"(?<![\w])(?:{_AXIS_KEYS})\"?\s*[:=;,\t ]+\"?\s*([^\s;,\t\"]+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,80 +74,163 @@ class Facts:
         Number of samples announced.
     notes : tuple of str
         What had to be decided.
+    doubt : str
+        A statement of the rate that can be read in two ways, and both of them; empty where there is none.
     """
 
     rates: tuple[float, ...] = ()
     quoted: str = ""
     samples: int | None = None
     notes: tuple[str, ...] = ()
+    doubt: str = ""
 
     @property
     def rate(self) -> float | None:
-        """The sampling rate in Hz, where the header names exactly one."""
-        return self.rates[0] if len(self.rates) == 1 else None
+        """The sampling rate in Hz, where the header names exactly one, beyond doubt."""
+        return self.rates[0] if len(self.rates) == 1 and not self.doubt else None
 
 
-def find_facts(above: Iterable[str]) -> Facts:
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """A statement of a rate: the rates in Hz it may mean, the words, and what had to be decided."""
+
+    rates: tuple[float, ...]
+    quoted: str
+    note: str = ""
+
+
+def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     """Sampling rate and number of samples from the lines above a table.
 
     Parameters
     ----------
     above : iterable of str
         Lines such as ``# fs = 2000 Hz``, ``dt=500 us``, ``Interval (Time) : 0.5000 ms``, ``Samples<tab>6``.
+    mark : str
+        Decimal mark of the table.
 
     Returns
     -------
     Facts
         What was found; steps in time are turned into rates.
     """
-    rates: dict[float, str] = {}
-    samples: set[int] = set()
-    notes: list[str] = []
-    for line in above:
-        for match in _RATE.finditer(line):
-            rate, note = _rate(match)
-            if _is_possible(rate):
-                rates.setdefault(rate, " ".join(match.group(0).split()))
-                notes += [note] if note else []
-        for match in _STEP.finditer(line):
-            rate = _step(match)
-            if _is_possible(rate):
-                rates.setdefault(rate, " ".join(match.group(0).split()))
-        for match in _COUNT.finditer(line):
-            number = float(match.group(2).replace(",", "."))
-            samples |= {int(number)} if 0 < number < _MOST_SAMPLES else set()
-    quoted = next(iter(rates.values()), "").strip('"')
-    return Facts(tuple(rates), quoted, samples.pop() if len(samples) == 1 else None, tuple(dict.fromkeys(notes)))
+    lines = [_plain(line) for line in above]
+    axis = next((m[1] for line in lines if (m := _AXIS.search(line)) and units.kind_of(m[1]) == "time"), "")
+    said = [one for line in lines for one in _said(line, mark, axis)]
+    samples = {n for line in lines for match in _COUNT.finditer(line) for n in _whole(match.group(3), mark)}
+    count = samples.pop() if len(samples) == 1 else None
+    clear = [one for one in said if len(one.rates) == 1]
+    rates = tuple(dict.fromkeys(one.rates[0] for one in clear))
+    # A statement in two readings is settled by one that has a single reading, if that is one of the two.
+    open_ones = [one for one in said if len(one.rates) > 1 and not set(one.rates) & set(rates)]
+    quoted = clear[0].quoted if clear else ""
+    facts = Facts(rates, quoted, count, tuple(dict.fromkeys(one.note for one in clear if one.note)))
+    if not open_ones:
+        return facts
+    readings = " or ".join(f"{format_number(rate, 7)} Hz" for rate in open_ones[0].rates)
+    return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
 
 
-def _is_possible(rate: float) -> bool:
-    return _SLOWEST <= rate <= _FASTEST
+def _plain(line: str) -> str:
+    """Line without accents, with words set apart by blanks."""
+    bare = "".join(c for c in unicodedata.normalize("NFD", line) if not unicodedata.combining(c))
+    return re.sub(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})|_", " ", bare).replace("\u03bc", "u").replace("\u00b5", "u")
 
 
-def _rate(match: re.Match[str]) -> tuple[float, str]:
-    """Rate in Hz; a rate without a unit is one a second, which nobody writes otherwise."""
-    number = float(match.group(2).replace(",", "."))
-    unit = _unit(match)
-    if unit == "":
-        return number, f'"{" ".join(match.group(0).split())}" has no unit: taken as Hz.'
-    return (number * units.to_si(unit, "Hz"), "") if unit and units.kind_of(unit) == "frequency" else (0.0, "")
+def _said(line: str, mark: str, axis: str) -> Iterator[_Said]:
+    """Statements of a rate in a line."""
+    matches = [(match, False) for match in _RATE.finditer(line)] + [(match, True) for match in _STEP.finditer(line)]
+    bare = _BARE_RATE.match(line)
+    matches += [(bare, False)] if bare and _unit(bare) else []
+    for match, is_step in matches:
+        unit = _unit(match)
+        quoted = " ".join(match.group(0).split()).strip('"')
+        if unit is None:
+            continue
+        numbers = _numbers(match.group(3), mark, in_groups=unit in ("", "us", "ns") if is_step else True)
+        yield from _meant(numbers, unit or (axis if is_step else ""), quoted, is_step)
+    for match in _PER_SAMPLE.finditer(line):
+        if units.kind_of(match.group(2)) == "time":
+            yield from _meant(_numbers(match.group(1), mark, in_groups=False), match.group(2), match.group(0), True)
 
 
-def _step(match: re.Match[str]) -> float:
-    """Rate in Hz from a step in time; 0 where its unit is not known."""
-    number = float(match.group(2).replace(",", "."))
-    unit = _unit(match)
-    if not unit or number <= 0 or units.kind_of(unit) != "time":
-        return 0.0
-    return float(f"{1.0 / (number * units.to_si(unit, 's')):.12g}")
+def _meant(numbers: list[float], unit: str, quoted: str, is_step: bool) -> Iterator[_Said]:
+    """What a statement means, for each way to read its number."""
+    if unit == "" and is_step:
+        found = [(1.0 / (n * units.to_si(u, "s")), u) for n in numbers if n > 0 for u in ("s", "ms", "us")]
+        likely = [(rate, u) for rate, u in found if _LIKELY[0] <= rate <= _LIKELY[1]]
+        rates = tuple(float(f"{rate:.12g}") for rate, _ in likely)
+        note = f'"{quoted}" has no unit: taken as {likely[0][1]}.' if likely else ""
+    elif unit == "":
+        rates, note = tuple(numbers), f'"{quoted}" has no unit: taken as Hz.'
+    elif units.kind_of(unit) == ("time" if is_step else "frequency"):
+        factor = units.to_si(unit, "s" if is_step else "Hz")
+        rates = tuple(float(f"{1.0 / (n * factor) if is_step else n * factor:.12g}") for n in numbers if n > 0)
+        note = ""
+    else:
+        return
+    rates = tuple(dict.fromkeys(rate for rate in rates if _SLOWEST <= rate <= _FASTEST))
+    if rates:
+        yield _Said(rates, quoted, note)
+
+
+def _numbers(text: str, mark: str, *, in_groups: bool) -> list[float]:
+    """Numbers a text may stand for: one, or two where a mark may separate thousands or decimals.
+
+    Parameters
+    ----------
+    text : str
+        Digits with marks.
+    mark : str
+        Decimal mark of the table.
+    in_groups : bool
+        Whether digits after the table's own decimal mark may be a group of three.
+    """
+    mantissa, e, exponent = text.rstrip(".,").partition("e" if "e" in text else "E")
+    bare = re.sub(rf"['\u2019{_SPACE}]", "", mantissa)
+    power = f"e{exponent}" if e else ""
+    used = {sign for sign in bare if sign in ".,"}
+    if not used:
+        return [float(bare + power)]
+    if len(used) == 2:  # 2,000.00: the last one is the decimal mark
+        last = max(used, key=bare.rfind)
+        plain = bare.replace("," if last == "." else ".", "").replace(last, ".")
+        return [float(plain + power)] if plain.count(".") == 1 else []
+    (sign,) = used
+    groups = re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+", bare) is not None and not power
+    if bare.count(sign) > 1:
+        return [float(bare.replace(sign, ""))] if groups else []
+    decimal = float(bare.replace(sign, ".") + power)
+    if not groups:
+        return [decimal]
+    whole = float(bare.replace(sign, ""))
+    if sign != mark:
+        return [whole]
+    return [decimal, whole] if in_groups else [decimal]
+
+
+def _whole(text: str, mark: str) -> list[int]:
+    """Number of samples, where it is one beyond doubt."""
+    found = [n for n in _numbers(text, mark, in_groups=True) if n == int(n) and 0 < n < _MOST_SAMPLES]
+    return [int(found[-1])] if found else []
 
 
 def _unit(match: re.Match[str]) -> str | None:
     """Unit after the number, or in brackets before it; empty where there is none, None where it is not known."""
-    in_key, gap, after = match.group(1), match.group(3) or "", match.group(4)
+    in_key, gap, after = match.group(1) or match.group(2), match.group(4) or "", match.group(5)
+    if after == "/s":
+        return "Hz"
     if after and units.expression(after) is not None:
         return after
     if after and not gap.strip():
-        return None
+        return after.casefold() if units.expression(after.casefold()) is not None else None
+    if after and re.search(r"hz$|sps$|/s|sampl|sec$|^[kmun]?s$", after, re.IGNORECASE):
+        return None  # a unit, but none that is known
     # A word in the next cell is another matter; a word in brackets may be a remark: "Interval (Time)".
-    return in_key.strip() if in_key and units.expression(in_key.strip()) is not None else ""
+    known = in_key and next((u for u in (in_key.strip(), _capitals(in_key.strip())) if units.expression(u)), None)
+    return known or ""
+
+
+def _capitals(unit: str) -> str:
+    """``khz`` as ``kHz``."""
+    return re.sub("hz$", "Hz", unit.casefold())

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
 from fibrefit.core import units
 from fibrefit.records.grammar.words import kinds_named
 
+#: Control signs, and what terminals take for colours.
+_CONTROL = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|[\x00-\x08\x0b-\x1f\x7f]")
+
+#: Words that end a name as often as they are units: a minimum, an input, a gain.
+_ALSO_WORDS = frozenset({"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad"})
+
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
+
+#: Kinds of quantity a record is made of.
+_PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
 #: Units some loggers print in capitals; read only where the name says the same kind of quantity.
 _CAPITALS = {"S": "s", "MS": "ms", "US": "us", "M": "m", "MM": "mm", "CM": "cm", "UM": "um", "DEG": "deg"}
@@ -29,10 +39,13 @@ def split_heading(text: str) -> tuple[str, str | None]:
     tuple of str and (str or None)
         Name without the unit; unit as written, known or not, or None where there is none.
     """
-    text = " ".join(text.replace("\xa0", " ").strip().strip('"').split())
-    if units.expression(text) is not None:
-        return text, None
-    for find in (_bracketed, _after_sign, _last_word):
+    text = " ".join(unicodedata.normalize("NFKC", text).replace("\u03bc", "u").strip().strip('"').split())
+    text = _CONTROL.sub("", text)
+    alone = text.removeprefix("in ")
+    if units.expression(alone) is not None:
+        of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
+        return text, alone if of_time else None
+    for find in (_bracketed, _after_sign, _last_word, _after_underscore):
         found = find(text)
         if found is not None:
             return found
@@ -82,7 +95,7 @@ def _after_sign(text: str) -> tuple[str, str | None] | None:
     for match in re.finditer(r"\s*[/,:;|]\s*|\s+in\s+", text[: -len(last)] if whole else text):
         name, unit = text[: match.start()], text[match.end() :].strip("() ")
         unit = re.sub(r"\s+\([^()]*\)?$", "", unit)  # "F in N (filtered)"
-        if name and unit and not re.search(r"[=\d]$", name):
+        if name and unit and (" in " in match.group() or not re.search(r"[=\d]$", name)):
             known = known_unit(name, unit)
             if known is not None and not re.fullmatch(r"[\d.,\s-]+", unit):
                 return name, known
@@ -98,5 +111,14 @@ def _last_word(text: str) -> tuple[str, str | None] | None:
     short = len(name) == 1 and len(unit) == 1 and (name, unit) not in {("t", "s"), ("F", "N")}
     known = None if short or "=" in name else known_unit(name, unit)
     if known is None or units.kind_of(known) not in kinds_named(name):
+        return None
+    return name, known
+
+
+def _after_underscore(text: str) -> tuple[str, str | None] | None:
+    """Unit after an underscore, where the name before it says nothing and the unit is no word: ``x_um``."""
+    name, sign, unit = text.rpartition("_")
+    known = None if unit in _ALSO_WORDS or not name.strip("_ ") else known_unit(name, unit)
+    if not sign or known is None or units.kind_of(known) not in _PLAIN_KINDS or kinds_named(name):
         return None
     return name, known

@@ -15,14 +15,20 @@ _GROUP = {".": "[,'\u2019 ]", ",": "[.'\u2019 ]"}
 #: Digits in groups of three: 1.012,5 or 1'012.5.
 THOUSANDS = {mark: re.compile(rf"[+-]?\d{{1,3}}(?:{group}\d{{3}})+(?:[{mark}]\d*)?") for mark, group in _GROUP.items()}
 
-_DATE = r"(?:\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
+_MONTH = r"(?:jan|feb|m[aä]r|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz])[a-z]*\.?"
+_DATE = r"(?:\d{1,2}[./ -](?:" + _MONTH + r")[./ -]\d{4}|\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
 _TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,:]\d+)?|[.,]\d+)?"
 _HALF = r"(?:\s?[aApP]\.?[mM]\.?)?"
-_ZONE = r"(?:\s?(?:Z|[+-]\d{2}:?\d{2}))?"
+_ZONE = r"(?:\s?(?P<zone>Z|[+-]\d{2}:?\d{2}))?"
 
 #: Time of day, with or without a date before it; or a date alone.
-CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:[T\s]\s*|$))?(?:(?P<time>{_TIME})(?P<half>{_HALF}){_ZONE})?")
-DATE = re.compile(_DATE)
+CLOCK = re.compile(
+    rf"(?:(?P<date>{_DATE})(?:[T\s]\s*|$))?(?:(?P<time>{_TIME})(?P<half>{_HALF}){_ZONE})?", re.IGNORECASE
+)
+DATE = re.compile(_DATE, re.IGNORECASE)
+
+#: Date and time of day without signs between the parts: 20240512T142211.5.
+COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_ ](\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(.*)")
 
 _NOT_A_NUMBER = (
     r"nan|[+-]?1[.,]#(?:ind|snan|qnan)\w*|[+-]?nan\(.*\)|n/?a|#n/?a|#nv|#wert!|#value!|#num!|#zahl!|#ref!|null|none|nil"
@@ -53,6 +59,9 @@ def clean(cell: str) -> str:
         The same characters otherwise.
     """
     text = cell.translate(_PLAIN).strip()
+    if text[8:9] in ("T", "_") and (match := COMPACT.fullmatch(text)):
+        year, month, day, hour, minute, second, zone = match.groups()
+        return f"{year}-{month}-{day}T{hour}:{minute}:{second}{zone}"
     return text[0] + text[1:].lstrip() if text[:1] in "+-" and text[1:2] == " " else text
 
 

@@ -1,4 +1,4 @@
-"""Words for time, force, position, drive and angle in English, German and Czech headings."""
+"""Words for time, force, position, drive and angle in headings, in the languages loggers are set to."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ def _words(text: str) -> frozenset[str]:
 
 #: Stems that name a role wherever they stand in a word: Seilkraft, Pruefzeit, Standardweg.
 _STEMS = {
-    "time": _words("zeit timestamp elapsed"),
-    "force": _words("kraft force loadcell zatizeni"),
-    "position": _words("position displac extens verschieb poloh auslenk vychylk prodlouz"),
-    "drive": _words("antrieb pohon actuator aktuator aktor"),
-    "angle": _words("angle winkel uhel rotation"),
+    "time": _words("zeit timestamp elapsed времен 时间 時間 時刻"),
+    "force": _words("kraft force loadcell zatizeni effort fuerza forza forca kracht усили нагрузк 荷重 拉力 载荷"),
+    "position": _words("position displac extens verschieb poloh auslenk vychylk prodlouz deplacement allongement")
+    | _words("desplaz spostam verplaats przemieszcz posicion posizion deslocam перемещ положен 位移 変位 位置"),
+    "drive": _words("antrieb pohon actuator aktuator aktor привод"),
+    "angle": _words("angle winkel uhel rotation angolo angulo угол 角度"),
 }
 
 #: Whole words.
 _WORDS = {
-    "time": _words("time cas datum date uhrzeit t clock doba"),
-    "force": _words("load sila sily silu last tension tah f fn fz gauge"),
-    "position": _words("weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos"),
+    "time": _words("time cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas tid tijd secs seconds sekunden")
+    | _words("tidsstampel zaman cas aika idő ido временя"),
+    "force": _words("load sila sily silu last tension tah f fn fz gauge sila carga carico charge kraft сила 力"),
+    "position": _words("weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos droga corsa course way ход путь"),
     "drive": _words("drive motor excitation anregung buzeni stellweg"),
     "angle": _words("phi alpha tilt natoceni"),
 }
@@ -38,6 +40,7 @@ _NOT_MEASURED = _words("soll sollwert setpoint command cmd target reference zada
 
 #: Names of a column that only counts rows.
 _COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")
+_COUNTERS |= _words("sequence seq counter nummer number num lp messpunkt messwert punkt ligne muestra")
 
 #: Names of a column of remarks, which may be empty throughout.
 _REMARKS = _words(
@@ -59,8 +62,8 @@ def tokens(text: str) -> list[str]:
         E.g. ``["f", "seil"]``.
     """
     bare = "".join(c for c in unicodedata.normalize("NFD", text) if not unicodedata.combining(c)).replace("ß", "ss")
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", bare)
-    return [word for word in re.split(r"[^a-z]+", spaced.casefold()) if word]
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", bare).replace("ł", "l")
+    return re.findall(r"[^\W\d_]+", spaced.casefold())
 
 
 def score(text: str, role: str) -> int:

@@ -1,0 +1,76 @@
+"""Compressed files and archives: the one measurement file inside."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zipfile
+import zlib
+
+from fibrefit.core.errors import DataError
+
+#: Bytes a packed file may grow to: beyond, it is no record of one experiment.
+LARGEST = 2 << 30
+
+_GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
+_EMPTY_ZIP = b"PK\x05\x06"
+
+#: What stands beside measurements in archives.
+_BESIDE = (".md", ".pdf", ".png", ".jpg", ".svg", ".html", ".py", ".m")
+
+
+def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
+    """Content and name of what a packed file holds; the file itself where it is not packed.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    name : str
+        Its name.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    tuple of bytes and str
+        Content, and a name whose ending tells the format.
+
+    Raises
+    ------
+    DataError
+        If it is damaged, holds nothing, or several files.
+    """
+    try:
+        if data.startswith(_GZIP):
+            with gzip.open(io.BytesIO(data)) as file:
+                content = file.read(LARGEST + 1)
+            return _within(content, where), name.removesuffix(".gz")
+        if data.startswith((_ZIP, _EMPTY_ZIP)):
+            return _from_zip(data, name, where)
+    except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
+        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
+        raise DataError(where, f"the archive is damaged ({text})", "a complete file", "Copy it again.") from None
+    return data, name
+
+
+def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+        if any(entry.filename == "[Content_Types].xml" for entry in entries):
+            return data, name if name.casefold().endswith(".xlsx") else f"{name}.xlsx"
+        files = [entry for entry in entries if not entry.filename.startswith("__MACOSX/")]
+        measured = [entry for entry in files if not entry.filename.casefold().endswith(_BESIDE)]
+        if len(measured) != 1:
+            names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
+            do = "Unpack it, and name the file that is meant."
+            raise DataError(where, f"an archive that holds {len(measured)} files ({names})", "one measurement file", do)
+        if measured[0].file_size > LARGEST:
+            _within(b"x" * 0, where, measured[0].file_size)
+        return _within(archive.read(measured[0]), where), measured[0].filename
+
+
+def _within(content: bytes, where: str, size: int | None = None) -> bytes:
+    if (len(content) if size is None else size) > LARGEST:
+        raise DataError(where, f"more than {LARGEST >> 30} GiB unpacked", "one record", "Unpack it and cut it.")
+    return content

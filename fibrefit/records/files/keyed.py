@@ -1,0 +1,133 @@
+"""Rows that name their values, as JSON (one object a line, or one whole document) and as ``t=0.1 F=12.5``: to lines of cells."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from fibrefit.core.errors import DataError
+from fibrefit.records.files.decode import Text
+
+#: Share of the lines that must name their values alike.
+_MOST = 0.9
+
+_PAIR = re.compile(r"([^\W\d][^\s=:,;]*(?:\s?[\[(][^\])]*[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)")
+
+
+def without_keys(text: Text, where: str) -> Text:
+    """Text as a table with a heading, where its rows name their values; else as it is.
+
+    Parameters
+    ----------
+    text : Text
+        A file.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    Text
+        Cells with tabs between them.
+
+    Raises
+    ------
+    DataError
+        If JSON is cut short, or holds no table.
+    """
+    first = next((line.strip() for line in text.lines[:50] if line.strip()), "")
+    if first[:1] in "{[" and first[:2] not in ("[s", "[S") and _is_json(text.lines):
+        return _from_json(text, where)
+    return _from_pairs(text)
+
+
+def _is_json(lines: Sequence[str]) -> bool:
+    """Whether lines are JSON objects, or all of them one document."""
+    filled = [line.strip() for line in lines if line.strip()]
+    objects = sum(line.startswith("{") and ":" in line for line in filled)
+    return objects > 0.5 * len(filled) or (filled[0][:2] in ("[{", '{"', "[", "{") and filled[-1][-1:] in "]}")
+
+
+def _from_json(text: Text, where: str) -> Text:
+    filled = [(i, line.strip()) for i, line in enumerate(text.lines, 1) if line.strip()]
+    if sum(line.startswith("{") for _, line in filled) > max(1, 0.5 * len(filled)):
+        rows = [_flat(_object(line, f"{where}, line {i}")) for i, line in filled]
+    else:
+        rows = _rows_of(_object("\n".join(text.lines), where), where)
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    counted = {key: sum(key in row for row in rows) for key in keys}
+    columns = [key for key in keys if counted[key] > 0.5 * len(rows)]
+    aside = [f"{key} = {value}" for row in rows for key, value in row.items() if key not in columns]
+    if not columns:
+        raise DataError(where, "JSON without a table", "objects that name the same values, one a row", "")
+    table = [["" if row.get(key) is None else str(row[key]) for key in columns] for row in rows]
+    body = ["\t".join(row) for row in table if any(row)]
+    return replace(text, lines=[*aside[:100], "\t".join(columns), *body], ended=True)
+
+
+def _object(line: str, where: str) -> Any:
+    try:
+        return json.loads(line, parse_float=str, parse_int=str)
+    except (json.JSONDecodeError, RecursionError) as error:
+        said = error.msg if isinstance(error, json.JSONDecodeError) else "nested too deeply"
+        do = "The file may be cut short: export it again, or remove that line."
+        raise DataError(where, f'JSON that ends or breaks off: {said} ("{line[-30:]}")', "a whole object", do) from None
+
+
+def _flat(item: Any, prefix: str = "") -> dict[str, Any]:
+    """Values of an object by their names, those of objects inside it too."""
+    found: dict[str, Any] = {}
+    for key, value in item.items() if isinstance(item, dict) else ():
+        name = " ".join(str(key).split())
+        if isinstance(value, dict):
+            inner = _flat(value)
+            found |= {(sub if sub not in item else f"{name}.{sub}"): v for sub, v in inner.items()}
+        elif not isinstance(value, list):
+            found[name] = " ".join(value.split()) if isinstance(value, str) else value
+    return found
+
+
+def _rows_of(document: Any, where: str) -> list[dict[str, Any]]:
+    """Rows of a document: a list of objects, an object of lists, or the first of either inside it."""
+    if isinstance(document, list) and document and all(isinstance(row, dict) for row in document):
+        return [_flat(row) for row in document]
+    if isinstance(document, dict):
+        lists = {key: value for key, value in document.items() if isinstance(value, list) and len(value) > 2}
+        if lists and all(not isinstance(v, dict | list) for value in lists.values() for v in value):
+            size = max(map(len, lists.values()))
+            if any(len(value) != size for value in lists.values()):
+                sizes = ", ".join(f"{key}: {len(value)}" for key, value in list(lists.items())[:6])
+                raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
+            head = _flat({key: value for key, value in document.items() if key not in lists})
+            return [head, *({key: value[i] for key, value in lists.items()} for i in range(size))]
+        inner = [value for value in document.values() if isinstance(value, list | dict) and value]
+        head = _flat({key: value for key, value in document.items() if not isinstance(value, list | dict)})
+        if len(inner) == 1:
+            return [head, *_rows_of(inner[0], where)]
+    do = 'Write one object a row, such as {"time [s]": 0.0, "force [N]": 12.5}.'
+    raise DataError(where, "JSON without a table", "a list of objects, or lists of one length by name", do)
+
+
+def _from_pairs(text: Text) -> Text:
+    """Text whose rows are ``t=0.1 F=12.5``, as a table."""
+    lines = text.lines
+    tail = [line for line in lines[-200:] if line.strip()]
+    keys = [tuple(key for key, _ in _PAIR.findall(line)) for line in tail]
+    usual = max(set(keys), key=keys.count, default=())
+    if len(usual) < 2 or len(set(usual)) < len(usual) or keys.count(usual) < max(3, _MOST * len(tail)):
+        return text
+    if any(len(_PAIR.sub("", line).strip(" ,;\t")) > 0.2 * len(line) for line in tail[:20]):
+        return text
+    body, above, first = [], [], True
+    for line in lines:
+        pairs = _PAIR.findall(line)
+        if tuple(key for key, _ in pairs) == usual:
+            body.append("\t".join(value.rstrip(",") for _, value in pairs))
+            first = False
+        elif first:
+            above.append(line)
+        else:
+            body.append(line)
+    return replace(text, lines=[*above, "\t".join(usual), *body])

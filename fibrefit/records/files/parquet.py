@@ -1,0 +1,83 @@
+"""Parquet files, through pyarrow: units from the fields' metadata, stamps as times."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.files.extras import require
+from fibrefit.records.grammar.facts import Facts, find_facts
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.numbers import Numbers
+
+_UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
+
+
+def read_parquet(data: bytes, where: str) -> Raw:
+    """Columns of a Parquet file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    where : str
+        Its name for messages.
+
+    Returns
+    -------
+    Raw
+        All columns of numbers and of stamps.
+
+    Raises
+    ------
+    DataError
+        If pyarrow is not installed, the file is damaged, or holds no column of numbers.
+    """
+    require("pyarrow", "parquet", where, "a Parquet file")
+    parquet = require("pyarrow.parquet", "parquet", where, "a Parquet file")
+    try:
+        table = parquet.read_table(io.BytesIO(data))
+        named = [(field, table.column(i)) for i, field in enumerate(table.schema)]
+        columns = [_column(field, values, i + 1) for i, (field, values) in enumerate(named)]
+        facts = _facts(table.schema.metadata or {})
+    except Exception as error:  # the library raises whatever a damaged file provokes
+        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
+        raise DataError(where, f"the Parquet file is damaged ({text})", "a complete file", "Export it again.") from None
+    kept = [column for column in columns if column is not None]
+    if not kept or table.num_rows < 3:
+        raise DataError(where, "no column of at least 3 numbers", "a column for each measured quantity", "")
+    aside = {i + 1: f'"{field.name}" holds {field.type}' for i, (field, _) in enumerate(named) if columns[i] is None}
+    notes = [f"Columns left out: {', '.join(aside.values())}."] if aside else []
+    layout = {"format": "Parquet", "rows": table.num_rows}
+    return Raw(kept, facts, np.arange(1, table.num_rows + 1), layout=layout, notes=notes, aside=aside)
+
+
+def _column(field: Any, values: Any, number: int) -> RawColumn | None:
+    name, unit = split_heading(field.name)
+    metadata = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()}
+    unit = next((metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit)
+    array = np.asarray(values.to_numpy())
+    if array.dtype.kind == "M":
+        seconds = (array - array[0]) / np.timedelta64(1, "ns") * 1e-9 if array.size else array.astype(float)
+        return RawColumn(field.name, name, None, Numbers.of_array(seconds), clock=True, resolution=1e-9, number=number)
+    if array.dtype.kind == "m":
+        array, unit = array / np.timedelta64(1, "ns") * 1e-9, "s"
+    if array.dtype.kind == "O":  # decimals, or text
+        try:
+            array = array.astype(float)
+        except (TypeError, ValueError):
+            return None
+    if array.dtype.kind not in "iuf":
+        return None
+    column = binary_column(field.name, name, unit, array)
+    return RawColumn(field.name, name, unit, column.numbers, resolution=column.resolution, number=number)
+
+
+def _facts(metadata: dict[bytes, bytes]) -> Facts:
+    """Rate from the metadata of the file."""
+    said = [f"{key.decode(errors='replace')} = {value[:60].decode(errors='replace')}" for key, value in metadata.items()]
+    return find_facts(line for line in said if not line.startswith(("ARROW", "pandas")))

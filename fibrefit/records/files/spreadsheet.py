@@ -1,0 +1,72 @@
+"""Sheets of .xlsx files, through openpyxl, as lines of cells."""
+
+from __future__ import annotations
+
+import datetime
+import io
+import warnings
+from typing import Any
+
+from fibrefit.core.errors import DataError
+from fibrefit.records.files.decode import Text
+from fibrefit.records.files.extras import require
+
+#: Rows of numbers that make a table.
+_FEWEST = 3
+
+
+def sheet_text(data: bytes, where: str) -> Text:
+    """The sheet that holds the measured values, as text with tabs between the cells.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    where : str
+        Its name for messages.
+
+    Returns
+    -------
+    Text
+        A line for each row, numbers to the last digit.
+
+    Raises
+    ------
+    DataError
+        If openpyxl is not installed, the file is damaged, or several sheets hold tables.
+    """
+    openpyxl = require("openpyxl", "xlsx", where, "a spreadsheet")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # styles and extensions it does not know
+            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+            sheets = {
+                sheet.title: [[_cell(value) for value in row] for row in sheet.iter_rows(values_only=True)]
+                for sheet in book.worksheets
+            }
+    except Exception as error:  # the library raises whatever a damaged file provokes
+        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
+        raise DataError(where, f"the spreadsheet is damaged ({text})", "a complete file", "Save it again.") from None
+    rows_of = {title: sum(_is_row(row) for row in rows) for title, rows in sheets.items()}
+    tables = [title for title, rows in rows_of.items() if rows >= _FEWEST]
+    if len(tables) > 1:
+        shown = ", ".join(f'"{title}"' for title in tables[:5])
+        raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", "Save the one that is meant as CSV.")
+    if not tables:
+        shown = ", ".join(f'"{title}"' for title in list(sheets)[:5])
+        raise DataError(where, f"no rows of numbers on any sheet ({shown})", "a table of measured values", "")
+    notes = (f'Read from the sheet "{tables[0]}".',) if len(sheets) > 1 else ()
+    return Text(["\t".join(row) for row in sheets[tables[0]]], "XLSX", True, notes)
+
+
+def _cell(value: Any) -> str:
+    """Cell as text: numbers to the last digit, dates in ISO, everything else on one line."""
+    if value is None:
+        return ""
+    if isinstance(value, datetime.datetime | datetime.time):
+        return value.isoformat(" ") if isinstance(value, datetime.datetime) else value.isoformat()
+    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+
+
+def _is_row(row: list[str]) -> bool:
+    return sum(cell[:1].isdigit() or cell[:1] in ("-", "+", ".") for cell in row) >= min(2, len(row))

@@ -1,0 +1,20 @@
+"""Layouts of logger files with the known truth beside each, by kind."""
+
+from __future__ import annotations
+
+from tests.records.exports.base import Export
+from tests.records.exports.channels import CHANNELS
+from tests.records.exports.clocks import CLOCKS
+from tests.records.exports.containers import CONTAINERS
+from tests.records.exports.laboratory import LABORATORY
+from tests.records.exports.scopes import SCOPES
+from tests.records.exports.text import TEXT
+
+KINDS: dict[str, list[Export]] = {
+    "text": TEXT,
+    "clocks": CLOCKS,
+    "laboratory": LABORATORY,
+    "scopes": SCOPES,
+    "channels": CHANNELS,
+    "containers": CONTAINERS,
+}
