@@ -24,6 +24,9 @@ HINT = """
 What a file does not say can be said for it:
   --set units.force=kN
   --set channels.force="F_Seil"
+  --set channels.force='{ column = "U1", unit = "V", scale = "-200 N/V" }'
+  --set files.sampling_rate="2 kHz"
+  --set files.delimiter=";"
   --set files.columns='["time [s]", "force [N]", "position [mm]"]'"""
 
 
@@ -136,7 +139,7 @@ def _conditions(record: Any) -> list[str]:
     from fibrefit.core.units import format_quantity
 
     said = []
-    for name, text in record.model_dump(mode="json", exclude_none=True, exclude={"file", "name"}).items():
+    for name, text in record.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "channels"}).items():
         value, _, unit = str(text).partition(" ")
         shown = format_quantity(float(value), unit) if isinstance(getattr(record, name), float) else str(text)
         said.append(f"{name} {shown}")

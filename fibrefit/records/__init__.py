@@ -1,7 +1,7 @@
 """Reading, checking and preparing measured records."""
 
 from fibrefit.core.roles import ROLES
-from fibrefit.records.clock.timebase import Gap, TimeBase
+from fibrefit.records.clock.base import Gap, TimeBase
 from fibrefit.records.describe import describe
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.read import read_record, read_table, record_of

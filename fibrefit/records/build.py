@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core import units as registry
-from fibrefit.core.errors import DataError, did_you_mean
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import Scale
-from fibrefit.records.clock.timebase import TimeBase
+from fibrefit.core.errors import DataError
+from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.times import time_base
-from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
+from fibrefit.records.columns.declared import Declared, Scaled, headings_of
 from fibrefit.records.columns.grouping import Group, grouped
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.columns.roles import Heading, find_column, guessed_roles, named_roles
+from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
@@ -28,9 +26,6 @@ from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
-
-#: Readings among which two values only are no accident.
-_ENOUGH = 20
 
 
 def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
@@ -59,19 +54,17 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     """
     where = path.name
     channels = options.declared(where)
-    headings = [_heading(column) for column in raw.columns]
-    for key, unit in options.units.items():
-        place = None if key in ROLES else find_column(key, headings)
-        if place is not None:  # what is said of a column by its heading helps to tell what it is
-            headings[place] = replace(headings[place], unit=unit)
+    headings = headings_of(raw.columns, options.units)
     named = named_roles(channels, headings, raw.aside, where)
     groups = grouped(raw.columns, headings, named)
     notes = [*raw.notes, *raw.facts.notes]
     roles, doubts = _roles(named, groups, headings, options.roles, where)
-    said = options.units | {role: channel.unit for role, channel in channels.items() if channel.unit}
+    said = {**options.units, **{role: channel.unit for role, channel in channels.items() if channel.unit}}
     times = [group.time for group in groups if group.time is not None]
-    columns = _declared(raw.columns, headings, said, roles, times, where, notes)
-    scales = _scales(channels, roles, columns, doubts, where)
+    declared = Declared(headings, roles, times, where)
+    columns, remarks = declared.with_units(raw.columns, said)
+    notes += remarks
+    scales = declared.scales(channels, columns, doubts)
     timed = [time_base(raw, columns, group, options.rate, where) for group in groups]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
@@ -106,85 +99,6 @@ def _roles(
     return roles, doubts
 
 
-def _declared(
-    columns: Sequence[RawColumn],
-    headings: Sequence[Heading],
-    declared: Mapping[str, str],
-    roles: Mapping[str, int],
-    times: Sequence[int],
-    where: str,
-    notes: list[str],
-) -> list[RawColumn]:
-    """Columns with the units the user declared, by role, header or number of the column."""
-    result = list(columns)
-    for key, unit in declared.items():
-        place = roles[key] if key in roles else find_column(key, headings)
-        if place is None:
-            raise _hits_nothing(key, headings, where)
-        column = columns[place]
-        if registry.expression(unit) is None:
-            expected = registry.ACCEPTED[ROLES[key]] if key in ROLES else "a known unit, such as N, mm, ms, V or counts"
-            raise DataError(
-                f'{where}, unit of "{key}"', f'unit "{unit}"', expected, did_you_mean(unit, ("N", "mm", "ms", "V", "counts"))
-            )
-        if column.unit is not None and registry.expression(column.unit) != registry.expression(unit):
-            notes.append(f'Column "{column.header}" is read in {unit}, as declared, not in {column.unit}.')
-        # Each group of columns may have times of its own: what is said of the time is said of all of them.
-        same = [i for i in times if result[i].unit is None] if key == "time" else []
-        for i in {place, *same}:
-            result[i] = replace(result[i], unit=unit)
-    return result
-
-
-def _heading(column: RawColumn) -> Heading:
-    values = column.numbers.values
-    present = values[np.isfinite(values)]
-    two_valued = False
-    if present.size >= _ENOUGH:
-        low, high = present.min(), present.max()
-        two_valued = bool(low < high and ((present == low) | (present == high)).all())
-    return Heading(column.header, column.name, column.unit, column.clock, column.number, two_valued)
-
-
-def _hits_nothing(key: str, headings: Sequence[Heading], where: str) -> DataError:
-    """A unit declared for what the file does not have."""
-    present = [h.header for h in headings if h.header]
-    shown = ", ".join(f'"{text}"' for text in present[:8])
-    if key in ROLES:
-        do = f'Name its column: {key} = "{present[0] if present else "column 1"}" under [channels], or drop the unit.'
-        return DataError(f'{where}, unit of "{key}"', f"no column is known to be the {key}", f"one of {shown}", do)
-    do = did_you_mean(key, [*present, *ROLES]) or "Correct the heading, or drop the unit."
-    return DataError(f'{where}, unit of "{key}"', "no such column", f"a role, or one of {shown}", do)
-
-
-def _scales(
-    channels: Mapping[str, Channel],
-    roles: Mapping[str, int],
-    columns: Sequence[RawColumn],
-    doubts: Mapping[str, DataError],
-    where: str,
-) -> dict[int, tuple[Scale, float, str]]:
-    """Scale, factor to SI and SI unit of each column that has one declared."""
-    found = {}
-    for role, channel in channels.items():
-        if channel.scale is None:
-            continue
-        if role not in roles:
-            if role in doubts:
-                raise doubts[role]
-            do = f'Name its column: {role} = {{ column = "...", scale = "{channel.scale.text}" }}.'
-            raise DataError(f'{where}, channel "{role}"', "a scale, and no column it belongs to", "its column", do)
-        column = columns[roles[role]]
-        unit = None if column.unit is None else known_unit(column.name, column.unit)
-        place = f'{where}, column "{column.header}"'
-        if column.unit is not None and unit is None:
-            do = f'Say what the numbers are in: unit = "V" beside the scale, or unit = "counts".'
-            raise DataError(place, f'unit "{column.unit}" is not known, so the scale has no meaning', "", do)
-        factor = channel.scale.factor(unit, ROLES[role], place, error=DataError)
-        found[roles[role]] = (channel.scale, factor, ROLES[role])
-    return found
-
-
 def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Group], list[TimeBase]]:
     """Groups whose samples were taken at the same times, put together."""
     merged: list[Group] = []
@@ -200,9 +114,7 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
     return merged, kept
 
 
-def _finished(
-    column: RawColumn, base: TimeBase, group: int, scale: tuple[Scale, float, str] | None, notes: list[str]
-) -> Column:
+def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, notes: list[str]) -> Column:
     """Column in SI with all that is wrong with it masked."""
     known = None if column.unit is None else known_unit(column.name, column.unit)
     si = None if known is None else registry.si_unit(known)
@@ -232,7 +144,11 @@ def _finished(
 def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
     """Values times a factor; by division where that is exact, so that 12.5 mm is 0.0125 m to the last bit."""
     inverse = 1.0 / factor
-    return values / round(inverse) if 0 < factor < 1 and abs(inverse - round(inverse)) < 1e-9 * inverse else values * factor
+    return (
+        values / round(inverse)
+        if 0 < factor < 1 and abs(inverse - round(inverse)) < 1e-9 * inverse
+        else values * factor
+    )
 
 
 def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str]) -> tuple[Numbers, np.ndarray]:

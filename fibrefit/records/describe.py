@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fibrefit.core.units import format_number, format_quantity
-from fibrefit.records.clock.timebase import Gap, TimeBase
+from fibrefit.records.clock.base import Gap, TimeBase
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table

@@ -14,7 +14,7 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
-from fibrefit.records.clock.timebase import TimeBase
+from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL, wrong_kind
 from fibrefit.records.files.archive import unpacked

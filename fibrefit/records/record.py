@@ -13,7 +13,7 @@ from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
 from fibrefit.core.units import format_number, format_quantity
-from fibrefit.records.clock.timebase import Gap
+from fibrefit.records.clock.base import Gap
 from fibrefit.records.table import frozen, frozen_mapping
 
 #: Relative deviation of a step from the usual one that still belongs to a uniform grid with printed times.

@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.scale import Scale
-from fibrefit.records.clock.timebase import TimeBase
+from fibrefit.records.clock.base import TimeBase
 
 SCHEMA = "fibrefit/understood/1"
 

@@ -9,9 +9,11 @@ from typing import Any, Literal
 from pydantic import Field, StrictStr, ValidationError
 
 from fibrefit.core.roles import ROLES
+from fibrefit.study.channels import Said, check_channels, plain_channels
 from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.places import Places
+from fibrefit.study.quantity import Frequency
 from fibrefit.study.table import Table
 
 
@@ -22,13 +24,14 @@ class Files(Table):
     delimiter: StrictStr | None = Field(
         default=None, min_length=1, max_length=1, description="Character between columns."
     )
+    sampling_rate: Frequency | None = Field(default=None, description="Where files have no times and no rate.")
     decimal: Literal[".", ","] | None = Field(default=None, description="Character before decimals.")
 
 
 class ReadingParts(Table):
     """The parts of a study that tell how to read a file; all that counts for bare files."""
 
-    channels: dict[Literal[tuple(ROLES)], StrictStr] = Field(default_factory=dict)  # type: ignore[valid-type]
+    channels: dict[Literal[tuple(ROLES)], Said] = Field(default_factory=dict)  # type: ignore[valid-type]
     units: dict[str, StrictStr] = Field(default_factory=dict)
     files: Files = Files()
 
@@ -57,18 +60,19 @@ def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
         reading = ReadingParts.model_validate(raw)
     except ValidationError as error:
         raise explained(error, raw, place) from None
+    check_channels(reading.channels, reading.units, "command line, channels")
     return reading_arguments(reading.channels, reading.units, reading.files)
 
 
 def reading_arguments(
-    channels: Mapping[str, str | None], units: Mapping[str, str], files: Files, rate: float | None = None
+    channels: Mapping[str, Any], units: Mapping[str, str], files: Files, rate: float | None = None
 ) -> dict[str, Any]:
     """Arguments for the reader of a file.
 
     Parameters
     ----------
-    channels : mapping of str to str or None
-        Header by role.
+    channels : mapping
+        Heading by role, or a table with column, unit and scale.
     units : mapping of str to str
         Unit by role or header.
     files : Files
@@ -82,10 +86,10 @@ def reading_arguments(
         ``channels``, ``units``, ``columns``, ``delimiter``, ``decimal`` and ``rate``.
     """
     return {
-        "channels": {role: header for role, header in channels.items() if header},
+        "channels": plain_channels(channels),
         "units": dict(units),
         "columns": files.columns,
         "delimiter": files.delimiter,
         "decimal": files.decimal,
-        "rate": rate,
+        "rate": rate or files.sampling_rate,
     }

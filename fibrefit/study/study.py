@@ -12,7 +12,8 @@ from pydantic import Field, PrivateAttr, StrictStr
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
-from fibrefit.core.units import to_si
+from fibrefit.core.units import expression, to_si
+from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.reading import Files, reading_arguments
@@ -88,11 +89,14 @@ class Study(Table):
 
     def unit_of(self, role: str) -> str | None:
         """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""
-        return self.units.get(role) or self.units.get(getattr(self.channels, role, None) or "")
+        said = getattr(self.channels, role, None)
+        own = said.unit if isinstance(said, ChannelTable) else None
+        return own or self.units.get(role) or self.units.get(column_of(said) or "")
 
     def reading(self, record: Any) -> dict[str, Any]:
         """Arguments for the reader of a record's file, see `reading_arguments`."""
-        return reading_arguments(dict(self.channels), self.units, self.files, record.sampling_rate)
+        channels = dict(self.channels) | (record.channels or {})
+        return reading_arguments(channels, self.units, self.files, record.sampling_rate)
 
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
         """What the study says about each declared parameter, in SI.
@@ -145,12 +149,21 @@ class Study(Table):
         StudyError
             For the first such entry of ``[units]``.
         """
-        role_of = {header: role for role, header in self.channels if header} | {role: role for role, _ in self.channels}
+        tables = [dict(self.channels), *(record.channels for record in self.records if record.channels)]
+        role_of = {role: role for role, _ in self.channels}
+        role_of |= {column_of(said) or role: role for table in tables for role, said in table.items() if said}
+        scaled = {r for table in tables for r, said in table.items() if isinstance(said, ChannelTable) and said.scale}
+        check_channels(dict(self.channels), self.units, self._place("channels"))
+        for i, record in enumerate(self.records):
+            check_channels(record.channels or {}, self.units, self._place(f"records[{i}].channels"))
         for key, unit in self.units.items():
             where = self._place(f"units.{key}")
             if key not in role_of:
                 raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", did_you_mean(key, role_of))
-            to_si(unit, ROLES[role_of[key]], where, error=StudyError)
+            if role_of[key] not in scaled:
+                to_si(unit, ROLES[role_of[key]], where, error=StudyError)
+            elif expression(unit) is None:
+                raise StudyError(where, f'unit "{unit}"', "a known unit", did_you_mean(unit, SUGGESTED))
 
     def resolved_toml(self, relative_to: Path | None = None) -> str:
         """The study as a TOML file that reads back as the same study.

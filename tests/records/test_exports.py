@@ -1,4 +1,4 @@
-"""Exports of laboratory software with known truth: read right, or refused with the cause and what to do; never wrong in silence."""
+"""Exports of laboratory software with known truth: read right, or refused with the cause; never wrong in silence."""
 
 from __future__ import annotations
 

@@ -81,8 +81,8 @@ REFUSED = {
     "nothing known": ("t [s];A;B\n" + rows(german), 'no channel is known among "A", "B".*Name the channels'),
     "no time, no rate": (
         "F [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),
-        r'no column holds the time \(none of "F \[N\]", "u \[mm\]" in line 1 has a unit of time or is called so\), and the '
-        'header names no rate; expected .* or a rate such as "fs = 2000 Hz".*sampling_rate = "2 kHz" under',
+        r'no column holds the time \(none of "F \[N\]", "u \[mm\]" in line 1 has a unit of time or is called so\), and '
+        'the header names no rate; expected .* or a rate such as "fs = 2000 Hz".*sampling_rate = "2 kHz" under',
     ),
     "two rates in the header": (
         "fs = 2000 Hz\nfs = 1000 Hz\nF [N];u [mm]\n" + rows(lambda i: de(f"{f(i)};{u(i)}")),

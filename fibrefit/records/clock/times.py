@@ -10,7 +10,8 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
-from fibrefit.records.clock.timebase import Readings, TimeBase, counted_times, from_readings
+from fibrefit.records.clock.base import GIVE_RATE, Readings, TimeBase
+from fibrefit.records.clock.timebase import counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -18,9 +19,6 @@ from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.words import counts_rows, score
-
-#: What to do where a rate is missing.
-GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files] or in the record.'
 
 #: Seconds since 1970 from 2001 to 2096: whole stamps in s, ms, us and ns differ by three digits each.
 _CENTURY = (1e9, 4e9)

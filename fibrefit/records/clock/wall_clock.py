@@ -22,7 +22,9 @@ _ZONE = re.compile(r"(?<=\d)\s?(?:[zZ]|([+-])(\d{2}):?(\d{2}))\s*$")
 
 _MONTHS = {
     name: number
-    for number, names in enumerate(("jan", "feb", "mar mär", "apr", "may mai", "jun", "jul", "aug", "sep", "oct okt", "nov", "dec dez"), 1)
+    for number, names in enumerate(
+        ("jan", "feb", "mar mär", "apr", "may mai", "jun", "jul", "aug", "sep", "oct okt", "nov", "dec dez"), 1
+    )
     for name in names.split()
 }
 

@@ -70,6 +70,8 @@ class Channel:
         unit, scale = said.get("unit"), said.get("scale")
         if unit is not None and units.expression(str(unit)) is None:
             expected = f"{units.ACCEPTED[ROLES[role]]}, or V, A or counts with a scale"
-            raise DataError(place, f'unit "{unit}"', expected, did_you_mean(str(unit), ("N", "mm", "ms", "V", "A", "counts")))
+            raise DataError(
+                place, f'unit "{unit}"', expected, did_you_mean(str(unit), ("N", "mm", "ms", "V", "A", "counts"))
+            )
         parsed = None if scale is None else Scale.parse(scale, place, error=DataError)
         return cls(said.get("column"), None if unit is None else str(unit), parsed)

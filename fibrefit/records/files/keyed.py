@@ -1,4 +1,4 @@
-"""Rows that name their values, as JSON (one object a line, or one whole document) and as ``t=0.1 F=12.5``: to lines of cells."""
+"""Rows that name their values, as JSON or as ``t=0.1 F=12.5``: to lines of cells."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from fibrefit.records.files.decode import Text
 #: Share of the lines that must name their values alike.
 _MOST = 0.9
 
-_PAIR = re.compile(r"([^\W\d][^\s=:,;]*(?:\s?[\[(][^\])]*[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)")
+_PAIR = re.compile(
+    r"([^\W\d][^\s=:,;]*(?:\s?[\[(][^\])]*[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)"
+)
 
 
 def without_keys(text: Text, where: str) -> Text:

@@ -10,8 +10,8 @@ import numpy as np
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
-from fibrefit.records.files.archive import LARGEST
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.files.archive import LARGEST
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
@@ -64,9 +64,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         tree = _load(path)
     except Exception as error:  # the libraries raise whatever a damaged file provokes
         text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise DataError(
-            where, f"the file is damaged ({text})", "a MATLAB or HDF5 file", "Save it again."
-        ) from None
+        raise DataError(where, f"the file is damaged ({text})", "a MATLAB or HDF5 file", "Save it again.") from None
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]
     long = [size for size in sizes if size >= 3]
@@ -78,7 +76,13 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     columns = [column for column in found if column.numbers.values.size == size]
     aside = [column.header for column in found if column.numbers.values.size not in (1, size)]
     notes = [f"Vectors of another length are left out: {', '.join(aside[:6])}."] if aside else []
-    return Raw(columns, _facts(tree), np.arange(1, size + 1), layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size}, notes=notes)
+    return Raw(
+        columns,
+        _facts(tree),
+        np.arange(1, size + 1),
+        layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size},
+        notes=notes,
+    )
 
 
 def _load(path: Path) -> dict[str, Any]:

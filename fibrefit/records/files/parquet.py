@@ -58,7 +58,9 @@ def read_parquet(data: bytes, where: str) -> Raw:
 
 def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     name, unit = split_heading(field.name)
-    metadata = {key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()}
+    metadata = {
+        key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()
+    }
     unit = next((metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit)
     array = np.asarray(values.to_numpy())
     if array.dtype.kind == "M":
@@ -79,5 +81,7 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
 
 def _facts(metadata: dict[bytes, bytes]) -> Facts:
     """Rate from the metadata of the file."""
-    said = [f"{key.decode(errors='replace')} = {value[:60].decode(errors='replace')}" for key, value in metadata.items()]
+    said = [
+        f"{key.decode(errors='replace')} = {value[:60].decode(errors='replace')}" for key, value in metadata.items()
+    ]
     return find_facts(line for line in said if not line.startswith(("ARROW", "pandas")))

@@ -35,7 +35,8 @@ _SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s*)'([^']*)'(?=\s*(?:[,
 
 #: First cell of a line that tells what one count is worth.
 _SCALE_LABEL = re.compile(
-    r"(?:lsb|scale|scaling|factor|skalierung|faktor|multiplier|gain|sensitivity|slope|resolution|aufl[oö]sung)\b.*", re.I
+    r"(?:lsb|scale|scaling|factor|skalierung|faktor|multiplier|gain|sensitivity|slope|resolution|aufl[oö]sung)\b.*",
+    re.I,
 )
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
@@ -105,7 +106,9 @@ def _refuse_counts(
             continue
         worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
         counts = [c for c in columns if c.unit is not None and not c.clock and _is_whole(c)]
-        counts = [c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)]
+        counts = [
+            c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
+        ]
         if worth and counts:
             got = f'"{above[line].strip()[:60]}" above whole numbers, which may be counts'
             do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
@@ -180,11 +183,11 @@ def _header(
     if any(re.fullmatch(r"column \d+", name, re.IGNORECASE) for name in options.wanted):
         return Header(tuple(f"column {i + 1}" for i in range(width)), (None,) * width, None, None)
     do = 'Name the columns in order: columns = ["time [s]", "force [N]", "position [mm]"] under [files].'
-    words = [(i, line) for i, line in enumerate(above, 1) if _count_words(line, dialect) > 1]
-    if counts and words:
-        line, text = max(words, key=lambda found: (_count_words(found[1], dialect), found[0]))
+    several = [(i, line) for i, line in enumerate(above, 1) if _count_words(line, dialect) > 1]
+    if counts and several:
+        at, text = max(several, key=lambda found: (_count_words(found[1], dialect), found[0]))
         got = f"{count(used, 'column')} of numbers, and no line above has {count(used, 'heading')}: "
-        got += f'line {line} has {_count_words(text, dialect)} ("{text.strip()[:60]}")'
+        got += f'line {at} has {_count_words(text, dialect)} ("{text.strip()[:60]}")'
         raise DataError(where, got, "a heading for each column", f"Correct the header, or name the columns. {do}")
     raise DataError(where, f"{count(used, 'column')} without headings", "a line with a heading for each column", do)
 
@@ -195,7 +198,9 @@ def _refuse_shifted(header: Header, above: Sequence[str], where: str) -> None:
     if not last or is_remark(last) or (split_heading(last)[1] or header.units[-1]) is None:
         return
     line = header.line or 1
-    got = f'{len(header.names)} headings ("{above[line - 1].strip()[:60]}"), and rows of {len(header.names) - 1} numbers '
+    got = (
+        f'{len(header.names)} headings ("{above[line - 1].strip()[:60]}"), and rows of {len(header.names) - 1} numbers '
+    )
     got += f'that end in a separator: nothing stands below "{last}"'
     do = 'Headings may be shifted: correct the line, or name the columns in order, files.columns = ["time [s]", ...].'
     raise DataError(f"{where}, line {line}", got, "a heading for each column", do)

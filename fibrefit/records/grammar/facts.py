@@ -16,8 +16,8 @@ from fibrefit.core.units import format_number
 
 _SAMPLING = r"(?:sampl\w*|abtast\w*|mess|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?|echantillonnage)"
 _RATE_KEYS = (
-    rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate|samples per second|s/s"
-    r"|(?:vzorkovac[ií] )?frekvence(?: vzorkovani)?|vzorkovaci frekvence|frequence d.echantillonnage"
+    rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
+    r"|samples per second|s/s|(?:vzorkovaci )?frekvence(?: vzorkovani)?|frequence d.echantillonnage"
     r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )
 _STEP_KEYS = (

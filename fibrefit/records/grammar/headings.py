@@ -12,7 +12,9 @@ from fibrefit.records.grammar.words import kinds_named
 _CONTROL = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|[\x00-\x08\x0b-\x1f\x7f]")
 
 #: Words that end a name as often as they are units: a minimum, an input, a gain.
-_ALSO_WORDS = frozenset({"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad"})
+_ALSO_WORDS = frozenset(
+    {"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad"}
+)
 
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
 

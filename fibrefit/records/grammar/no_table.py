@@ -36,7 +36,9 @@ def no_table(lines: Sequence[str], where: str) -> DataError:
     with_digits = [(i, line) for i, line in looked_at if any(char.isdigit() for char in line)]
     if not with_digits:
         shown = looked_at[0][1].strip()[:40] if looked_at else ""
-        return DataError(where, f'no table of numbers found: no digit in its lines ("{shown}")', "rows of numbers", export)
+        return DataError(
+            where, f'no table of numbers found: no digit in its lines ("{shown}")', "rows of numbers", export
+        )
     delimiter, width = _separator([line for _, line in with_digits])
     rows = [(i, Dialect(delimiter, ".").split(line) or []) for i, line in with_digits]
     good = [(i, cells) for i, cells in rows if _numbers(cells)]
@@ -49,7 +51,9 @@ def no_table(lines: Sequence[str], where: str) -> DataError:
         if bad is not None:
             return _bad_cell(bad, looked_at, delimiter, where)
     widths = Counter(len(cells) for _, cells in rows)
-    got = "no table of numbers found: its lines have " + ", ".join(f"{n} cells {k} times" for n, k in widths.most_common(3))
+    got = "no table of numbers found: its lines have " + ", ".join(
+        f"{n} cells {k} times" for n, k in widths.most_common(3)
+    )
     return DataError(where, got, "rows of numbers with the same number of cells", export)
 
 
@@ -79,9 +83,7 @@ def _first_bad(rows: Sequence[tuple[int, list[str]]], width: int) -> tuple[int, 
     return None
 
 
-def _bad_cell(
-    bad: tuple[int, int, str], filled: Sequence[tuple[int, str]], delimiter: str, where: str
-) -> DataError:
+def _bad_cell(bad: tuple[int, int, str], filled: Sequence[tuple[int, str]], delimiter: str, where: str) -> DataError:
     line, place, cell = bad
     heading = next((text.strip() for i, text in reversed(list(filled)) if i < line), "")
     titles = Dialect(delimiter, ".").split(heading) or []

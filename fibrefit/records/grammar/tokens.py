@@ -16,7 +16,11 @@ _GROUP = {".": "[,'\u2019 ]", ",": "[.'\u2019 ]"}
 THOUSANDS = {mark: re.compile(rf"[+-]?\d{{1,3}}(?:{group}\d{{3}})+(?:[{mark}]\d*)?") for mark, group in _GROUP.items()}
 
 _MONTH = r"(?:jan|feb|m[aä]r|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz])[a-z]*\.?"
-_DATE = r"(?:\d{1,2}[./ -](?:" + _MONTH + r")[./ -]\d{4}|\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
+_DATE = (
+    r"(?:\d{1,2}[./ -](?:"
+    + _MONTH
+    + r")[./ -]\d{4}|\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
+)
 _TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,:]\d+)?|[.,]\d+)?"
 _HALF = r"(?:\s?[aApP]\.?[mM]\.?)?"
 _ZONE = r"(?:\s?(?P<zone>Z|[+-]\d{2}:?\d{2}))?"

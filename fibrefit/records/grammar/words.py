@@ -27,10 +27,12 @@ _STEMS = {
 
 #: Whole words.
 _WORDS = {
-    "time": _words("time cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas tid tijd secs seconds sekunden")
-    | _words("tidsstampel zaman cas aika idő ido временя"),
+    "time": _words("time cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas")
+    | _words("tid tijd secs seconds sekunden zaman aika ido время"),
     "force": _words("load sila sily silu last tension tah f fn fz gauge sila carga carico charge kraft сила 力"),
-    "position": _words("weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos droga corsa course way ход путь"),
+    "position": _words(
+        "weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos droga corsa course way ход путь"
+    ),
     "drive": _words("drive motor excitation anregung buzeni stellweg"),
     "angle": _words("phi alpha tilt natoceni"),
 }

@@ -6,10 +6,12 @@ optional for the file; `required` marks those that `load_study` refuses to do wi
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, StrictStr, model_validator
 
+from fibrefit.core.roles import ROLES
+from fibrefit.study.channels import Said
 from fibrefit.study.quantity import (
     Duration,
     ForceNoise,
@@ -37,6 +39,9 @@ class RecordTable(Table):
     name: StrictStr | None = optional("Name in results; the file's name when absent.")
     sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
     duration: Duration | None = optional("Length of a planned record.")
+    channels: dict[Literal[tuple(ROLES)], Said] | None = optional(  # type: ignore[valid-type]
+        "Columns of this record alone; what it does not say stands under [channels]."
+    )
 
     @property
     def label(self) -> str:
@@ -53,9 +58,9 @@ class RecordTable(Table):
 class Channels(Table):
     """Column header of each role; found by the headers' own words where absent."""
 
-    time: StrictStr | None = None
-    force: StrictStr | None = None
-    position: StrictStr | None = None
+    time: Said | None = None
+    force: Said | None = None
+    position: Said | None = None
 
 
 class NoiseLevels(Table):

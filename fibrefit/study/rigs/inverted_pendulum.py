@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, StrictStr, model_validator
 
+from fibrefit.study.channels import Said
 from fibrefit.study.quantity import (
     AngleNoise,
     Distance,
@@ -57,11 +58,11 @@ class InvertedPendulumRig(InvertedPendulumConstants):
 class PendulumChannels(Table):
     """Channels of an inverted pendulum."""
 
-    time: StrictStr | None = None
-    angle: StrictStr | None = None
-    force_1: StrictStr | None = None
-    force_2: StrictStr | None = None
-    drive: StrictStr | None = None
+    time: Said | None = None
+    angle: Said | None = None
+    force_1: Said | None = None
+    force_2: Said | None = None
+    drive: Said | None = None
 
 
 class PendulumNoise(Table):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import Field, StrictStr
+from pydantic import Field
 
+from fibrefit.study.channels import Said
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
@@ -45,7 +46,7 @@ class PulleyDriveRig(PulleyDriveConstants):
 class DriveChannels(Channels):
     """Channels of a rig with a measured drive."""
 
-    drive: StrictStr | None = None
+    drive: Said | None = None
 
 
 class DriveNoise(NoiseLevels):

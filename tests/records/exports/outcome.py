@@ -29,7 +29,10 @@ def differences(export: Export, record: Record) -> list[str]:
     """What a record holds that is not the truth."""
     found = []
     times = export.time - export.time[0]
-    if len(record) > len(times) or not np.isin(np.round((record.time - record.time[0]) * 1e7), np.round(times * 1e7)).all():
+    if (
+        len(record) > len(times)
+        or not np.isin(np.round((record.time - record.time[0]) * 1e7), np.round(times * 1e7)).all()
+    ):
         read = record.time - record.time[0]
         if len(record) != len(times) or np.abs(read - times).max() > export.atol_time:
             found.append(f"times: {len(record)} from {record.time[:3]}")
@@ -42,7 +45,9 @@ def differences(export: Export, record: Record) -> list[str]:
         rows = np.round((record.time - record.time[0]) / (times[1] - times[0])).astype(int)
         expected = truth[np.clip(rows, 0, truth.size - 1)]
         valid = record.valid[role]
-        if valid.mean() < 0.9 or not np.allclose(record.channels[role][valid], expected[valid], rtol=export.rtol, atol=1e-12):
+        if valid.mean() < 0.9 or not np.allclose(
+            record.channels[role][valid], expected[valid], rtol=export.rtol, atol=1e-12
+        ):
             found.append(f"{role}: {record.channels[role][:3]} for {expected[:3]}, {valid.mean():.0%} valid")
     return found
 

@@ -1,0 +1,153 @@
+"""What the user says of columns, applied to them: units and scales. A declaration that hits nothing is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fibrefit.core import units as registry
+from fibrefit.core.errors import DataError, did_you_mean
+from fibrefit.core.roles import ROLES
+from fibrefit.core.scale import Scale
+from fibrefit.records.columns.channel import Channel
+from fibrefit.records.columns.raw import RawColumn
+from fibrefit.records.columns.roles import Heading, find_column
+from fibrefit.records.grammar.headings import known_unit
+
+#: Readings among which two values only are no accident.
+_ENOUGH = 20
+
+_SUGGESTED = ("N", "mm", "ms", "V", "counts")
+
+#: Scale of a column, its factor to SI, and the SI unit.
+Scaled = tuple[Scale, float, str]
+
+
+def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[Heading]:
+    """What is known of each column; a unit that is declared by its heading helps to tell what the column is.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        As read.
+    units : mapping of str to str
+        Unit by role or heading.
+
+    Returns
+    -------
+    list of Heading
+        One for each column.
+    """
+    headings = [_heading(column) for column in columns]
+    for key, unit in units.items():
+        place = None if key in ROLES else find_column(key, headings)
+        if place is not None:
+            headings[place] = replace(headings[place], unit=unit)
+    return headings
+
+
+def _heading(column: RawColumn) -> Heading:
+    present = column.numbers.values[np.isfinite(column.numbers.values)]
+    two_valued = False
+    if present.size >= _ENOUGH:
+        low, high = present.min(), present.max()
+        two_valued = bool(low < high and ((present == low) | (present == high)).all())
+    return Heading(column.header, column.name, column.unit, column.clock, column.number, two_valued)
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """Where what the user says belongs.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        All columns.
+    roles : mapping of str to int
+        Position of each role.
+    times : sequence of int
+        Positions of the columns of times, one for each group of columns.
+    where : str
+        File to name in messages.
+    """
+
+    headings: Sequence[Heading]
+    roles: Mapping[str, int]
+    times: Sequence[int]
+    where: str
+
+    def with_units(self, columns: Sequence[RawColumn], said: Mapping[str, str]) -> tuple[list[RawColumn], list[str]]:
+        """Columns with the units the user declares, by role, heading or number of the column; and remarks.
+
+        Raises
+        ------
+        DataError
+            If there is no such column, or the unit is not known.
+        """
+        result, remarks = list(columns), []
+        for key, unit in said.items():
+            place = self.roles[key] if key in self.roles else find_column(key, self.headings)
+            if place is None:
+                raise self._hits_nothing(key)
+            column = columns[place]
+            if registry.expression(unit) is None:
+                expected = registry.ACCEPTED[ROLES[key]] if key in ROLES else f"a known unit, such as {_SUGGESTED[0]}"
+                do = did_you_mean(unit, _SUGGESTED)
+                raise DataError(f'{self.where}, unit of "{key}"', f'unit "{unit}"', expected, do)
+            if column.unit is not None and registry.expression(column.unit) != registry.expression(unit):
+                remarks.append(f'Column "{column.header}" is read in {unit}, as declared, not in {column.unit}.')
+            # Each group of columns may have times of its own: what is said of the time is said of all of them.
+            same = [i for i in self.times if result[i].unit is None] if key == "time" else []
+            for i in {place, *same}:
+                result[i] = replace(result[i], unit=unit)
+        return result, remarks
+
+    def _hits_nothing(self, key: str) -> DataError:
+        """A unit declared for what the file does not have."""
+        present = [h.header for h in self.headings if h.header]
+        shown = ", ".join(f'"{text}"' for text in present[:8])
+        where = f'{self.where}, unit of "{key}"'
+        if key in ROLES:
+            example = present[0] if present else "column 1"
+            do = f'Name its column: {key} = "{example}" under [channels], or drop the unit.'
+            return DataError(where, f"no column is known to be the {key}", f"one of {shown}", do)
+        do = did_you_mean(key, [*present, *ROLES]) or "Correct the heading, or drop the unit."
+        return DataError(where, "no such column", f"a role, or one of {shown}", do)
+
+    def scales(
+        self, channels: Mapping[str, Channel], columns: Sequence[RawColumn], doubts: Mapping[str, DataError]
+    ) -> dict[int, Scaled]:
+        """Scale, factor to SI and SI unit of each column that has a scale.
+
+        Raises
+        ------
+        DataError
+            If a scale has no column, or does not turn its numbers into the role's quantity.
+        """
+        found = {}
+        for role, channel in channels.items():
+            if channel.scale is None:
+                continue
+            if role not in self.roles and role in doubts:
+                raise doubts[role]
+            if role not in self.roles:
+                do = f'Name its column: {role} = {{ column = "...", scale = "{channel.scale.text}" }}.'
+                got = "a scale, and no column it belongs to"
+                raise DataError(f'{self.where}, channel "{role}"', got, "its column", do)
+            column = columns[self.roles[role]]
+            factor = channel.scale.factor(self._unit(column), ROLES[role], self._place(column), error=DataError)
+            found[self.roles[role]] = (channel.scale, factor, ROLES[role])
+        return found
+
+    def _unit(self, column: RawColumn) -> str | None:
+        unit = None if column.unit is None else known_unit(column.name, column.unit)
+        if column.unit is not None and unit is None:
+            do = 'Say what the numbers are in: unit = "V" beside the scale, or unit = "counts".'
+            got = f'unit "{column.unit}" is not known, so the scale has no meaning'
+            raise DataError(self._place(column), got, "", do)
+        return unit
+
+    def _place(self, column: RawColumn) -> str:
+        return f'{self.where}, column "{column.header}"'
