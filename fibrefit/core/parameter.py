@@ -31,6 +31,8 @@ class Parameter:
     reciprocal : bool
         Whether it is searched by its inverse, because the effect vanishes where the value is infinite. A model takes
         such a value as `ByInverse` too, and has a finite derivative in the inverse there.
+    starts : tuple of float
+        Where a search for it begins, in `unit`; about the typical size where empty.
     source : str
         Where the law or the range comes from.
     """
@@ -44,6 +46,7 @@ class Parameter:
     null: float = 0.0
     log: bool = False
     reciprocal: bool = False
+    starts: tuple[float, ...] = ()
     source: str = ""
 
 

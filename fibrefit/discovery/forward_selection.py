@@ -207,7 +207,12 @@ def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
     if not look.found or look.gain(look.found[0]) <= NAMED:
         return None
     near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
-    return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
+    return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, look), -one.log))
+
+
+def _new(one: Weighed, look: Comparison) -> bool:
+    """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
+    return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
 
 
 SIMPLER = 1.0

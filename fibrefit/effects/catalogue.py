@@ -10,9 +10,27 @@ from typing import Protocol
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.effects.changes.friction_change import FrictionChange
+from fibrefit.effects.changes.friction_drift import FrictionDrift
+from fibrefit.effects.changes.friction_step import FrictionStep
+from fibrefit.effects.changes.friction_trend import FrictionTrend
+from fibrefit.effects.changes.friction_wear import FrictionWear
+from fibrefit.effects.changes.knot_slip import KnotSlip
+from fibrefit.effects.changes.length_change import LengthChange
+from fibrefit.effects.changes.length_drift import LengthDrift
+from fibrefit.effects.changes.length_trend import LengthTrend
+from fibrefit.effects.changes.setting import Setting
+from fibrefit.effects.changes.stiffness_change import StiffnessChange
+from fibrefit.effects.changes.stiffness_drift import StiffnessDrift
+from fibrefit.effects.changes.stiffness_step import StiffnessStep
+from fibrefit.effects.changes.stiffness_trend import StiffnessTrend
+from fibrefit.effects.changes.stiffness_wear import StiffnessWear
 from fibrefit.effects.contract import violations
 from fibrefit.effects.declared import KINDS
 from fibrefit.effects.drive.compliance import Compliance
+from fibrefit.effects.drive.play import Play
+from fibrefit.effects.families import MARK, family_of, of_record
+from fibrefit.effects.fibre.creep import Creep
 from fibrefit.effects.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.effects.fibre.hardening import Hardening
 from fibrefit.effects.fibre.hysteresis import Hysteresis
@@ -32,6 +50,7 @@ from fibrefit.effects.functions_of_speed import (
 from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
 from fibrefit.effects.guide.load_dependent_friction import LoadDependentFriction
+from fibrefit.effects.guide.loose_mass import LooseMass
 from fibrefit.effects.guide.presliding import Presliding
 from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide.stribeck_friction import StribeckFriction
@@ -43,14 +62,25 @@ from fibrefit.effects.pulley.capstan_friction import CapstanFriction
 from fibrefit.effects.pulley.eccentricity import Eccentricity
 from fibrefit.effects.pulley.inertia import PulleyInertia
 from fibrefit.effects.rig.inclination_error import InclinationError
+from fibrefit.effects.sensor.acceleration_crosstalk import AccelerationCrosstalk
 from fibrefit.effects.sensor.dial_gauge_force import DialGaugeForce
 from fibrefit.effects.sensor.force_delay import ForceDelay
 from fibrefit.effects.sensor.force_drift import ForceDrift
 from fibrefit.effects.sensor.force_gain import ForceGain
 from fibrefit.effects.sensor.force_lag import ForceLag
 from fibrefit.effects.sensor.force_offset import ForceOffset
+from fibrefit.effects.sensor.gauge_nonlinearity import GaugeNonlinearity
 from fibrefit.effects.sensor.gauge_resonance import GaugeResonance
 from fibrefit.effects.sensor.position_gain import PositionGain
+from fibrefit.effects.sensor.position_ripple import PositionRipple
+from fibrefit.effects.study.added_mass import AddedMass
+from fibrefit.effects.study.clock import ClockError
+from fibrefit.effects.study.gain import Gain
+from fibrefit.effects.study.inclination import Inclination
+from fibrefit.effects.study.lift import Lift
+from fibrefit.effects.study.other_fibre import OtherFibre
+from fibrefit.effects.study.weight_mass import WeightMass
+from fibrefit.effects.study.wrap_angle import WrapAngle
 
 ENTRY_POINTS = "fibrefit.effects"
 """Group under which an installed package offers effects of its own."""
@@ -98,13 +128,31 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(DampingSpeedCurve, sought=None),
     CatalogueEntry(DampingPowerLaw, sought=None),
     CatalogueEntry(Hysteresis),
-    CatalogueEntry(FreeLengthOffset),
+    CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
+    CatalogueEntry(Creep),
+    CatalogueEntry(StiffnessDrift),
+    CatalogueEntry(StiffnessTrend),
+    CatalogueEntry(StiffnessWear),
+    CatalogueEntry(StiffnessChange),
+    CatalogueEntry(StiffnessStep, costly=True),
+    CatalogueEntry(LengthDrift),
+    CatalogueEntry(LengthTrend),
+    CatalogueEntry(LengthChange),
+    CatalogueEntry(Setting),
+    CatalogueEntry(KnotSlip, costly=True),
+    CatalogueEntry(FrictionDrift),
+    CatalogueEntry(FrictionTrend),
+    CatalogueEntry(FrictionWear),
+    CatalogueEntry(FrictionChange),
+    CatalogueEntry(FrictionStep, costly=True),
+    CatalogueEntry(LooseMass, costly=True),
     CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
     CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
     CatalogueEntry(BearingFriction),
     CatalogueEntry(CapstanFriction),
     CatalogueEntry(Eccentricity),
     CatalogueEntry(Compliance),
+    CatalogueEntry(Play),
     CatalogueEntry(ForceGain),
     CatalogueEntry(ForceOffset),
     CatalogueEntry(ForceDrift),
@@ -113,7 +161,18 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(GaugeResonance),
     CatalogueEntry(PositionGain),
     CatalogueEntry(DialGaugeForce),
-    CatalogueEntry(InclinationError),
+    CatalogueEntry(GaugeNonlinearity),
+    CatalogueEntry(AccelerationCrosstalk),
+    CatalogueEntry(PositionRipple, costly=True),
+    CatalogueEntry(InclinationError, sought=None),
+    CatalogueEntry(WeightMass),
+    CatalogueEntry(AddedMass),
+    CatalogueEntry(Inclination, alike=("rig.inclination_error",)),
+    CatalogueEntry(Lift, sought=None),
+    CatalogueEntry(WrapAngle, sought=None),
+    CatalogueEntry(Gain, sought=None),
+    CatalogueEntry(ClockError),
+    CatalogueEntry(OtherFibre),
 )
 
 ENTRIES: dict[str, CatalogueEntry] = {entry.effect.name: entry for entry in _ENTRIES}
@@ -134,7 +193,7 @@ class HasCapabilities(Protocol):
 
 def entry_of(effect: type[Effect]) -> CatalogueEntry:
     """Entry of an effect by its name; one that is not in the catalogue is tried everywhere, like most."""
-    return ENTRIES.get(effect.name) or CatalogueEntry(effect)
+    return ENTRIES.get(family_of(effect)) or CatalogueEntry(effect)
 
 
 def suits(effect: type[Effect], rig: HasCapabilities) -> bool:
@@ -170,7 +229,8 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     Parameters
     ----------
     name : str
-        A name in the catalogue or among installed packages, or ``"my_effects.py:MyEffect"``.
+        A name in the catalogue or among installed packages, with ``@3`` after it where there is one effect for each
+        record, or ``"my_effects.py:MyEffect"``.
     directory : path
         Where the path of such a file begins: the directory of the study.
 
@@ -187,6 +247,9 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
         return _named_anew(checked(from_file(name, Path(directory)), name), name)
     if name in CATALOGUE:
         return CATALOGUE[name]
+    family, _, place = name.partition(MARK)
+    if place.isdecimal() and int(place) > 0 and family in CATALOGUE and CATALOGUE[family].family:
+        return of_record(CATALOGUE[family], int(place))
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in offered:
         return _named_anew(checked(offered[name].load(), name), name)

@@ -23,7 +23,7 @@ SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
 SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap_angle": 2.6, "radius": 0.04}
 """What else hooks are told, in SI units."""
 SAMPLES = 3
-WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient")
+WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient", "loose")
 """Hooks whose answer means nothing by itself: another one must be nil."""
 FOR_ARRAYS = "Laws are compiled: write jnp.where(condition, a, b) for `if`, and jnp for math and np."
 
@@ -115,6 +115,8 @@ def _arguments(
     known |= {"stretch": x, "position": x, "rate": v, "velocity": v, "memory": memory, "slack": jnp.array(False)}
     known["direction"] = jnp.where(v < 0.0, -1.0, 1.0)
     known["channels"] = {"force": 30.0 + v * jnp.ones(SAMPLES), "position": x * jnp.ones(SAMPLES)}
+    known["channels"] |= {name: v * jnp.ones(SAMPLES) for name in getattr(effect, "feels", ())}
+    known |= {"course": x * jnp.arange(float(SAMPLES)), "rates": v * jnp.ones(SAMPLES)}
     known |= {"times": jnp.arange(float(SAMPLES)), "conditions": {n: jnp.asarray(c) for n, c in conditions.items()}}
     asked = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
     return [known[name] for name in asked if name != "self"]

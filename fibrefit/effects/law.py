@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import operator
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar
 
 import equinox as eqx
 import jax
@@ -21,6 +21,10 @@ from fibrefit.core.parameter import Parameter, inverse_of
 
 Memory = tuple[jax.Array, ...]
 Channels = dict[str, jax.Array]
+INSTANTS = (0.06, 0.12, 0.18, 0.26, 0.36, 0.48, 0.62, 0.8)
+"""Shares of a record at which a search looks for a sudden change; most of what happens, happens early."""
+LEAST = 0.02
+"""Share of a stiffness or friction that is always left."""
 
 
 def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
@@ -34,6 +38,24 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
         Any other argument of `Parameter`; its name is the field's.
     """
     return eqx.field(metadata={"parameter": Parameter("", unit, doc, typical, **more)})
+
+
+class Moment(NamedTuple):
+    """When a law is asked.
+
+    Parameters
+    ----------
+    time : () in s
+        Since the first sample of the record.
+    past : () a pure number
+        1 where the law's own instant is over, 0 before; the share that is over of a span that holds it.
+    path : () in m
+        That the weight has travelled since its motion began, to and fro.
+    """
+
+    time: jax.Array
+    past: jax.Array
+    path: jax.Array
 
 
 class Effect(eqx.Module):
@@ -59,6 +81,17 @@ class Effect(eqx.Module):
         Whether it brings rates that are fast against the sampling, so that steps must be stiffly stable.
     speeds : tuple of float
         Speeds of the weight, in m/s, between which the law bends so sharply that a step must not run across them.
+    timed : bool
+        Whether it changes within a record, so that `as_of` is asked.
+    sudden : bool
+        Whether that happens at one instant, given by its parameter `instant` as a share of the record.
+    worn : bool
+        Whether it depends on the path travelled.
+    family : {"", "in", "since"}
+        Whether there is one such effect for each record of a series, and which of them it acts in: that one, or that
+        one and all that follow. Such an effect is named ``port.effect@3``, after the record's place in the study.
+    record : int or None
+        That place, from 1; None where it acts in all records.
     """
 
     name: ClassVar[str]
@@ -70,6 +103,11 @@ class Effect(eqx.Module):
     singular: ClassVar[float] = 0.0
     stiff: ClassVar[bool] = False
     speeds: ClassVar[tuple[float, ...]] = ()
+    timed: ClassVar[bool] = False
+    sudden: ClassVar[bool] = False
+    worn: ClassVar[bool] = False
+    family: ClassVar[str] = ""
+    record: ClassVar[int | None] = None
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -92,6 +130,24 @@ class Effect(eqx.Module):
                 value = getattr(self, declared.name)
                 nil &= inverse_of(value) == 0.0 if declared.reciprocal else value == declared.null
         return nil
+
+    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
+        """The law as it is in the record of that `number` in the series, from 1, which lasts `duration` [s]."""
+        law = self
+        if self.sudden:
+            law = dataclasses.replace(law, instant=law.instant * duration)  # type: ignore[attr-defined, call-arg]
+        if self.record is None:
+            return law
+        there = number >= self.record if self.family == "since" else number == self.record
+        return law.scaled(jnp.where(there, 1.0, 0.0))
+
+    def as_of(self, moment: Moment) -> Self:
+        """The law as it is at a moment of the record it was made for."""
+        return self
+
+    def scaled(self, factor: jax.Array) -> Self:
+        """The law with strengths, which vanish at 0, multiplied."""
+        return dataclasses.replace(self, **{name: getattr(self, name) * factor for name in self.strength})
 
 
 class FibreLaw(Effect):
@@ -145,10 +201,17 @@ class GuideLaw(Effect):
     ----------
     creeps : bool
         Whether the weight moves before it breaks away, held by bristles.
+    carries : bool
+        Whether a part of the weight moves by itself.
     """
 
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE})
     creeps: ClassVar[bool] = False
+    carries: ClassVar[bool] = False
+
+    def loose(self) -> tuple[jax.Array, jax.Array, jax.Array]:
+        """Share of the mass that hangs loosely, its own angular frequency in rad/s, and its damping ratio."""
+        return jnp.zeros(()), jnp.ones(()), jnp.zeros(())
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
         """Addition to the level of the set-valued friction that acts in `direction` (+1 or -1) of motion."""
@@ -214,10 +277,17 @@ class DriveLaw(Effect):
     ----------
     yields : bool
         Whether the end of the fibre moves by itself.
+    remembers : bool
+        Whether what the drive does depends on where it was before.
     """
 
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.DRIVE})
     yields: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
+
+    def passed_on(self, course: jax.Array, rates: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """What reaches the fibre of the measured course of the drive ``(n_time,)``, in m, and its rates."""
+        return course, rates
 
     def travel(self, position: jax.Array, rate: jax.Array, radius: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Fibre taken in, in m, and its rate; `radius` of the pulley in m."""
@@ -236,6 +306,25 @@ class RigLaw(Effect):
         return conditions
 
 
+class StudyLaw(RigLaw):
+    """An error in what a study states.
+
+    Attributes
+    ----------
+    condition : str
+        Key of the study that is wrong; empty where it is none.
+    retimes : bool
+        Whether the clock is.
+    """
+
+    condition: ClassVar[str] = ""
+    retimes: ClassVar[bool] = False
+
+    def pace(self) -> jax.Array:
+        """True time over the time that the record tells."""
+        return jnp.ones(())
+
+
 class SensorLaw(Effect):
     """A change between what a sensor feels and what the logger writes.
 
@@ -243,9 +332,12 @@ class SensorLaw(Effect):
     ----------
     dynamic : bool
         Whether `lags` or `late_by` say anything: they need the force between the samples, which costs time.
+    feels : tuple of str
+        What `measure` is told besides the readings, under these names: ``acceleration`` of the weight, in m/s^2.
     """
 
     dynamic: ClassVar[bool] = False
+    feels: ClassVar[tuple[str, ...]] = ()
 
     def lags(self) -> tuple[tuple[jax.Array, jax.Array], ...]:
         """Force channels: weights and time constants [s] of the parallel first-order lags the sensor consists of.
@@ -269,6 +361,11 @@ Law = TypeVar("Law", bound=Effect)
 def laws_of(kind: type[Law], laws: tuple[Effect, ...]) -> tuple[Law, ...]:
     """Those of `laws` that belong to one kind of port, in their order."""
     return tuple(law for law in laws if isinstance(law, kind))
+
+
+def extends(effect: type[Effect]) -> bool:
+    """Whether a law is more than a rig by itself can follow: it changes with time, or brings a motion of its own."""
+    return effect.timed or getattr(effect, "carries", False) or getattr(effect, "retimes", False)
 
 
 def fast(laws: tuple[Effect, ...]) -> jax.Array | None:

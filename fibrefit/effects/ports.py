@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from types import FunctionType
 
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, RigLaw, SensorLaw
+from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, RigLaw, SensorLaw, StudyLaw
 
 PORTS: dict[str, type[Effect]] = {
     "guide": GuideLaw,
@@ -13,15 +13,17 @@ PORTS: dict[str, type[Effect]] = {
     "pulley": PulleyLaw,
     "drive": DriveLaw,
     "sensor": SensorLaw,
+    "study": StudyLaw,
     "rig": RigLaw,
 }
 
 ANNOUNCED: dict[str, dict[str, str]] = {
-    "guide": {"compliance": "creeps"},
+    "guide": {"compliance": "creeps", "loose": "carries"},
     "fibre": {"when_slack": "forgets", "memory_rate": "memory", "memory_at_rest": "memory"},
     "pulley": {"inertia": "turns", "rubbing": "rubs"},
-    "drive": {"compliance": "yields"},
+    "drive": {"compliance": "yields", "passed_on": "remembers"},
     "sensor": {"lags": "dynamic", "late_by": "dynamic"},
+    "study": {"pace": "retimes"},
     "rig": {},
 }
 """Hooks that are only asked where the law announces them, and the attribute that does."""
@@ -40,8 +42,12 @@ def hooks_of(port: str) -> dict[str, FunctionType]:
     port : str
         One of `PORTS`.
     """
-    methods = vars(PORTS[port]).items()
-    return {name: method for name, method in methods if inspect.isfunction(method) and not name.startswith("_")}
+    kind = PORTS[port]
+    # The hooks of a study are those of a rig and more; what all effects have is no hook of a port.
+    methods = {
+        name: method for cls in reversed(kind.__mro__) if cls in PORTS.values() for name, method in vars(cls).items()
+    }
+    return {n: method for n, method in methods.items() if inspect.isfunction(method) and not n.startswith("_")}
 
 
 def own_classes(effect: type[Effect]) -> list[type]:

@@ -69,6 +69,13 @@ BEGINNINGS = {
         '"rad", "error of the inclination", 0.01',
         "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})\n",
     ),
+    "study": Beginning(
+        "The guide is inclined by ``c`` more than the study says.",
+        "correct",
+        'conditions | {"inclination": conditions["inclination"] + self.coefficient}',
+        '"rad", "error of the inclination", 0.01',
+        "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})\n",
+    ),
 }
 
 _SOURCE = '''"""A law of my own."""
@@ -117,6 +124,8 @@ class {cls}({base}):
     # stiff      True where it brings rates that are fast against the sampling
     # singular   0.1, say, where the model changes its kind at the null (a new state, a rigid part that gives way)
     # speeds     speeds in m/s between which it bends so sharply that no step may run across them
+    # timed      True where it changes within a record: as_of(self, moment) says what it is then
+    # sudden     True where that happens at one instant, its parameter `instant`, a share of the record
 '''
 
 

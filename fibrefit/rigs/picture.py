@@ -129,6 +129,7 @@ def _sensor(law: Any) -> Picture:
         felt = TENSION * np.real(np.sum(shares, axis=0))
     places = np.linspace(0.0, 0.02, POINTS)
     channels = {"force": jnp.asarray(felt), "position": jnp.asarray(places)}
+    channels |= {name: jnp.gradient(channels["position"]) for name in law.feels}
     readings = law.measure(channels, jnp.asarray(25.0 * times))
     if not np.array_equal(readings["position"], channels["position"]):
         read = 1e3 * np.asarray(readings["position"])

@@ -10,10 +10,11 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.effects.law import Effect, RigLaw, SensorLaw, laws_of
+from fibrefit.effects.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
-from fibrefit.simulation.inputs import Course, courses, inputs_at
+from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock
+from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import Jumps, jumps_of
 from fibrefit.simulation.pieces import pieces_of
 from fibrefit.simulation.sensing import behind, chain_of
@@ -122,32 +123,46 @@ class Model:
         """Stretch [m] and its rate [m/s] ``(n_time,)`` of each fibre of a simulated record; none without one."""
         if (fibres := self.rig.fibres) is None:
             return ()
-        system, _ = self._system(values, self.laws(values), experiment)
-        here = _at_samples(courses(experiment.inputs, experiment.times), experiment.times)
+        system, _ = self._system(values, self._in_record(values, experiment), experiment)
+        here = _at_samples(self._driven(self._in_record(values, experiment), experiment), experiment.times)
+        if isinstance(system, Extended):
+            return jax.vmap(system.fibres_then)(solution.states, solution.modes, here)
         return jax.vmap(partial(fibres, system))(solution.states, solution.modes, here)
+
+    def _in_record(self, values: Values, experiment: Experiment) -> tuple[Effect, ...]:
+        """The effects as they are in one record."""
+        number = experiment.conditions.get(ORDER, jnp.ones(()))
+        duration = experiment.times[experiment.count - 1] - experiment.times[0]
+        return tuple(law.in_record(number, duration) for law in self.laws(values))
 
     def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
         """The system that moves, and the conditions of its record."""
-        # A condition that no one knows is a value like any other, and is found.
-        conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
-        for law in laws_of(RigLaw, laws):
-            conditions = law.correct(conditions)
+        conditions = known_conditions(values, laws, experiment)
+        if is_extended(laws):
+            return Extended.of(self.rig, self.tension_law, values, conditions, laws), conditions
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
+
+    def _driven(self, laws: tuple[Effect, ...], experiment: Experiment) -> dict[str, Course]:
+        """Inputs as they reach the rig."""
+        inputs, times = dict(experiment.inputs), experiment.times
+        for law in (law for law in laws_of(DriveLaw, laws) if law.remembers):
+            inputs["drive"] = Signals(*law.passed_on(*inputs["drive"]))
+        return courses(with_clock(inputs, times) if is_extended(laws) else inputs, times)
 
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
         """The response, without tangents of effects that are singular at their null."""
-        laws = self.laws(values)
+        laws = self._in_record(values, experiment)
         times, count = experiment.times, experiment.count
-        inputs = courses(experiment.inputs, times)
+        inputs = self._driven(laws, experiment)
         system, conditions = self._system(values, laws, experiment)
-        start = self.rig.start(system, values, conditions, inputs_at(inputs, times, jnp.int32(0), times[0]))
+        first = inputs_at(inputs, times, jnp.int32(0), times[0])
+        extended = isinstance(system, Extended)
+        start = system.start(values, first) if extended else self.rig.start(system, values, conditions, first)
         begin = times[0] if start.time is None else start.time
         solution = solve(system, start.state, begin, start.mode, times, count, inputs)
 
-        def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
-            return self.rig.observe(system, state, mode, here)
-
-        channels = jax.vmap(observe)(solution.states, solution.modes, _at_samples(inputs, times))
+        observe, here = partial(_observe, self.rig, system), _at_samples(inputs, times)
+        channels = jax.vmap(observe)(solution.states, solution.modes, here)
         jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
         if chain := chain_of(laws):
             lags, late_by, zero = chain
@@ -155,11 +170,36 @@ class Model:
             for role in (role for role in channels if role.startswith("force")):
                 motion = (system, times, count, inputs, solution)
                 channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
-        for sensor in laws_of(SensorLaw, laws):
+        sensors = laws_of(SensorLaw, laws)
+        if any(sensor.feels for sensor in sensors):
+            rates = jax.vmap(system.derivative)(solution.states, solution.modes, here)
+            channels["acceleration"] = (rates.inner if extended else rates).velocity
+        for sensor in sensors:
             channels = sensor.measure(channels, times)
+        channels = {role: reading for role, reading in channels.items() if role != "acceleration"}
         if "position_zero" in values:
             channels["position"] = channels["position"] + values["position_zero"]
-        return Response(channels, solution, jumps)
+        return Response(channels, bare(solution) if extended else solution, jumps)
+
+
+ORDER = "order"
+"""Condition that tells the place of a record in its series, from 1."""
+
+
+def known_conditions(values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> Values:
+    """Conditions of a record as the laws know them."""
+    # A condition that no one knows is a value like any other, and is found.
+    conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
+    for law in laws_of(RigLaw, laws):
+        conditions = law.correct(conditions)
+    return conditions
+
+
+def _observe(rig: Rig, system: Any, state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
+    """True value of each channel at one instant."""
+    if isinstance(system, Extended):
+        return system.observe(state, mode, here)
+    return rig.observe(system, state, mode, here)
 
 
 def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
@@ -250,7 +290,7 @@ def _behind(model: Model, role: str, given: tuple) -> jax.Array:
     (system, times, *motion), lags, late_by = given
 
     def felt(state: Any, mode: Any, here: Any) -> jax.Array:
-        return model.rig.observe(system, state, mode, here)[role]
+        return _observe(model.rig, system, state, mode, here)[role]
 
     return behind(pieces_of(felt, system, times, *motion), lags, late_by, times)
 

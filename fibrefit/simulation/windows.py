@@ -24,11 +24,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import SensorLaw, laws_of
+from fibrefit.effects.law import Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Values
 from fibrefit.simulation.inputs import Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of
-from fibrefit.simulation.model import Experiment, Model, Response
+from fibrefit.simulation.model import Experiment, Model, Response, known_conditions
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Solution, take
 
@@ -51,22 +51,32 @@ class WindowedModel(Model):
     window: int = 256
 
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
-        laws, size = self.laws(values), experiment.times.shape[0]
-        system = self.rig.build(values, experiment.conditions, laws, self.tension_law)
+        laws, size = self._in_record(values, experiment), experiment.times.shape[0]
         experiment = _lengthened(experiment, -size % self.window)
         cut = partial(jax.tree.map, lambda rows: rows.reshape(-1, self.window))
         times, inputs = cut(experiment.times), cut(experiment.inputs)
         counted = cut(jnp.arange(experiment.times.shape[0]) < experiment.count)
-        position, solution = jax.vmap(partial(self._window, system))(times, inputs, counted)
+        begun = experiment.times[0]
+
+        def window(times: jax.Array, inputs: dict[str, Signals], counted: jax.Array) -> tuple[jax.Array, Solution]:
+            then = tuple(_meanwhile(law, times - begun) for law in laws)
+            return self._window(self._system(values, then, experiment)[0], times, inputs, counted)
+
+        position, solution = jax.vmap(window)(times, inputs, counted)
         assert self.rig.anchor is not None, "a rig whose motion begins where it was measured"
         channels = {self.rig.anchor: position.reshape(-1)[:size]}
         for sensor in laws_of(SensorLaw, laws):
             channels = sensor.measure(channels, experiment.times)
         first = take(solution, 0)
         driven = courses(take(inputs, 0), times[0])
-        observe = partial(self.rig.observe, system)
+        observe = partial(self.rig.observe, self._system(values, laws, experiment)[0])
         jumps = jumps_of(observe, lambda step, time: inputs_at(driven, times[0], step, time), first)
         return Response(channels, _joined(solution, first, size), jumps)
+
+    def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
+        """The system of one window, whose laws do not change while it lasts."""
+        conditions = known_conditions(values, laws, experiment)
+        return self.rig.build(values, conditions, laws, self.tension_law), conditions
 
     def _window(
         self, system: Any, times: jax.Array, inputs: dict[str, Signals], counted: jax.Array
@@ -94,6 +104,16 @@ class WindowedModel(Model):
         solution = follow(system, best)
         slopes = jax.lax.stop_gradient(_slopes(known, solution, here, times))
         return solution.states.position + slopes @ lacking(solution, slopes), solution
+
+
+def _meanwhile(law: Effect, times: jax.Array) -> Effect:
+    """A law as it is on average while a window lasts."""
+    if not law.timed:
+        return law
+    past = jnp.zeros(())
+    if law.sudden:
+        past = jnp.clip((times[-1] - law.instant) / (times[-1] - times[0]), 0.0, 1.0)  # type: ignore[attr-defined]
+    return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, jnp.zeros(())))
 
 
 def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> jax.Array:

@@ -20,6 +20,8 @@ from fibrefit.simulation.model import Experiment, Model
 STEP = 5e-4
 CONDITIONS = {"weight_mass": 3.096, "added_mass": 0.0, "inclination": math.pi / 2, "lift": 0.012}
 VALUES = {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0, "release": 0.0}
+SECOND = {"order": 2.0}
+"""Place in the series: what changes from record to record shows from the second on."""
 
 DRIVE_CONDITIONS = {
     "weight_mass": 8.131,
@@ -54,13 +56,13 @@ OF_RIG = {
 
 def drop(samples: int = 1601, **conditions: float) -> Experiment:
     """A drop whose weight is let go with the first sample."""
-    known = {name: jnp.asarray(float(value)) for name, value in (CONDITIONS | conditions).items()}
+    known = {name: jnp.asarray(float(value)) for name, value in (CONDITIONS | SECOND | conditions).items()}
     return Experiment(jnp.arange(samples) * STEP, jnp.int32(samples), known, {})
 
 
 def drive(samples: int = 3201, excitation: Excitation = TRAPEZOID, **conditions: float) -> Experiment:
     """A movement of the drive."""
-    known = {name: jnp.asarray(float(value)) for name, value in (DRIVE_CONDITIONS | conditions).items()}
+    known = {name: jnp.asarray(float(value)) for name, value in (DRIVE_CONDITIONS | SECOND | conditions).items()}
     times = np.arange(samples) * STEP
     signal = Signals(*map(jnp.asarray, excitation.motion(times)))
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
@@ -70,7 +72,7 @@ def pendulum(
     samples: int = 1601, frequency: float = 3.0, amplitude: float = 0.02, step: float = STEP, **conditions: float
 ) -> Experiment:
     """A pendulum whose drive sets in with the first sample."""
-    known = {name: jnp.asarray(float(value)) for name, value in (PENDULUM_CONDITIONS | conditions).items()}
+    known = {name: jnp.asarray(float(value)) for name, value in (PENDULUM_CONDITIONS | SECOND | conditions).items()}
     times, omega = np.arange(samples) * step, 2.0 * np.pi * frequency
     signal = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"drive": signal})
@@ -81,7 +83,7 @@ def pushed(samples: int = 801, frequency: float = 3.0, amplitude: float = 30.0) 
     times, omega = np.arange(samples) * STEP, 2.0 * np.pi * frequency
     force = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
     still = Signals(jnp.zeros(samples), jnp.zeros(samples))
-    known = {"gain": jnp.ones(())}
+    known = {"gain": jnp.ones(())} | {name: jnp.asarray(place) for name, place in SECOND.items()}
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"force": force, "anchor": still})
 
 

@@ -315,6 +315,8 @@ def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> 
 
 
 def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:
+    if parameter.starts:
+        return list(parameter.starts)
     if parameter.name not in effect.strength:
         sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
     elif parameter.unit == "Hz":

@@ -78,6 +78,8 @@ def starting_strength(frame: Frame, name: str, weak: float, share: float) -> flo
 
 
 def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
+    if parameter.starts:
+        return list(parameter.starts)
     if parameter.name not in effect.strength:
         sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
     elif parameter.unit == "Hz":

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, SensorLaw
+from fibrefit.effects.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, faded
 from fibrefit.problem.inputs.reactions import Reactions
@@ -212,13 +212,13 @@ def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[typ
     return tuple(other for other in effects if not other.stiff and _kind(other) == _kind(effect))
 
 
-def _kind(effect: type[Effect]) -> tuple[str, bool]:
-    """Where it acts, and whether it is a sensor that answers late."""
+def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool]:
+    """Where it acts, and whether it is a sensor that answers late, changes with time, or does so at once."""
     place = effect.name.partition(".")[0]
     late = issubclass(effect, SensorLaw) and (
         effect.late_by is not SensorLaw.late_by or effect.lags is not SensorLaw.lags
     )
-    return place if place in OWN_KIND else "", late
+    return place if place in OWN_KIND else "", late, extends(effect), effect.sudden
 
 
 def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions | None = None) -> Frame:

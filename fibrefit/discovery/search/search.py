@@ -92,8 +92,9 @@ class Search:
         kin : sequence of Effect classes
             All that may be present beside it.
         """
-        kept = tuple(other for other in self.effects if not other.stiff)
-        reused = kin and not effect.stiff and self.base.frame.reactions is None
+        # What changes at once would slow down all others.
+        kept = tuple(other for other in self.effects if not other.stiff and not other.sudden)
+        reused = kin and not effect.stiff and not effect.sudden and self.base.frame.reactions is None
         group = kept if reused else group_of(effect, self.effects)
         held = tuple(dict.fromkeys((*kin, *group)))
         with self.lock:

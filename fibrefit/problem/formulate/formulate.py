@@ -12,7 +12,7 @@ from fibrefit.problem.formulate.starting import Starting, starting_fibre_mass
 from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
 from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
 from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
-from fibrefit.problem.formulate.traces import LEARNT, Measured, trace_of
+from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.spectrum import Noise, estimate_noise
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Trace, stack
@@ -62,7 +62,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     declared = {parameter.name: parameter for parameter in model.parameters}
     settings = study.settings(declared)
     stated = [stated_of(record) for record in study.records]
-    traces = [trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)]
+    traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
     starting = STARTING[model.rig.kind](traces, stated)

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.formulate.formulate import first_size, stated_of
-from fibrefit.problem.formulate.traces import conditions_of
+from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Trace, stack
@@ -50,7 +50,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
     if model.rig.anchor is not None:
         do = "Name a file for each record."
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
-    traces = tuple(_trace(record, model) for record in study.records)
+    traces = tuple(in_order([_trace(record, model) for record in study.records]))
     layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
     noise = {channel: _noise(study, channel, record_rate(traces[0])) for channel in model.rig.channels}
     rms = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.inputs.smoothing import smoothed
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.rigs.rig import Rig
+from fibrefit.simulation.model import ORDER
 
 
 class Measured(Protocol):
@@ -110,6 +111,11 @@ def conditions_of(name: str, rig: Rig, stated: Mapping[str, float | None]) -> di
             )
         conditions[condition.name] = float(value)
     return conditions
+
+
+def in_order(traces: Sequence[Trace]) -> list[Trace]:
+    """Traces that know their place in the series, from 1: some laws change from record to record."""
+    return [trace._replace(conditions={**trace.conditions, ORDER: float(i)}) for i, trace in enumerate(traces, 1)]
 
 
 def _input(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:

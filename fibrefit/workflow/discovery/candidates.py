@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
+from fibrefit.effects.families import members
 from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
 from fibrefit.effects.law import Effect
 from fibrefit.rigs.catalogue import RIGS
@@ -70,7 +71,12 @@ def _offered(study: Study, present: Iterable[str]) -> Candidates:
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
     fitting = {name: effect for name, effect in known.items() if is_sought(effect, RIGS[study.kind])}
-    return {name: _pointed(effect, study) for name, effect in fitting.items() if effect.name not in present}
+    one_each = {
+        member.name: member
+        for effect in fitting.values()
+        for member in members(_pointed(effect, study), len(study.records))
+    }
+    return {name: effect for name, effect in one_each.items() if effect.name not in present}
 
 
 def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: Candidates) -> Candidates:

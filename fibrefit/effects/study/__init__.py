@@ -1,0 +1,1 @@
+"""Errors in what a study states of its rig and records."""
