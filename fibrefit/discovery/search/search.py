@@ -14,7 +14,7 @@ from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
-from fibrefit.effects.law import Effect
+from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
@@ -92,9 +92,9 @@ class Search:
         kin : sequence of Effect classes
             All that may be present beside it.
         """
-        # What changes at once would slow down all others.
-        kept = tuple(other for other in self.effects if not other.stiff and not other.sudden)
-        reused = kin and not effect.stiff and not effect.sudden and self.base.frame.reactions is None
+        # What changes with time would slow down all others.
+        kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
+        reused = kin and not effect.stiff and not extends(effect) and self.base.frame.reactions is None
         group = kept if reused else group_of(effect, self.effects)
         held = tuple(dict.fromkeys((*kin, *group)))
         with self.lock:
