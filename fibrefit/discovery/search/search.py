@@ -122,7 +122,10 @@ class Search:
         """A parent with each of some effects, the most probable first."""
         plain = self.plain(parent)
         if self.gap(plain) > NEARLY:
-            found = self._from_plain_squares(parent, plain, effects, what)
+            # Of a sudden change slopes tell the instant; there are too many instants to be tried in plain squares.
+            sudden = [effect for effect in effects if effect.sudden]
+            found = self._from_plain_squares(parent, plain, [e for e in effects if not e.sudden], what)
+            found += self._from_slopes(parent, sudden, what)
         else:
             found = self._from_slopes(parent, effects, what)
         return sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
