@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
+
+Status = Literal["ok", "suspect", "failed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,9 @@ class Check:
     quantity : str
         What is tested, e.g. ``"residual size"``: a failed check is listed under it, for `name` would then say the
         opposite of what was found. Empty where there is none.
+    about : str
+        ``"numbers"`` where a failure means that the values may mislead; ``"model"`` where it only says that the model
+        leaves more than noise, as every model of a real rig does once the noise is small enough.
     """
 
     name: str
@@ -39,3 +46,12 @@ class Check:
     fatal: bool = False
     identifier: str = ""
     quantity: str = ""
+    about: Literal["numbers", "model"] = "numbers"
+
+
+def status_by(checks: Sequence[Check]) -> Status:
+    """``failed`` where a fatal check failed, ``suspect`` where one about the numbers did, else ``ok``."""
+    failed = [check for check in checks if not check.passed]
+    if any(check.fatal for check in failed):
+        return "failed"
+    return "suspect" if any(check.about == "numbers" for check in failed) else "ok"

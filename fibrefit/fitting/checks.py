@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fitting.identifiability import Weakness
-from fibrefit.fitting.result import Gap, InputError, Starts, total
+from fibrefit.fitting.result import ChannelGap, Gap, InputError, Starts, total
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 
@@ -23,6 +23,8 @@ INPUT_ERROR = 1.15
 """Error of a measured input over its noise beyond which it is not the input's."""
 AGREEMENT = 0.1
 """Difference between solvers in standard errors."""
+UNEXPLAINED = 0.005
+"""Share of the variance of a signal: seven per cent of its rms."""
 STARTS = 0.8
 FEW = 2
 """Starts that have to end in a minimum that leaves only noise."""
@@ -176,7 +178,36 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     passed = ratio <= limit
     says = f"The residual RMS is {ratio:.3g} times the noise; at most {limit:.3g} is expected. "
     says += "There is nothing to explain." if passed else "The model lacks something."
-    return Check("the gap is noise", passed, says, ratio, limit, identifier="residual_size", quantity="residual size")
+    named: dict[str, Any] = {"identifier": "residual_size", "quantity": "residual size", "about": "model"}
+    return Check("the gap is noise", passed, says, ratio, limit, **named)
+
+
+def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
+    """Whether what is left beyond the noise is small against each signal.
+
+    Parameters
+    ----------
+    gaps : mapping of channel to ChannelGap
+        That of a driving force has no noise.
+    """
+    shares = {name: _unexplained(gap) for name, gap in gaps.items() if np.isfinite(gap.explained)}
+    worst = max(shares, key=lambda name: shares[name], default="")
+    share = shares.get(worst, 0.0)
+    passed = share <= UNEXPLAINED
+    says = f"Of no signal is more than {100.0 * UNEXPLAINED:g} % of the variance left beyond its noise."
+    if not passed:
+        says = (
+            f"{100.0 * share:.2g} % of the variance of the {worst} is left beyond its noise; at most "
+            f"{100.0 * UNEXPLAINED:g} % passes. So much may be taken up by the values: they may mislead."
+        )
+    named: dict[str, Any] = {"identifier": "explained_share", "quantity": "share of the signal that is explained"}
+    return Check("the signal is explained", passed, says, share, UNEXPLAINED, **named)
+
+
+def _unexplained(gap: ChannelGap) -> float:
+    """Share of the variance of a signal that is left and is not noise."""
+    noise = gap.noise if np.isfinite(gap.noise) else 0.0
+    return (1.0 - gap.explained) * max(1.0 - (GAP * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0
 
 
 def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
@@ -203,6 +234,7 @@ def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
                 INPUT_ERROR,
                 identifier=f"{name}_error",
                 quantity=f"error of the measured {name}",
+                about="model",
             )
         )
     return checks
@@ -225,6 +257,7 @@ def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
         0.0,
         identifier="noise_level",
         quantity="noise level",
+        about="model",
     )
 
 

@@ -80,6 +80,12 @@ def inflation(problem: Problem, bars: ErrorBars) -> float:
     return ratio(problem, bars.errors[bars.method], bars.errors["white"])
 
 
+def settling_unit(problem: Problem, bars: ErrorBars) -> float:
+    """The same, at least one and finite: the unit in which it is judged whether a search has come to its end."""
+    found = inflation(problem, bars)
+    return max(found, 1.0) if math.isfinite(found) else 1.0
+
+
 def ratio(problem: Problem, errors: np.ndarray, others: np.ndarray) -> float:
     """Median of the shared parameters' standard errors ``(n_free,)`` over others of theirs."""
     shared = _shared(problem) or list(range(problem.layout.size))

@@ -55,7 +55,8 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
         counted = weight > 0.0
         measured = np.asarray(data.measured[channel])
         error = np.where(counted, measured - reading, 0.0)
-        squares = np.array([_squares(row[seen]) for row, seen in zip(measured, counted, strict=True)])
+        pieces = task.problem.model.pieces
+        squares = np.array([_squares(row, seen, pieces) for row, seen in zip(measured, counted, strict=True)])
         sigma = 1.0 / weight.max(axis=1)
         for r, name in enumerate(names):
             rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
@@ -68,9 +69,18 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
     return whole, gaps
 
 
-def _squares(values: np.ndarray) -> float:
-    """Sum of squared distances from the mean."""
-    return float(np.sum((values - values.mean()) ** 2)) if values.size else 0.0
+def _squares(values: np.ndarray, counted: np.ndarray, pieces: int | None) -> float:
+    """Sum of squared distances from the mean; in pieces, whose start is their own, from the best line of each."""
+    if pieces is None:
+        return float(np.sum((values[counted] - values[counted].mean()) ** 2)) if counted.any() else 0.0
+    total, ahead = 0.0, np.arange(pieces) - 0.5 * (pieces - 1)
+    for start in range(0, len(values), pieces):
+        seen = counted[start : start + pieces]
+        line = np.column_stack([np.ones(seen.sum()), ahead[: len(seen)][seen]])
+        part = values[start : start + pieces][seen]
+        if len(part):
+            total += float(np.sum((part - line @ np.linalg.lstsq(line, part, rcond=None)[0]) ** 2))
+    return total
 
 
 def _explained(left: float, whole: float) -> float:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,18 +14,19 @@ from fibrefit.core.check import Check
 from fibrefit.core.errors import DataError
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import error_bars, estimates, inflation
+from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
+from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import reported
-from fibrefit.fitting.result import Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import ChannelGap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.multistart import scattered, search, table
 from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
-from fibrefit.problem.diagnose.inverse_dynamics import force_balance
+from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
@@ -83,9 +86,9 @@ def identify(
     found = _search(searched, starts, seed, tell, stop)
     _refuse_if_lost(found, task.problem.layout.records)
     tell("second solver", 0.87)
-    values, agreed = _settled(searched, width, found, stop)
+    values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, agreed, waves, whiten)
+    found_all = _concluded(task, found, values, second, waves, whiten)
     if profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -137,7 +140,7 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
 
 
 def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, agreed: Check, waves: Waves | None, whiten: bool
+    task: Task, starts: Starts, values: np.ndarray, second: _Second | None, waves: Waves | None, whiten: bool
 ) -> Identification:
     plain = optimum(task, values, waves)
     normal = plain.scores.normal_matrix()
@@ -146,10 +149,13 @@ def _concluded(
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
     problem, seen, sound = best.problem, best.seen, dict(best.sound)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
+    force = force_balance(task, best.values)
+    balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
+    agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.pop("converged"),
-        agreed,
+        _agreed(second, settling_unit(problem, bars)),
         judge.starts_agree(starts, sound["gap"].passed),
         sound.pop("inside"),
         judge.determined(weak),
@@ -158,7 +164,9 @@ def _concluded(
         *judge.inputs_within_noise(best.input_errors),
         *sound.values(),
         *best.checks,
-        *force_balance(task, best.values),
+        judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap}),
+        *(() if agree is None else (agree,)),
+        *(() if force is None else (balance_check(force),)),
     )
     aside = PlainEstimate(plain.values, bars.errors[bars.method])
     return Identification(
@@ -185,15 +193,23 @@ def _concluded(
         estimator_says=best.says,
         plain=aside,
         sharp=best.sharp,
+        balance=balance,
     )
 
 
-def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, Check]:
-    """Best values, and whether another solver ends there too; if it ends lower, the search goes on from its place."""
+class _Second(NamedTuple):
+    """Where another solver ended: distance in standard errors for white noise, and by how much its cost is lower."""
+
+    distance: float
+    gain: float
+
+
+def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, _Second | None]:
+    """Best values, and where another solver ends; if it ends lower, the search goes on from its place."""
     problem, whole = task.problem, task.counts[-1:]
     values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
     if stop():
-        return values, judge.no_second_solver()
+        return values, None
     for _ in range(SECOND_CHANCES):
         errors = _rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
@@ -202,7 +218,14 @@ def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple
             break
         found = descend(problem, problem.layout.free(other.values), width, whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
-    return values, judge.second_solver(float(np.max(np.abs(other.values - values) / errors)), gain)
+    # What is left may be far more than noise: a fall of the cost counts in units of that.
+    variance = max(cost / max(problem.n_measured, 1), 1.0)
+    return values, _Second(float(np.max(np.abs(other.values - values) / errors)), gain / variance)
+
+
+def _agreed(second: _Second | None, inflation: float) -> Check:
+    """Whether both solvers agree, in units of the honest standard errors."""
+    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / inflation, second.gain)
 
 
 SECOND_CHANCES = 3

@@ -9,9 +9,10 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio
+from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.evaluate import Look, look, residuals_of
 from fibrefit.fitting.gls import Sharp, problem_at, sharpened
+from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.structure import loudness, structure_checks
@@ -149,10 +150,13 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     sound = _sound(task, problem, seen, residuals, noise, plain.expected_gap)
     found = estimates(problem, plain.values, bars)
-    arrived = judge.converged(plain.promised([not estimate.at_bound for estimate in found]), success)
+    promised = plain.promised([not estimate.at_bound for estimate in found])
+    arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success)
     limits = [estimate.name for estimate in found if estimate.at_bound]
     sound = {"converged": arrived, "inside": judge.inside_bounds(limits), **sound}
     errors, expected = plain.input_errors, plain.expected_gap
+    if not sound["gap"].passed and np.isfinite(residuals).all():
+        bars = with_discrepancy(bars, plain.scores, seen.motion)
     return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.waves, expected)
 
 

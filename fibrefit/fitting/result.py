@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fibrefit.core.check import Check
+from fibrefit.core.check import Check, Status, status_by
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import Waves
@@ -36,7 +36,8 @@ class Estimate:
         Clipped at the parameter's bounds.
     free, at_bound : bool
     std_errors : dict of str to float
-        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``. Where the
+        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``; and
+        ``discrepancy`` where residuals are more than noise. Where the
         estimate is a whitened one: ``white``, which is what noise without memory would leave the plain one; ``alike``,
         if records did not differ; ``whitened``, what is not known of their differences included.
     interval_kind : str
@@ -177,6 +178,8 @@ class Identification:
     estimates : tuple of Estimate
         Shared parameters first, then those of each record.
     gap : Gap
+    balance : ChannelGap or None
+        Of the force that drives the rig, by inverse dynamics; None where none does.
     expected_gap : float
         Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
     record_gaps : dict of record to Gap
@@ -224,13 +227,12 @@ class Identification:
     sharp: Sharp | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     waves: Waves = field(default_factory=dict)
+    balance: ChannelGap | None = None
 
     @property
-    def status(self) -> str:
+    def status(self) -> Status:
         """``ok``, ``suspect`` or ``failed``, as the checks have it."""
-        if any(check.fatal and not check.passed for check in self.checks):
-            return "failed"
-        return "ok" if all(check.passed for check in self.checks) else "suspect"
+        return status_by(self.checks)
 
     @property
     def between(self) -> Mapping[str, Between]:

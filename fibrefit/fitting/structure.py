@@ -130,6 +130,7 @@ def _spectrum(residuals: Residuals) -> Check:
         SPECTRUM_RATIO,
         identifier="residual_spectrum",
         quantity="residual spectrum",
+        about="model",
     )
 
 
@@ -201,6 +202,7 @@ def _phases(residuals: Residuals) -> Check:
         PHASE_RATIO,
         identifier="residual_phase",
         quantity="residuals by phase",
+        about="model",
     )
 
 
@@ -250,6 +252,7 @@ def _states(residuals: Residuals) -> Check:
         STATE_SHARE,
         identifier="residual_state",
         quantity="residuals vs state",
+        about="model",
     )
 
 

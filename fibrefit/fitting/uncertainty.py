@@ -136,13 +136,12 @@ def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:
 
 def newey_west(scores: Scores) -> np.ndarray:
     """Score variance from the scores' own autocovariance, with Bartlett's weights."""
+    return scores.assembled(lambda record: newey_west_of(scores.of_record(record)))
 
-    def local(record: int) -> np.ndarray:
-        score = scores.of_record(record)
-        lags = max(round(MEMORY * len(score)), 1)
-        return _bartlett(score - score.mean(axis=0), lags)
 
-    return scores.assembled(local)
+def newey_west_of(score: np.ndarray) -> np.ndarray:
+    """The part of one record, from its scores ``(n_time, n_local)``."""
+    return _bartlett(score - score.mean(axis=0), max(round(MEMORY * len(score)), 1))
 
 
 def block_bootstrap(scores: Scores) -> np.ndarray:

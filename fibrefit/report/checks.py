@@ -38,13 +38,15 @@ def quantity_of(check: CheckSummary) -> str:
 
 
 def failure(check: CheckSummary) -> str:
-    """``FAILED residual size: ...``: what was tested and what was found."""
-    return f"FAILED {quantity_of(check)}: {check.says}"
+    """``FAILED residual size: ...``: what was tested and what was found; ``MODEL`` where the numbers may be right."""
+    return f"{'FAILED' if check.about == 'numbers' else 'MODEL'} {quantity_of(check)}: {check.says}"
 
 
 def failures(checks: Sequence[CheckSummary]) -> list[str]:
     """Lines of all checks that failed."""
-    return items(failure(check) for check in checks if not check.passed)
+    return items(
+        failure(check) for check in sorted(checks, key=lambda check: check.about == "model") if not check.passed
+    )
 
 
 def passes(checks: Sequence[CheckSummary]) -> list[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import textwrap
 
-from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
 from fibrefit.study.summaries.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
@@ -23,7 +23,7 @@ LONGEST_NAME = 28
 MOST_RECORDS = 12
 
 VERDICTS = {
-    "ok": "The model explains these records down to their noise, and every check passed.",
+    "ok": "Every check of the numbers passed.",
     "suspect": "Read these numbers with care: the fit came to an end, but not all of its checks passed.",
     "failed": "Do not use these numbers: the fit itself cannot be relied on.",
 }
@@ -34,6 +34,8 @@ ERROR_METHODS = {
     "spectrum": "Standard errors follow from the residual spectrum, taken as white + 1/f (pink) noise.",
     "newey_west": "Standard errors allow for autocorrelated noise (Newey-West).",
     "whitened": "Standard errors are those of the whitened likelihood (GLS), differences between records allowed for.",
+    "discrepancy": "Standard errors allow for what the model lacks: residuals alike at like states count as one "
+    "(cluster-robust sandwich).",
     "block_bootstrap": "Standard errors come from a block bootstrap of the residuals.",
 }
 
@@ -65,7 +67,7 @@ def fit_report(summary: FitResultSummary) -> str:
     """
     sections = [
         _title(summary),
-        paragraph(VERDICTS[summary.status]),
+        paragraph(f"{headline(summary)} {VERDICTS[summary.status]} {_left(summary)}".strip()),
         section("What was found", _found(summary)),
         section("How sure it is", _sure(summary)),
         section("What to doubt", doubts(summary)),
@@ -73,6 +75,27 @@ def fit_report(summary: FitResultSummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
+
+
+def headline(summary: FitResultSummary) -> str:
+    """What share of each signal is explained, and how far model and measurement differ; empty where it is not known."""
+    told = [
+        f"{format_share(gap.explained)} of the {channel}, within {format_quantity(gap.rms, gap.unit, 3)} rms"
+        for channel, gap in summary.gap.channels.items()
+        if gap.explained is not None
+    ]
+    return f"The model explains {'; '.join(told)}." if told else ""
+
+
+def _left(summary: FitResultSummary) -> str:
+    """Whether what is left is noise."""
+    lacking = [check for check in summary.checks if check.about == "model" and not check.passed]
+    total = "" if summary.gap.total is None else f" ({summary.gap.total:.3g} times it)"
+    if summary.status == "failed":
+        return ""
+    if not lacking:
+        return "What is left is noise." if summary.status == "ok" else ""
+    return f"What is left is more than the noise{total}: error bars allow for it, and the model lacks something."
 
 
 def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, str]:
@@ -173,14 +196,16 @@ def _sure(summary: FitResultSummary) -> list[str]:
 def _gap_table(summary: FitResultSummary) -> list[str]:
     rows = [_gap_row(channel, gap) for channel, gap in summary.gap.channels.items()]
     if summary.gap.total is not None:
-        rows.append(("total", "", "", f"{summary.gap.total:.2f}"))
-    lines = table(("residuals", "rms", "noise", "gap"), rows, right={1, 2, 3})
+        rows.append(("total", "", "", "", f"{summary.gap.total:.2f}"))
+    lines = table(("residuals", "explained", "rms", "noise", "gap"), rows, right={1, 2, 3, 4})
     return [*lines[:-1], paragraph(GAP), ""] if lines else []
 
 
 def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
     noise = "" if gap.noise is None else format_quantity(gap.noise, gap.unit, 3)
-    return channel, format_quantity(gap.rms, gap.unit, 3), noise, "" if gap.ratio is None else f"{gap.ratio:.2f}"
+    explained = "" if gap.explained is None else format_share(gap.explained)
+    ratio = "" if gap.ratio is None else f"{gap.ratio:.2f}"
+    return channel, explained, format_quantity(gap.rms, gap.unit, 3), noise, ratio
 
 
 def _records(summary: FitResultSummary) -> list[str]:

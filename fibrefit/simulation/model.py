@@ -77,6 +77,11 @@ class Model:
     tension_law: str = "clamped"
 
     @property
+    def pieces(self) -> int | None:
+        """Samples of each stretch that begins with a state of its own; None where a record is followed to its end."""
+        return None
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The base model's parameters, then those of the effects under their dotted names."""
         return self.rig.parameters + tuple(

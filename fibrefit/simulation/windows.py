@@ -50,6 +50,11 @@ class WindowedModel(Model):
 
     window: int = 256
 
+    @property
+    def pieces(self) -> int:
+        """Samples of each window."""
+        return self.window
+
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
         laws, size = self._in_record(values, experiment), experiment.times.shape[0]
         experiment = _lengthened(experiment, -size % self.window)

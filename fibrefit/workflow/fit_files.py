@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.problem.estimate.population import Between
@@ -38,7 +39,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         study=study.name,
         rig=study.kind,
         parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
-        gap=gap_summary(found.gap),
+        gap=gap_summary(found.gap, found.balance),
         expected_gap=finite(found.expected_gap),
         input_errors={
             name: InputErrorSummary(rms=error.rms, noise=error.noise, unit=error.unit)
@@ -76,6 +77,7 @@ def check_summary(check: Check) -> CheckSummary:
         fatal=check.fatal,
         identifier=check.identifier,
         quantity=check.quantity,
+        about=check.about,
     )
 
 
@@ -96,17 +98,17 @@ def parameter_summary(estimate: Estimate) -> ParameterSummary:
     )
 
 
-def gap_summary(gap: Gap) -> GapSummary:
-    """A gap as `summary.json` has it."""
+def gap_summary(gap: Gap, force: result.ChannelGap | None = None) -> GapSummary:
+    """A gap as `summary.json` has it; `force` is that of a force that drives the rig, of which no noise is known."""
     channels = {
         name: ChannelGap(
             rms=channel.rms,
             unit=channel.unit,
-            noise=channel.noise,
-            ratio=channel.ratio,
+            noise=finite(channel.noise),
+            ratio=finite(channel.ratio),
             explained=finite(channel.explained),
         )
-        for name, channel in gap.items()
+        for name, channel in (({} if force is None else {"force": force}) | dict(gap)).items()
     }
     return GapSummary(total=total(gap), **channels)
 

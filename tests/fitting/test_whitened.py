@@ -96,7 +96,10 @@ def test_records_that_differ_are_told(tmp_path: Path) -> None:
 def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
     missing = {"effects": (ViscousFriction,), f"guide__viscous_friction__{VAGUE}": 2.0}
     found = fitted(tmp_path, **missing)
-    assert found.status == "suspect"
+    failed = {check.identifier: check.about for check in found.checks if not check.passed}
+    # The model lacks something and says so; both records ask for the same values, and most of the signal is explained.
+    assert failed["residual_size"] == "model"
+    assert found.status == ("suspect" if "numbers" in failed.values() else "ok")
     assert found.estimator == "plain least squares"
     assert found.estimator_says.startswith("Plain least squares: whitening is for what is noise alone")
     assert found.between == {}

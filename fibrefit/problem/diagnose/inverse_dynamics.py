@@ -5,7 +5,7 @@ A model that is simulated in windows is judged by positions. Its user thinks in 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -24,33 +24,40 @@ EXPLAINED = 0.1
 """Share of the force that may be missing."""
 
 
-def force_balance(task: Task, values: np.ndarray) -> tuple[Check, ...]:
-    """What share of the measured force the model leaves unexplained; nothing for a rig that no force drives.
+class ForceBalance(NamedTuple):
+    """What inverse dynamics leaves of a driving force, over all records.
 
     Parameters
     ----------
-    task : Task
-    values : (n_free,) in SI units
+    rms : float
+        Of the force that is not explained, in N.
+    share : float
+        That over the rms of the force.
+    explained : float
+        Share of the variance of the force within each record.
     """
-    share = unexplained_share(task, values)
-    if share is None:
-        return ()
-    return (
-        Check(
-            name="the force is the one the motion asks for",
-            passed=share <= EXPLAINED,
-            says=f"Up to {FORCES:g} Hz, {100.0 * share:.2f} % of the measured force is not what the motion asks for; "
-            f"at most {100.0 * EXPLAINED:g} % is expected.",
-            statistic=share,
-            threshold=EXPLAINED,
-            identifier="force_balance",
-            quantity="force balance (inverse dynamics)",
-        ),
+
+    rms: float
+    share: float
+    explained: float
+
+
+def balance_check(found: ForceBalance) -> Check:
+    """Whether the measured force is the one that the measured motion asks for."""
+    return Check(
+        name="the force is the one the motion asks for",
+        passed=found.share <= EXPLAINED,
+        says=f"Up to {FORCES:g} Hz, {100.0 * found.share:.2f} % of the measured force is not what the motion asks for; "
+        f"at most {100.0 * EXPLAINED:g} % is expected.",
+        statistic=found.share,
+        threshold=EXPLAINED,
+        identifier="force_balance",
+        quantity="force balance (inverse dynamics)",
     )
 
 
-def unexplained_share(task: Task, values: np.ndarray) -> float | None:
-    """What is not explained of the measured force over that force, both rms; None for a rig that no force drives.
+def force_balance(task: Task, values: np.ndarray) -> ForceBalance | None:
+    """What is not explained of a driving force; None for a rig that no force drives.
 
     Parameters
     ----------
@@ -59,12 +66,23 @@ def unexplained_share(task: Task, values: np.ndarray) -> float | None:
     """
     if task.problem.model.rig.anchor is None:
         return None
-    missing, whole = zip(*(_residual(task, trace, values, r) for r, trace in enumerate(task.traces)), strict=True)
-    return float(np.sqrt(np.sum(np.square(missing)) / np.sum(np.square(whole))))
+    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
+    parts = [_residual(task, trace, local[r], r) for r, trace in enumerate(task.traces)]
+    count = sum(len(missing) for missing, _ in parts)
+    missing = sum(float(np.sum(missing**2)) for missing, _ in parts)
+    whole = sum(float(np.sum(force**2)) for _, force in parts)
+    varied = sum(float(np.sum((force - force.mean()) ** 2)) for _, force in parts)
+    return ForceBalance(np.sqrt(missing / count), np.sqrt(missing / whole), 1.0 - missing / varied)
 
 
-def _residual(task: Task, trace: Trace, values: np.ndarray, record: int) -> tuple[float, float]:
-    """Root of the summed squares of the residual and of the force, in N."""
+def unexplained_share(task: Task, values: np.ndarray) -> float | None:
+    """What is not explained of a driving force over that force, both rms; None for a rig that no force drives."""
+    found = force_balance(task, values)
+    return None if found is None else found.share
+
+
+def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple[np.ndarray, np.ndarray]:
+    """Residual and force ``(n_time,)`` in N, slow parts."""
     from scipy.signal import butter, sosfiltfilt
 
     rate = 1.0 / float(np.diff(trace.times).mean())
@@ -78,13 +96,13 @@ def _residual(task: Task, trace: Trace, values: np.ndarray, record: int) -> tupl
     speed = np.gradient(position, trace.times)
     acceleration = np.gradient(speed, trace.times)
     force = trace.inputs["force"][:, 0]
-    asked = _asked(_system(task, values, record), position, speed, acceleration, force)
-    return float(np.linalg.norm(low(force - asked, FORCES))), float(np.linalg.norm(low(force, FORCES)))
+    asked = _asked(_system(task, local, record), position, speed, acceleration, force)
+    return low(force - asked, FORCES), low(force, FORCES)
 
 
-def _system(task: Task, values: np.ndarray, record: int) -> Any:
+def _system(task: Task, local: np.ndarray, record: int) -> Any:
     problem, trace = task.problem, task.traces[record]
-    named = dict(zip(problem.layout.names, problem.layout.local(jnp.asarray(values))[record], strict=True))
+    named = dict(zip(problem.layout.names, jnp.asarray(local), strict=True))
     conditions = {name: jnp.asarray(value) for name, value in trace.conditions.items()}
     return problem.model.rig.build(named, conditions, problem.model.laws(named), problem.model.tension_law)
 

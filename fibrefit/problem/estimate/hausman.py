@@ -131,6 +131,7 @@ def parting_check(names: tuple[str, ...], found: Parting) -> Check:
         UNLIKELY,
         identifier="hausman",
         quantity="OLS against GLS estimate (Hausman test)",
+        about="model",
     )
 
 

@@ -30,7 +30,8 @@ class ParameterSummary(Part):
     std_errors: dict[str, float | None] = Field(
         default_factory=dict,
         description="Standard error by method: white (of ordinary least squares under white noise), spectrum, "
-        "newey_west, block_bootstrap. Where the estimate is that of generalised least squares: whitened, which allows "
+        "newey_west, block_bootstrap, and, where residuals are more than noise, discrepancy. Where the estimate is "
+        "that of generalised least squares: whitened, which allows "
         "for differences between records, and alike, if there were none.",
     )
     interval_kind: str = Field(
@@ -53,7 +54,10 @@ class ChannelGap(Part):
     noise: float | None = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
     ratio: float | None = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
     explained: float | None = Field(
-        default=None, description="Share of the variance of the signal within each record that the model explains."
+        default=None,
+        description="Share of the variance of the signal within each record that the model explains; within each "
+        "window, about a uniform motion, on a rig simulated in windows; of a force that drives the rig, by inverse "
+        "dynamics.",
     )
 
 
@@ -97,6 +101,11 @@ class CheckSummary(Part):
     fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
     identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
     quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
+    about: Literal["numbers", "model"] = Field(
+        default="numbers",
+        description="numbers: a failure means that the values may mislead; model: it only says that the model leaves "
+        "more than noise.",
+    )
 
 
 class Basin(Part):

@@ -8,6 +8,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity, format_share
+from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.records import Record
 from fibrefit.store import sha256_of
@@ -15,7 +16,7 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSummary, Provenance, RecordSummary, Status
 from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
-from fibrefit.workflow.prediction.judge import BAND, expected_square, limit, prediction_checks
+from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
 
 if TYPE_CHECKING:
     from fibrefit.workflow.prediction.predict import Prediction
@@ -30,6 +31,8 @@ def prediction_summary(found: Prediction, origin: Provenance) -> PredictionSumma
     ratios = {}
     for c, channel in enumerate(task.problem.model.rig.channels):
         channels[channel], ratios[channel] = _channel(found, c, channel)
+    if found.force is not None:
+        channels["force"], ratios["force"] = _force(found, found.force)
     readings = np.stack(list(found.seen.motion.readings.values()))
     known = [record.label for record in found.study.records if _was_used(found, record.file)]
     checks = prediction_checks(ratios, readings, found.seen.motion.trouble, task.problem.layout.records, known)
@@ -75,6 +78,20 @@ def _channel(found: Prediction, c: int, channel: str) -> tuple[PredictedChannel,
         inside=finite(float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted]))),
     )
     return told, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
+
+
+def _force(found: Prediction, force: ForceBalance) -> tuple[PredictedChannel, tuple[float, float]]:
+    """The same of a force that drives the rig: it is held against what the fit left of its own."""
+    fitted = found.known.gaps.get("force")
+    told = PredictedChannel(
+        rms=force.rms,
+        unit="N",
+        explained=finite(force.explained),
+        fit_rms=None if fitted is None else fitted.rms,
+        fit_explained=None if fitted is None else fitted.explained,
+        expected=None if fitted is None else fitted.rms,
+    )
+    return told, (0.0 if fitted is None else force.rms / fitted.rms, LACKING)
 
 
 def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:

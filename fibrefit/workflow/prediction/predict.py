@@ -14,6 +14,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.evaluate import Look, look
 from fibrefit.fitting.predictive import predictive_variance, problem_parameters
+from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -50,6 +51,8 @@ class Prediction(Saved):
     held : Held
     seen : Look
         The simulated motion, and how far it is from what was measured.
+    force : ForceBalance or None
+        What inverse dynamics leaves of a force that drives the rig.
     parts : mapping of str to (n_record, n_channel, n_time)
         Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
     seconds : float
@@ -60,6 +63,7 @@ class Prediction(Saved):
     known: Known
     held: Held
     seen: Look
+    force: ForceBalance | None
     parts: Mapping[str, np.ndarray]
     seconds: float
 
@@ -155,7 +159,8 @@ def predict_study(result: Path | str | Known, study: Study, *, progress: Progres
     tell("simulating", 0.7)
     seen = look(held.task, held.task.problem, held.local)
     tell("predictive band", 0.8)
-    return Prediction(study, records, known, held, seen, _variances(task, held, known), time.perf_counter() - began)
+    force, parts = force_balance(held.task, held.task.start), _variances(task, held, known)
+    return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
 
 
 def predict_with(summary: Part, groups: Groups, model: Study, study: Study) -> Prediction:

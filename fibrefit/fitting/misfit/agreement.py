@@ -1,0 +1,90 @@
+"""Whether single records ask for the same values, within their own error bars.
+
+Where residuals are more than noise, a value may stand for different things in different records: a stiffness that
+hardens is a larger one in a higher drop. Error bars from residuals alone do not know it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import f as f_ratio
+
+from fibrefit.core.check import Check
+from fibrefit.core.units import format_quantity
+from fibrefit.fitting.uncertainty import MEMORY, Scores, newey_west_of, sandwich
+from fibrefit.problem.statement.problem import Problem
+
+RARE = 1e-3
+"""Probability of a scatter below which it is not put down to chance, over all parameters."""
+
+
+def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check | None:
+    """Whether the values of single records differ by more than their error bars; None where there is only one record.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (n_free,) in SI units
+    scores : Scores
+        At these values.
+
+    Law
+    ---
+    One step of each record from the values of all: ``d_r = H_r^-1 g_r``, with errors by Newey and West. Their weighted
+    scatter over its degrees of freedom follows F; the errors themselves are known from 1 / `MEMORY` independent parts.
+    """
+    shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+    if len(scores.columns) < 2 or not shared:
+        return None
+    steps, errors = _steps(scores)
+    worst, chance, told = 1.0, 1.0, ""
+    for i in shared:
+        seen = np.isfinite(errors[:, i]) & (errors[:, i] > 0.0)
+        if (number := int(seen.sum())) < 2:
+            continue
+        weight = 1.0 / errors[seen, i] ** 2
+        mean = np.sum(weight * steps[seen, i]) / np.sum(weight)
+        ratio = float(np.sum(weight * (steps[seen, i] - mean) ** 2) / (number - 1))
+        by_chance = float(f_ratio.sf(ratio, number - 1, number / MEMORY)) * len(shared)
+        if by_chance < chance:
+            worst, chance = float(np.sqrt(ratio)), by_chance
+            told = _told(problem, i, values[i] + steps[seen, i])
+    passed = chance >= RARE
+    says = "Single records ask for the same values, within their error bars."
+    if not passed:
+        says = (
+            f"{told} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at least "
+            f"{RARE:g} is expected. What the model lacks changes this value with the conditions: it may mislead."
+        )
+    return Check(
+        "single records agree",
+        passed,
+        says,
+        chance,
+        RARE,
+        identifier="records_agree",
+        quantity="agreement of the records",
+    )
+
+
+def _steps(scores: Scores) -> tuple[np.ndarray, np.ndarray]:
+    """One step of each record and its standard errors, ``(n_record, n_free)``; infinite where it tells nothing."""
+    steps = np.zeros((len(scores.columns), scores.size))
+    errors = np.full_like(steps, np.inf)
+    for r, columns in enumerate(scores.columns):
+        score = scores.of_record(r)
+        slopes = scores.slopes[r]
+        normal = np.einsum("cti,ctj->ij", slopes, slopes)
+        covariance = sandwich(normal, newey_west_of(score))
+        there = columns < scores.size
+        size = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+        step = -np.linalg.lstsq(normal / np.outer(size, size), score.sum(axis=0) / size, rcond=1e-10)[0] / size
+        steps[r, columns[there]] = step[there]
+        errors[r, columns[there]] = np.sqrt(np.diag(covariance))[there]
+    return steps, errors
+
+
+def _told(problem: Problem, index: int, found: np.ndarray) -> str:
+    slot = problem.layout.entries[index][0]
+    low, high = (format_quantity(float(value), slot.unit, 3) for value in (found.min(), found.max()))
+    return f"The {slot.name.rpartition('.')[2].replace('_', ' ')} goes from {low} to {high}"

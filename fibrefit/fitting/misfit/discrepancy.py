@@ -1,0 +1,81 @@
+"""Error bars where residuals are more than noise: what a model lacks comes back whenever the rig is where it was.
+
+A residual that depends on the state is not drawn anew with each sample, nor with each swing: all samples of one state
+say the same of it, and a record says as much of it as it visits different states.
+
+Law
+---
+``H^-1 (Σ_c g_c g_c') H^-1`` with g_c the sum of the scores over all samples, of all records, in one cell of a state.
+Each state is cut into `CELLS` cells visited equally often; which of them matters is not known, and for each value the
+largest standard error counts.
+
+Source
+------
+Liang and Zeger, Biometrika 73 (1986): clusters that are alike inside; Kennedy and O'Hagan, J. R. Statist. Soc. B 63
+(2001): discrepancy between model and reality.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.fitting.error_bars import ErrorBars
+from fibrefit.fitting.uncertainty import Scores, sandwich
+from fibrefit.problem.diagnose.phases import HELD, Motion
+
+CELLS = 12
+"""Cells of a state: as many as the check of residuals against states has steps."""
+METHOD = "discrepancy"
+
+
+def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBars:
+    """Error bars that allow for what the model lacks.
+
+    Parameters
+    ----------
+    bars : ErrorBars
+        For noise alone.
+    scores : Scores
+    motion : Motion
+
+    Returns
+    -------
+    ErrorBars
+        With a further method, which is believed: correlations of the one believed before, and of each value the
+        largest standard error of all methods.
+    """
+    normal, prior = scores.normal_matrix(), scores.prior_matrix()
+    errors = [bars.errors[bars.method]]
+    for state in _states(motion):
+        covariance = sandwich(normal, _clustered(scores, _cells(state, motion, scores.counts)) + prior)
+        errors.append(np.sqrt(np.diag(covariance)))
+    largest = np.max(errors, axis=0)
+    known = np.isfinite(largest) & (bars.errors[bars.method] > 0.0) & np.isfinite(bars.errors[bars.method])
+    factor = np.where(known, largest / np.where(known, bars.errors[bars.method], 1.0), 1.0)
+    wider = bars.covariance * np.outer(factor, factor)
+    return ErrorBars({**bars.covariances, METHOD: wider}, METHOD)
+
+
+def _states(motion: Motion) -> list[np.ndarray]:
+    """States that a residual may depend on, ``(n_record, n_time)`` each; acceleration among them."""
+    return [*motion.states.values(), np.gradient(motion.states["speed"], axis=1)]
+
+
+def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:
+    """Cell of each sample, ``(n_record, n_time)``; -1 where nothing moves yet, or beyond the record."""
+    there = (np.arange(state.shape[1]) < np.asarray(counts)[:, None]) & (motion.phase != HELD) & np.isfinite(state)
+    if not there.any():
+        return np.full(state.shape, -1)
+    edges = np.unique(np.quantile(state[there], np.linspace(0.0, 1.0, CELLS + 1)[1:-1]))
+    return np.where(there, np.searchsorted(edges, state), -1)
+
+
+def _clustered(scores: Scores, cells: np.ndarray) -> np.ndarray:
+    """Variance of the score, ``(n_free, n_free)``, of residuals that are alike within a cell."""
+    sums = np.zeros((CELLS, scores.size + 2))
+    for r, columns in enumerate(scores.columns):
+        score, here = scores.of_record(r), cells[r, : scores.counts[r]]
+        for cell in range(CELLS):
+            np.add.at(sums[cell], np.minimum(columns, scores.size + 1), score[here == cell].sum(axis=0))
+    inside = sums[:, : scores.size]
+    return inside.T @ inside

@@ -1,0 +1,60 @@
+"""Error bars where the model lacks something: two records of one axis agree within them; noise is left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.fitting.error_bars import ErrorBars
+from fibrefit.fitting.misfit.discrepancy import CELLS, METHOD, _cells, with_discrepancy
+from fibrefit.fitting.uncertainty import Scores, sandwich, white
+from fibrefit.problem.diagnose.phases import FORWARDS, HELD, Motion
+
+SAMPLES = 4800
+TRUTH = 2.0
+
+
+def swept(amplitude: float, lacking: float, seed: int) -> tuple[float, Scores, Motion]:
+    """A force over the speed of a swing; what the model ``c v`` lacks goes with the cube of the speed."""
+    random = np.random.default_rng(seed)
+    speed = amplitude * np.sin(np.linspace(0.0, 24.0 * np.pi, SAMPLES))
+    force = TRUTH * speed + lacking * speed**3 + 0.05 * random.standard_normal(SAMPLES)
+    found = float(force @ speed / (speed @ speed))
+    left = (found * speed - force)[None, None]
+    scores = Scores(left, speed[None, None, :, None], np.array([SAMPLES]), np.array([[0]]), 1)
+    phase = np.full((1, SAMPLES), FORWARDS)
+    motion = Motion(phase, {"speed": speed[None]}, np.zeros(1, dtype=bool), {})
+    return found, scores, motion
+
+
+def error(scores: Scores, motion: Motion) -> tuple[float, float]:
+    """Standard error for noise without memory, and with what the model lacks."""
+    normal = scores.normal_matrix()
+    bars = ErrorBars({"white": sandwich(normal, white(scores))}, "white")
+    wider = with_discrepancy(bars, scores, motion)
+    assert wider.method == METHOD
+    return tuple(float(errors[0]) for errors in (bars.errors["white"], wider.errors[METHOD]))  # type: ignore[return-value]
+
+
+def test_two_records_of_one_axis_agree_within_their_error_bars() -> None:
+    (one, *first), (other, *second) = swept(1.0, 0.3, 1), swept(1.2, 0.3, 2)
+    plain, wide = zip(error(*first), error(*second), strict=True)
+    assert abs(one - other) > 20.0 * np.hypot(*plain)
+    assert abs(one - other) < 4.0 * np.hypot(*wide)
+
+
+def test_of_noise_alone_it_is_no_wider_than_chance_makes_it() -> None:
+    ratios = [wide / plain for plain, wide in (error(*swept(1.0, 0.0, seed)[1:]) for seed in range(20))]
+    # The variance over so few cells is that of chi-square with one less than their number of degrees.
+    assert np.mean(ratios) < 1.3
+    assert min(ratios) >= 1.0
+
+
+@pytest.mark.parametrize("held", [0, SAMPLES // 3])
+def test_cells_are_visited_equally_often(held: int) -> None:
+    _, scores, motion = swept(1.0, 0.0, 0)
+    motion.phase[:, :held] = HELD
+    cells = _cells(motion.states["speed"], motion, scores.counts)
+    assert (cells[:, :held] == -1).all()
+    number = np.bincount(cells[cells >= 0], minlength=CELLS)
+    assert number.max() < 1.1 * number.min()
