@@ -55,6 +55,22 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
     return _study(_read_toml(source), source, overrides)
 
 
+def as_study(study: Study | str | Path) -> Study:
+    """A study as it is, or read from its path.
+
+    Parameters
+    ----------
+    study : Study, str or pathlib.Path
+        A path is that of a study file, or of a folder with a ``study.toml``.
+
+    Raises
+    ------
+    StudyError
+        As `load_study`.
+    """
+    return study if isinstance(study, Study) else load_study(study)
+
+
 def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[str] = ()) -> Study:
     """Study of bare records, all measured under the conditions that `overrides` give.
 

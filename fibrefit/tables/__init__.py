@@ -1,0 +1,1 @@
+"""Results as tables of pandas and trees of xarray, for whoever goes on in Python."""

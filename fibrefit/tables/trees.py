@@ -1,0 +1,56 @@
+"""Groups of a result as a tree of xarray, which ArviZ reads as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fibrefit.tables.frames import Groups
+
+#: Groups that tell where a result comes from; their text stands in the summary too.
+TOLD_ELSEWHERE = ("provenance",)
+
+
+def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
+    """All groups of a result.
+
+    Parameters
+    ----------
+    groups : mapping of group to name to Variable
+    attributes : mapping
+        Of the whole, such as ``schema``.
+
+    Returns
+    -------
+    xarray.DataTree
+        One data set a group; each variable carries ``units`` and ``long_name``. Where a posterior has the likelihood of
+        some of its draws only, its draws are those: what ArviZ does with both needs the same ones.
+    """
+    sets = {name: _dataset(group) for name, group in groups.items() if name not in TOLD_ELSEWHERE and group}
+    if "log_likelihood" in sets:
+        sets |= _of_same_draws(sets)
+    tree: xr.DataTree = xr.DataTree.from_dict(sets)
+    tree.attrs.update(attributes)
+    return tree
+
+
+def _of_same_draws(sets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    scored = sets["log_likelihood"]["draw"].values
+    return {name: sets[name].sel(draw=scored) for name in ("posterior", "sample_stats") if name in sets}
+
+
+def _dataset(group: Mapping[str, Any]) -> xr.Dataset:
+    variables = {
+        name: (variable.dims, np.asarray(variable.values), _attributes(variable)) for name, variable in group.items()
+    }
+    sizes = {dim: size for dims, values, _ in variables.values() for dim, size in zip(dims, values.shape, strict=True)}
+    own = {name: variable for name, variable in variables.items() if variable[0] == (name,)}
+    counted = {dim: (dim, np.arange(size)) for dim, size in sizes.items() if dim not in own}
+    return xr.Dataset(variables, coords={**counted, **own})
+
+
+def _attributes(variable: Any) -> dict[str, str]:
+    return {"units": variable.unit, **({"long_name": variable.doc} if variable.doc else {})}

@@ -1,0 +1,1 @@
+"""What every result offers in Python, and results read again from disk."""

@@ -1,0 +1,174 @@
+"""What every result offers in Python, whether it was just found or read again: tables, a tree for ArviZ, a picture."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from fibrefit.core.errors import UsageError
+from fibrefit.core.shown import Card
+from fibrefit.report.any import report_of
+from fibrefit.report.text import parameter_row
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+KINDS = {"fit": "Fit", "discovery": "Discovery", "posterior": "Posterior", "batch": "Batch", "sweep": "Sweep"}
+"""Word for each kind of result, by the middle of its schema."""
+
+MOST_ROWS = 12
+"""Rows a notebook shows; the others are counted."""
+
+
+class Result(ABC):
+    """A result with a summary and groups of arrays; all else is made of these two."""
+
+    @abstractmethod
+    def summary(self) -> Any:
+        """Content of ``summary.json``."""
+
+    @abstractmethod
+    def groups(self) -> Mapping[str, Mapping[str, Any]]:
+        """Arrays of ``result.h5``: group to name to `fibrefit.store.hdf5.Variable`; empty where there are none."""
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return report_of(self.summary())
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Every parameter, one row a value.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns ``name``, ``record`` (missing where all records share it), ``value``, ``std_error``, ``low``,
+            ``high``, ``unit``. Of a posterior they are mean, standard deviation and ends of the interval.
+        """
+        from fibrefit.tables.frames import parameter_frame
+
+        return parameter_frame(self.summary())
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Covariance of all free values, SI units, labelled; of a posterior that of its draws.
+
+        Raises
+        ------
+        UsageError
+            If the result is of a kind that has none.
+        """
+        from fibrefit.tables.frames import covariance_frame, draw_frame
+
+        groups = self.groups()
+        if "posterior" in groups:
+            return draw_frame(groups).cov()
+        self._need(groups, "estimate")
+        return covariance_frame(groups)
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """Correlation of all free values, labelled; raises as `covariance`."""
+        from fibrefit.tables.frames import correlation_of
+
+        return correlation_of(self.covariance)
+
+    @property
+    def residuals(self) -> pd.DataFrame:
+        """Measured against simulated, one row a sample and channel.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``record``, ``channel``, ``time`` [s], ``phase``, ``measured`` and ``simulated`` (SI units, in
+            ``attrs["units"]``), ``residual`` (simulated minus measured over the noise).
+
+        Raises
+        ------
+        UsageError
+            If the result is of a kind that has none.
+        """
+        from fibrefit.tables.frames import residual_frame
+
+        groups = self.groups()
+        self._need(groups, "predictions")
+        return residual_frame(groups, {n: getattr(r, "samples", None) for n, r in self.summary().records.items()})
+
+    def to_datatree(self) -> xr.DataTree:
+        """All arrays as a tree of xarray data sets, in the groups in which ArviZ looks for them.
+
+        Returns
+        -------
+        xarray.DataTree
+            ``posterior``, ``sample_stats``, ``log_likelihood``, ``observed_data`` and so on; of a fit ``estimate``,
+            ``observed_data``, ``predictions``, ``residuals``. A posterior is thinned to the draws whose likelihood is
+            known; ``draws`` and ``result.h5`` hold the others too.
+
+        Raises
+        ------
+        UsageError
+            If the result is of a kind without arrays.
+        """
+        from fibrefit.tables.trees import tree_of
+
+        groups = self.groups()
+        if not groups:
+            raise UsageError("to_datatree", f"a result of kind {self._kind()}", "one with arrays", "Take to_dataframe.")
+        return tree_of(groups, {"schema": self.summary().schema_name})
+
+    def _need(self, groups: Mapping[str, Any], name: str) -> None:
+        if name not in groups:
+            raise UsageError(name, f"a result of kind {self._kind()}", "one of fit or discover", "")
+
+    def _kind(self) -> str:
+        return str(self.summary().schema_name).split("/")[1]
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        summary = self.summary()
+        named = getattr(summary, "study", None) or getattr(summary, "name", "")
+        title = f'{KINDS.get(self._kind(), self._kind().capitalize())} of "{named}": {_verdict(summary)}'
+        rows = _rows(summary)
+        line = "; ".join(" ".join(_spoken(row)) for row in rows[:MOST_ROWS]) or "no parameters"
+        return Card(title, line, ("name", "value", "+/-", "unit", "interval"), rows[:MOST_ROWS])
+
+
+def _verdict(summary: Any) -> str:
+    """Status, verdict and gap, as far as a result has them."""
+    said = [summary.status]
+    if getattr(summary, "verdict", None):
+        said = [f"{summary.verdict} {', '.join(getattr(summary, 'added', ()))}".strip(), summary.status]
+    gap = getattr(getattr(summary, "gap", None), "total", None)
+    if isinstance(gap, float):
+        said.append(f"gap {gap:.2f}")
+    for part in ("records", "items"):
+        if isinstance(found := getattr(summary, part, None), dict) and found:
+            said.append(f"{len(found)} {part if len(found) > 1 else part[:-1]}")
+    return ", ".join(said)
+
+
+def _rows(summary: Any) -> list[tuple[str, ...]]:
+    """Name, value, error, unit and interval of what all records share."""
+    from fibrefit.report.text import with_error
+
+    rows = []
+    for name, found in getattr(summary, "parameters", {}).items():
+        if isinstance(found, float):
+            rows.append((name, f"{found:.5g}", "", "", ""))
+        elif hasattr(found, "mean"):
+            value, error, unit = with_error(found.mean, found.sd, found.unit)
+            rows.append((name, value, error, unit, ""))
+        else:
+            rows.append(parameter_row(name, found))
+    return rows
+
+
+def _spoken(row: tuple[str, ...]) -> list[str]:
+    name, value, error, unit, _ = row
+    return [part for part in (name, value, f"+/- {error}" if error else "", unit) if part and part != "-"]

@@ -1,0 +1,267 @@
+"""Results read again from disk, of every kind."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fibrefit.core.errors import DataError
+from fibrefit.core.shown import Card
+from fibrefit.store.summary import NAME, read_summary
+from fibrefit.study.load import load_study
+from fibrefit.workflow.outcome.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from fibrefit.study import Study
+
+DOCUMENTS = ("confusion.json", "inspection.json", "plan.json")
+"""Files of results that are a document for programs and pictures."""
+
+
+@dataclass(frozen=True, repr=False)
+class StoredResult(Result):
+    """A result on disk: ``fit``, ``discover``, ``sample``, ``batch``, ``sweep``, ``predict``.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    """
+
+    folder: Path
+
+    @cached_property
+    def _summary(self) -> Any:
+        return read_summary(self.folder)
+
+    def summary(self) -> Any:
+        """Content of ``summary.json``."""
+        return self._summary
+
+    @cached_property
+    def _groups(self) -> Mapping[str, Mapping[str, Any]]:
+        from fibrefit.store.hdf5 import read_result
+
+        path = self.folder / "result.h5"
+        return read_result(path)[0] if path.exists() else {}
+
+    def groups(self) -> Mapping[str, Mapping[str, Any]]:
+        """Arrays of ``result.h5``; empty where there is none."""
+        return self._groups
+
+    @property
+    def kind(self) -> str:
+        """``fit``, ``discovery``, ``posterior``, ``batch``, ``sweep``, ..."""
+        return self._kind()
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return str(self.summary().status)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What all records share, by name: ``value``, ``std_error``, ``interval_95``, ``unit``."""
+        return dict(getattr(self.summary(), "parameters", {}))
+
+    @property
+    def study(self) -> Study:
+        """The study to go on with; of a discovery that of the final model.
+
+        Raises
+        ------
+        StudyError
+            If its records are no longer where they were.
+        """
+        return load_study(self.folder / "study.toml")
+
+    @property
+    def draws(self) -> pd.DataFrame:
+        """Draws of a posterior, one column a value, SI units.
+
+        Raises
+        ------
+        UsageError
+            If the result is no posterior.
+        """
+        from fibrefit.tables.frames import draw_frame
+
+        self._need(self.groups(), "posterior")
+        return draw_frame(self.groups())
+
+    @property
+    def figures(self) -> dict[str, Path]:
+        """Pictures by name."""
+        return _figures(self.folder)
+
+
+@dataclass(frozen=True, repr=False)
+class StoredDocument:
+    """A result that is one JSON document: ``distinguish``, ``inspect``.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    file : str
+        Name of the document.
+    """
+
+    folder: Path
+    file: str
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The document."""
+        try:
+            found = json.loads((self.folder / self.file).read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise DataError(str(self.folder / self.file), f"not JSON: {error}", "what fibrefit has written") from None
+        return dict(found)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The list of the document: one row an effect, a file or a record."""
+        import pandas as pd
+
+        for key in ("effects", "files", "records"):
+            if isinstance(self.document.get(key), list):
+                return pd.json_normalize(self.document[key])
+        return pd.DataFrame()
+
+    @property
+    def figures(self) -> dict[str, Path]:
+        """Pictures by name."""
+        return _figures(self.folder)
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        frame = self.to_dataframe()
+        return Card(f"{self.file.partition('.')[0].capitalize()} in {self.folder}", f"{len(frame)} rows")
+
+
+@dataclass(frozen=True, repr=False)
+class StoredSimulation:
+    """Simulated records on disk.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    """
+
+    folder: Path
+
+    @cached_property
+    def records(self) -> dict[str, pd.DataFrame]:
+        """Samples of each record, with the units in the headers."""
+        import pandas as pd
+
+        return {path.stem: pd.read_csv(path) for path in sorted((self.folder / "simulated").glob("*.csv"))}
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """All records below one another, with a column ``record``."""
+        import pandas as pd
+
+        return pd.concat(self.records, names=["record"]).reset_index("record").reset_index(drop=True)
+
+    @property
+    def figures(self) -> dict[str, Path]:
+        """Pictures by name."""
+        return _figures(self.folder)
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        rows = [(name, str(len(frame))) for name, frame in self.records.items()]
+        return Card(f"Simulation in {self.folder}", f"{len(rows)} records", ("record", "samples"), rows)
+
+
+def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimulation:
+    """Read a result again.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Folder that a run has written, or its ``summary.json``.
+
+    Returns
+    -------
+    StoredResult, StoredDocument or StoredSimulation
+        Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
+        ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``. Of
+        ``distinguish`` and ``inspect``: ``document`` and ``to_dataframe()``. Of ``simulate``: ``records``.
+
+    Raises
+    ------
+    DataError
+        If there is no result.
+    StudyError
+        If it does not follow its schema.
+
+    Examples
+    --------
+    >>> out = fibrefit.fit(fibrefit.example("drop_series"), starts=1).save("results/once")
+    >>> found = fibrefit.load_result(out)
+    >>> found.status, found.kind
+    ('ok', 'fit')
+    >>> list(found.to_dataframe().columns)
+    ['name', 'record', 'value', 'std_error', 'low', 'high', 'unit']
+    """
+    folder = Path(path)
+    folder = folder.parent if folder.is_file() else folder
+    if (folder / NAME).exists():
+        result = StoredResult(folder)
+        result.summary()
+        return result
+    for file in DOCUMENTS:
+        if (folder / file).exists():
+            return StoredDocument(folder, file)
+    if (folder / "simulated").is_dir():
+        return StoredSimulation(folder)
+    raise DataError(str(path), "no result", f"a folder with {NAME}, {DOCUMENTS[0]} or simulated/", "")
+
+
+def read_batch(path: str | Path) -> pd.DataFrame:
+    """Table of a batch: one row an item, with its conditions, status, gap, values and errors.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Folder of the batch, or its ``results.csv``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by item; headers carry the SI unit, such as ``stiffness [N/m]`` and ``stiffness std_error [N/m]``.
+
+    Raises
+    ------
+    DataError
+        If there is no such table.
+
+    Examples
+    --------
+    >>> table = fibrefit.read_batch(fibrefit.batch(fibrefit.example("drop_series"), "results/each", starts=1).folder)
+    >>> table["status"].unique().tolist()
+    ['ok']
+    """
+    from fibrefit.tables.frames import batch_frame
+
+    folder = Path(path)
+    return batch_frame(folder / "results.csv" if folder.is_dir() or not folder.suffix else folder)
+
+
+def _figures(folder: Path) -> dict[str, Path]:
+    return {picture.stem: picture for picture in sorted((folder / "figures").glob("*.png"))}
