@@ -3,43 +3,56 @@
 Examples
 --------
 >>> import fibrefit
->>> study = fibrefit.load_study("configs/drop_series")
->>> result = fibrefit.fit(study)
->>> print(result.report())
->>> result.parameters["stiffness"].interval_95
->>> result.plot()["snaps"].savefig("snaps.pdf")
->>> result.save("results/drop_series")
->>> posterior = fibrefit.sample(study, start=result)
->>> posterior.plot_corner()
+>>> study = fibrefit.load_study(fibrefit.example("drop_series"))
+>>> result = fibrefit.fit(study, starts=4)
+>>> result.status
+'ok'
+>>> round(result.parameters["stiffness"].value / 1e3, 1)
+11.2
+>>> result.to_dataframe().columns.tolist()
+['name', 'record', 'value', 'std_error', 'low', 'high', 'unit']
 
 All numbers are in SI units. To import the package costs next to nothing; what it needs comes with the first call.
 """
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from fibrefit import effects
 from fibrefit.core.environment import configure_jax as _configure_jax
 
 if TYPE_CHECKING:
     from fibrefit.records.read import read_record
+    from fibrefit.study.examples import example, examples
     from fibrefit.study.load import load_study
+    from fibrefit.workflow.batches.run import batch
     from fibrefit.workflow.confuse import confuse_study as confuse
     from fibrefit.workflow.confuse import confuse_study as distinguish
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
+    from fibrefit.workflow.inspection import inspect
+    from fibrefit.workflow.outcome.stored import load_result, read_batch
     from fibrefit.workflow.prediction.predict import predict_study as predict
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
     from fibrefit.workflow.sweep import sweep_study as sweep
 
 __all__ = [
+    "batch",
     "confuse",
     "discover",
     "distinguish",
+    "effects",
+    "example",
+    "examples",
     "fit",
+    "inspect",
+    "load_result",
     "load_study",
     "predict",
+    "read_batch",
     "read_record",
     "sample",
     "simulate",
@@ -48,6 +61,12 @@ __all__ = [
 
 #: Where each public function lives; it is imported when it is first asked for.
 _HOMES = {
+    "batch": "fibrefit.workflow.batches.run:batch",
+    "example": "fibrefit.study.examples:example",
+    "examples": "fibrefit.study.examples:examples",
+    "inspect": "fibrefit.workflow.inspection:inspect",
+    "load_result": "fibrefit.workflow.outcome.stored:load_result",
+    "read_batch": "fibrefit.workflow.outcome.stored:read_batch",
     "confuse": "fibrefit.workflow.confuse:confuse_study",
     "distinguish": "fibrefit.workflow.confuse:confuse_study",
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
@@ -60,6 +79,30 @@ _HOMES = {
     "sweep": "fibrefit.workflow.sweep:sweep_study",
 }
 
+
+class _Catalogue(ModuleType):
+    """The package of the effects, which lists them when it is called."""
+
+    def __call__(self) -> dict[str, dict[str, Any]]:
+        """The catalogue of effects that can be added to a model.
+
+        Returns
+        -------
+        dict of str to dict
+            By name: ``says``, ``law``, ``parameters`` (name, unit, limits, typical value), ``rigs``, ``source``.
+
+        Examples
+        --------
+        >>> fibrefit.effects()["guide.viscous_friction"]["parameters"][0]["unit"]
+        'N s/m'
+        """
+        from fibrefit.rigs.described import described_effects
+
+        return described_effects()
+
+
+effects.__class__ = _Catalogue
+
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()
 
@@ -68,6 +111,10 @@ def __getattr__(name: str) -> Any:
     """A public function, from the module that holds it."""
     from importlib import import_module
 
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("fibrefit")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, _, function = _HOMES[name].partition(":")

@@ -24,6 +24,7 @@ FLOORS = {
     "series": 6,
     "store": 7,
     "plots": 7,
+    "tables": 7,
     "report": 7,
     "workflow": 8,
     "cli": 9,
@@ -36,6 +37,8 @@ SOLE_IMPORTERS = {
     "optimistix": {"fitting"},
     "emcee": {"sampling"},
     "jinja2": {"report"},
+    "pandas": {"tables", "workflow"},
+    "xarray": {"tables"},
     "pydantic": {"study"},
     "pint": {"core.units"},
     "click": {"cli"},
@@ -43,7 +46,7 @@ SOLE_IMPORTERS = {
 }
 
 #: Floors that must do without JAX: its import alone takes longer than what they do.
-WITHOUT_JAX = ("study", "records", "store", "plots", "report", "cli")
+WITHOUT_JAX = ("study", "records", "store", "plots", "report", "tables", "cli")
 
 #: The root package and its `__main__` stand above all floors.
 ABOVE = {"", "__main__"}
@@ -233,6 +236,9 @@ def test_size(module: str) -> None:
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             length = (node.end_lineno or 0) - node.lineno + 1
+            if f"{module}.{node.name}" in public_entry_points():
+                # What users call is explained at length; only its code counts.
+                length -= (node.body[0].end_lineno or 0) - node.body[0].lineno + 1
             assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
 
 

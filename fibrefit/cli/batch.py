@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import click
@@ -51,25 +50,26 @@ def command(
     SERIES are study files, folders with a study.toml, folders of such folders, or bare records with --rig. What cannot
     be identified is listed with the reason and does not stop the rest.
     """
-    from fibrefit.store import default_directory
-    from fibrefit.workflow.batches.batch import ITEMS, Engine, batch_studies
-    from fibrefit.workflow.batches.jobs import jobs_of, origins_of, run_of
-    from fibrefit.workflow.growing import growing_folder
+    from fibrefit.workflow.batches.run import batch
 
-    # Workers elsewhere have a working folder of their own.
-    words = [os.path.abspath(word) for word in series] if scheduler else series
-    origins = origins_of(words, rig, overrides)
-    work = jobs_of(origins, each, starts, seed, robust)  # type: ignore[arg-type]
-    name = work[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(work)} studies"
-    folder = out or default_directory(name, "batch", *(repr(job) for job in work))
-    engine = Engine(jobs or os.cpu_count() or 1, scheduler)
-    with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(work)) as directory:
-        with shown_progress(terminal) as progress:
-            progress(f"{len(work)} identifications", None)
-            found = batch_studies(name, work, directory.path, engine, progress)
-        found.write(directory)
+    with shown_progress(terminal) as progress:
+        found = batch(
+            series,
+            out,
+            rig=rig,
+            overrides=overrides,
+            each=each,  # type: ignore[arg-type]
+            processes=jobs,
+            scheduler=scheduler,
+            starts=starts,
+            seed=seed,
+            robust=robust,
+            force=force,
+            resume=resume,
+            progress=progress,
+        )
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     if found.taken_up:
-        terminal.remark(f"\n{found.taken_up} of {len(work)} had been done before.")
-    terminal.remark(f"\nWritten to {folder}: summary.json, results.csv, items, figures.")
+        terminal.remark(f"\n{found.taken_up} of {len(found.jobs)} had been done before.")
+    terminal.remark(f"\nWritten to {found.folder}: summary.json, results.csv, items, figures.")
     return NOT_TRUSTED if found.status == "failed" else 0

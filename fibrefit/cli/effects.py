@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 import math
-import re
 import textwrap
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
     from fibrefit.core.parameter import Parameter
     from fibrefit.effects.law import Effect
 
-_SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILINE)
 _INDENT = "  "
 
 
@@ -34,6 +31,7 @@ def command(terminal: Terminal, name: str | None, check: bool) -> int:
     """
     from fibrefit.core.errors import StudyError, UsageError
     from fibrefit.effects.catalogue import CATALOGUE, find_effect
+    from fibrefit.rigs.described import effect_facts
 
     if check:
         if name is None:
@@ -41,13 +39,13 @@ def command(terminal: Terminal, name: str | None, check: bool) -> int:
         return _checked(terminal, name)
     if name is None:
         effects = sorted(CATALOGUE.values(), key=lambda effect: effect.name.partition(".")[0])
-        terminal.answer(_list(effects), [_described(effect) for effect in effects])
+        terminal.answer(_list(effects), [effect_facts(effect) for effect in effects])
         return 0
     try:
         effect = find_effect(name)
     except StudyError as error:
         raise UsageError(error.where, error.got, error.expected, error.do) from None
-    terminal.answer(_page(effect, name, () if terminal.json else _picture(effect)), _described(effect))
+    terminal.answer(_page(effect, name, () if terminal.json else _picture(effect)), effect_facts(effect))
     return 0
 
 
@@ -71,13 +69,15 @@ def _checked(terminal: Terminal, name: str) -> int:
 
 def _list(effects: list[type[Effect]]) -> str:
     """One line for each effect, under the part of the rig it belongs to."""
+    from fibrefit.rigs.described import sections
+
     width = max(len(effect.name) for effect in effects)
     lines = []
     for port, group in groupby(effects, key=lambda effect: effect.name.partition(".")[0]):
         lines += ["", port]
         for effect in group:
             lead = f"{_INDENT}{effect.name:<{width}}  "
-            lines.append(_filled(_sections(effect)[""], lead, " " * len(lead)))
+            lines.append(_filled(sections(effect)[""], lead, " " * len(lead)))
     return "\n".join([*lines[1:], "", "fibrefit effects NAME says more."])
 
 
@@ -99,26 +99,28 @@ def _picture(effect: type[Effect]) -> list[str]:
 
 def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
     """All about one effect, by the name it was asked for."""
-    sections = _sections(effect)
+    from fibrefit.rigs.described import rigs_of, sections
+
+    parts = sections(effect)
     lines = [
         effect.name,
         "=" * len(effect.name),
         "",
-        _filled(sections[""]),
+        _filled(parts[""]),
         "",
         "Law",
-        _filled(sections.get("Law", ""), _INDENT),
+        _filled(parts.get("Law", ""), _INDENT),
     ]
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
         lines += [f"{_INDENT}{effect.name}.{parameter.name}", _filled(_facts(effect, parameter), _INDENT * 2)]
-    lines += ["", _filled(f"Rigs: {', '.join(_rigs(effect))}")]
+    lines += ["", _filled(f"Rigs: {', '.join(rigs_of(effect))}")]
     if effect.needs:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))
     lines += picture
     for title in ("Valid range", "Source"):
-        if title in sections:
-            lines += ["", title, _filled(sections[title], _INDENT)]
+        if title in parts:
+            lines += ["", title, _filled(parts[title], _INDENT)]
     return "\n".join([*lines, "", *_use(name)])
 
 
@@ -129,14 +131,6 @@ def _use(name: str) -> list[str]:
     beside = name.replace("\\", "/").rpartition("/")[2]
     said = "To use it, under [model] of a study in the same folder; elsewhere with its path from the study's folder:"
     return [_filled(said), f'{_INDENT}effects = ["{beside}"]']
-
-
-def _rigs(effect: type[Effect]) -> list[str]:
-    """Kinds of rig an effect makes sense on."""
-    from fibrefit.effects.catalogue import suits
-    from fibrefit.rigs.catalogue import RIGS
-
-    return sorted(kind for kind, rig in RIGS.items() if suits(effect, rig))
 
 
 def _facts(effect: type[Effect], parameter: Parameter) -> str:
@@ -150,41 +144,6 @@ def _facts(effect: type[Effect], parameter: Parameter) -> str:
         if math.isfinite(limit)
     ]
     return f"{', '.join([text, *limits])}."
-
-
-def _described(effect: type[Effect]) -> dict[str, Any]:
-    """Effect as data, for programs."""
-    sections = _sections(effect)
-    return {
-        "name": effect.name,
-        "says": sections[""],
-        "law": sections.get("Law", ""),
-        "valid_range": sections.get("Valid range", ""),
-        "source": sections.get("Source", ""),
-        "rigs": _rigs(effect),
-        "needs": list(effect.needs),
-        "strength": list(effect.strength),
-        "parameters": [
-            {
-                "name": f"{effect.name}.{parameter.name}",
-                "unit": parameter.unit,
-                "says": parameter.doc,
-                # JSON has no infinity: a limit that is none is null.
-                **{
-                    key: value if math.isfinite(value := getattr(parameter, key)) else None
-                    for key in ("null", "typical", "lower", "upper")
-                },
-            }
-            for parameter in effect.parameters
-        ],
-    }
-
-
-def _sections(effect: type[Effect]) -> dict[str, str]:
-    """Sections of the docstring; the summary has no title."""
-    parts = _SECTION.split(inspect.cleandoc(effect.__doc__ or ""))
-    titles, texts = ["", *parts[1::2]], parts[0::2]
-    return {title: " ".join(text.split()).replace("`", "") for title, text in zip(titles, texts, strict=True)}
 
 
 def _filled(text: str, indent: str = "", later: str | None = None) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
+from fibrefit.core.shown import Card
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import Gap
 from fibrefit.records.table import frozen, frozen_mapping
@@ -229,10 +230,21 @@ class Record:
             raise UsageError(self.name, f'no channel "{role}"', f"one of {', '.join(self.channels)}", do)
 
     def __repr__(self) -> str:
-        n, span = len(self), format_quantity(self.duration, "s")
-        return (
-            f"Record({self.name!r}: {', '.join(self.channels)}; {n} samples, {span}, {format_number(self.rate, 6)} Hz)"
-        )
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        span, rate = format_quantity(self.duration, "s"), format_number(self.rate, 6)
+        line = f"{', '.join(self.channels)}; {len(self)} samples, {span}, {rate} Hz{'' if self.uniform else ', uneven'}"
+        rows = []
+        for role, values in self.channels.items():
+            usable = values[self.valid[role]]
+            ends = (float(usable.min()), float(usable.max())) if usable.size else ()
+            shown = " to ".join(format_quantity(end, ROLES[role]) for end in ends) or "nothing usable"
+            rows.append((role, shown, str(int((~self.valid[role]).sum()))))
+        return Card(f"Record {self.name!r}", line, ("channel", "range", "masked"), rows)
 
 
 def _rebuilt(plain: dict[str, Any]) -> Record:

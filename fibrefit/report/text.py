@@ -188,9 +188,27 @@ def _sure(summary: FitResultSummary) -> list[str]:
         naive = NAIVE_OF_GLS if summary.estimator in GLS else NAIVE
         wider = "" if factor is None else f" They are {factor:.1f} times as wide as {naive}."
         lines += [paragraph(method + wider)]
+    lines += [paragraph(text) for text in (_correlated(summary), _counted(summary)) if text]
     if summary.starts is not None:
         lines += [paragraph(_starts(summary.starts))]
     return lines
+
+
+def _correlated(summary: FitResultSummary) -> str:
+    """Pairs that records determine together; which fits of other kinds of result do not tell."""
+    if not summary.correlations:
+        return ""
+    named = ", ".join(f"{a} and {b} {pair.correlation:+.2f}" for pair in summary.correlations for a, b in [pair.pair])
+    return f"Correlated beyond 0.7, so that their error bars belong together: {named}."
+
+
+def _counted(summary: FitResultSummary) -> str:
+    counts = summary.statistics
+    if counts is None:
+        return ""
+    bic = "" if counts.bic is None else f", BIC {counts.bic:,.0f} (for models of the same records)"
+    size = f"{counts.samples:,} samples, {counts.free_values} free values"
+    return f"{size}: chi-square {counts.chi_square:,.0f}{bic}."
 
 
 def _gap_table(summary: FitResultSummary) -> list[str]:

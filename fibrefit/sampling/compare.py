@@ -74,7 +74,7 @@ def cross_validate(posterior: Posterior, count: int = 400, seed: int = 0) -> Cro
     points = jnp.asarray(posterior.thinned(count, seed))
     density = posterior.density
     blocks, n_block = block_index(density)
-    each = np.asarray(_blockwise(density, points, jnp.asarray(blocks), n_block))
+    each = np.asarray(blockwise(density, points, jnp.asarray(blocks), n_block))
     each = each[:, np.isin(np.arange(n_block - 1), blocks).nonzero()[0]]
     log, k, effective = array_stats.loo(each.T, chain_axis=None, draw_axis=-1)
     return CrossValidation(np.asarray(log), np.asarray(k), float(np.sum(effective)))
@@ -92,7 +92,8 @@ def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:
 
 
 @eqx.filter_jit
-def _blockwise(density: LogPosterior, points: jax.Array, blocks: jax.Array, n_block: int) -> jax.Array:
+def blockwise(density: LogPosterior, points: jax.Array, blocks: jax.Array, n_block: int) -> jax.Array:
+    """Log likelihood ``(n_point, n_block)`` of each block; the last is that of masked samples, which is zero."""
     problem, likelihood = density.problem, density.likelihood
 
     def one(point: jax.Array) -> jax.Array:

@@ -44,7 +44,7 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
     seed : int
         Of the draws from the prior.
     """
-    chosen = _chosen(*posterior.course.kept_log_density.shape[1:])
+    chosen = chosen_draws(*posterior.course.kept_log_density.shape[1:])
     draws = posterior.draws[:, chosen]
     density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, chosen]
     data, layout = posterior.density.problem.observations, posterior.density.problem.layout
@@ -62,7 +62,7 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
     }
 
 
-def _chosen(steps: int, walkers: int) -> np.ndarray:
+def chosen_draws(steps: int, walkers: int) -> np.ndarray:
     """Places of the draws that are kept: every walker of every so many steps."""
     every = -(-steps * walkers // MOST_DRAWS)
     return np.arange(steps * walkers).reshape(steps, walkers)[::every].ravel()

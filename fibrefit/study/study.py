@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, StrictStr
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
+from fibrefit.core.shown import Card
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
@@ -189,6 +190,22 @@ class Study(Table):
                 for effect in content["model"]["effects"]
             ]
         return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def __str__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        number = len(self.records)
+        effects = f" with {', '.join(self.model.effects)}" if self.model.effects else ""
+        line = f"{number} record{'s' * (number != 1)}; {self.model.tension_law} fibre{effects}"
+        rows = [(record.label, record.file or "planned") for record in self.records]
+        return Card(f'Study "{self.name}" of a {self.kind} rig, {self.source}', line, ("record", "file"), rows)
 
     def _setting(self, name: str, unit: str) -> ParameterSetting:
         table = self.parameters.get(name, ParameterTable())

@@ -32,6 +32,9 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
     sets = {name: _dataset(group) for name, group in groups.items() if name not in TOLD_ELSEWHERE and group}
     if "log_likelihood" in sets:
         sets |= _of_same_draws(sets)
+        # ArviZ takes every variable of this group for a likelihood.
+        said = [name for name, variable in sets["log_likelihood"].items() if "draw" not in variable.dims]
+        sets["log_likelihood"] = sets["log_likelihood"].set_coords(said)
     tree: xr.DataTree = xr.DataTree.from_dict(sets)
     tree.attrs.update(attributes)
     return tree
@@ -47,7 +50,7 @@ def _dataset(group: Mapping[str, Any]) -> xr.Dataset:
         name: (variable.dims, np.asarray(variable.values), _attributes(variable)) for name, variable in group.items()
     }
     sizes = {dim: size for dims, values, _ in variables.values() for dim, size in zip(dims, values.shape, strict=True)}
-    own = {name: variable for name, variable in variables.items() if variable[0] == (name,)}
+    own = {name: variables.pop(name) for name in [n for n, variable in variables.items() if variable[0] == (n,)]}
     counted = {dim: (dim, np.arange(size)) for dim, size in sizes.items() if dim not in own}
     return xr.Dataset(variables, coords={**counted, **own})
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.progress import Progress
@@ -18,7 +19,7 @@ from fibrefit.fitting.result import Identification, total
 from fibrefit.report.confusion import confusion_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.workflow.discovery.candidates import candidates_of
 from fibrefit.workflow.discovery.files import detectable_summary, separation_summary
 from fibrefit.workflow.prepare import is_planned, task_of
@@ -83,7 +84,7 @@ class Confused(Saved):
 
 
 def confuse_study(
-    study: Study,
+    study: Study | str | Path,
     *,
     only: Sequence[str] = (),
     exclude: Sequence[str] = (),
@@ -93,7 +94,7 @@ def confuse_study(
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
         Of planned records, it needs initial values of the base parameters.
     only, exclude : sequence of str
         Names or patterns such as ``guide.*``.
@@ -119,6 +120,7 @@ def confuse_study(
     --------
     >>> print(fibrefit.distinguish(fibrefit.load_study("configs/drop_series")).report())
     """
+    study = as_study(study)
     on_progress = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     task = task_of(study)

@@ -17,21 +17,23 @@ from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
     from fibrefit.workflow.prediction.predict import Prediction
 
 STARTS = 32
 
 
-@dataclass(frozen=True)
-class Fit(Saved):
+@dataclass(frozen=True, repr=False)
+class Fit(AnyResult, Saved):
     """An identified study.
 
     Parameters
@@ -68,6 +70,10 @@ class Fit(Saved):
         origin = provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.identification.seconds)
         return fit_summary(self.study, self.records, self.identification, origin)
 
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """Arrays of ``result.h5``."""
+        return fit_groups(self.identification)
+
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return fit_report(self.summary())
@@ -78,11 +84,11 @@ class Fit(Saved):
 
         return fit_figures(self.identification)
 
-    def predict(self, study: Study) -> Prediction:
+    def predict(self, study: Study | str | Path) -> Prediction:
         """Predict records that the values were not found from, see `fibrefit.predict`."""
         from fibrefit.workflow.prediction.predict import predict_with
 
-        return predict_with(self.summary(), fit_groups(self.identification), self.study, study)
+        return predict_with(self.summary(), self.groups(), self.study, as_study(study))
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Save it as any result; `stop` is asked before each figure whether to leave out the rest of them."""
@@ -92,12 +98,12 @@ class Fit(Saved):
 
     def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
-        write_parts(directory, self.summary(), fit_groups(self.identification), self.study)
+        write_parts(directory, self.summary(), self.groups(), self.study)
         write_figures(directory, self.plot, stop)
 
 
 def fit_study(
-    study: Study,
+    study: Study | str | Path,
     *,
     starts: int = STARTS,
     seed: int = 0,
@@ -110,7 +116,8 @@ def fit_study(
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
+        A path is that of a study file, or of a folder with a ``study.toml``.
     starts : int
         Starts of the multistart.
     seed : int
@@ -143,6 +150,7 @@ def fit_study(
     >>> result = fibrefit.fit(fibrefit.load_study("configs/drop_series"))
     >>> result.status, result.parameters["stiffness"].value
     """
+    study = as_study(study)
     if progress:
         progress("reading records", None)
     records = read_records(study)

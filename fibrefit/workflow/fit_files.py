@@ -20,16 +20,20 @@ from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
     CheckSummary,
+    CorrelationSummary,
     FitSummary,
     InputErrorSummary,
     ParameterSummary,
     Provenance,
     RecordSummary,
     StartsSummary,
+    StatisticsSummary,
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
 
 DETERMINED = "every parameter is determined"
+CORRELATED = 0.7
+"""Correlation beyond which a pair of parameters is told: what one gains the other makes up for."""
 
 
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:
@@ -54,10 +58,39 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         estimator_says=found.estimator_says,
         error_method=found.method,
         error_inflation=finite(found.inflation),
+        correlations=strong_correlations(found),
+        statistics=statistics(found),
         findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
         advice=found.advice,
         provenance=origin,
     )
+
+
+def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]:
+    """Pairs of shared parameters whose errors are correlated by more than `CORRELATED`, the strongest first."""
+    spread = np.sqrt(np.diag(found.covariance))
+    shared = [
+        (i, slot.name)
+        for i, (slot, record) in enumerate(found.problem.layout.entries)
+        if record is None and np.isfinite(spread[i]) and spread[i] > 0.0
+    ]
+    pairs = [
+        (float(np.clip(found.covariance[i, j] / spread[i] / spread[j], -1.0, 1.0)), a, b)
+        for n, (i, a) in enumerate(shared)
+        for j, b in shared[n + 1 :]
+    ]
+    strong = sorted((pair for pair in pairs if abs(pair[0]) > CORRELATED), key=lambda pair: -abs(pair[0]))
+    return tuple(CorrelationSummary(pair=(a, b), correlation=r) for r, a, b in strong)
+
+
+def statistics(found: Identification) -> StatisticsSummary | None:
+    """How much was fitted to how much; nothing where the motion could not be simulated."""
+    if not np.isfinite(found.residuals).all():
+        return None
+    samples, free = found.problem.n_measured, found.problem.layout.size
+    chi_square = float(np.sum(found.residuals**2))
+    bic = chi_square + free * math.log(samples)
+    return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
 
 
 def between_summary(between: Between) -> BetweenRecordsSummary:

@@ -13,7 +13,7 @@ from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.workflow.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
@@ -79,7 +79,7 @@ class Simulation(Saved):
         write_figures(directory, self.plot)
 
 
-def simulate_study(study: Study) -> Simulation:
+def simulate_study(study: Study | str | Path) -> Simulation:
     """Simulate every record of a study at the study's initial values.
 
     Parameters without an `initial` take the value the records suggest. What belongs to a record alone, its zero, its
@@ -87,7 +87,8 @@ def simulate_study(study: Study) -> Simulation:
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
+        A path is that of a study file, or of a folder with a ``study.toml``.
 
     Returns
     -------
@@ -106,6 +107,7 @@ def simulate_study(study: Study) -> Simulation:
     >>> study = fibrefit.load_study("configs/drop_series", ['parameters.stiffness.initial="20 kN/m"'])
     >>> fibrefit.simulate(study).readings["force"].max()
     """
+    study = as_study(study)
     task = task_of(study)
     if not is_planned(study):
         task = with_nuisances_found(task).task

@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +21,9 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.sweep import SweepSummary
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import model_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
@@ -33,8 +35,8 @@ KIND = "inverted_pendulum"
 CHANNELS = tuple((name, ROLES[name]) for name in ("angle", "force_1", "force_2"))
 
 
-@dataclass(frozen=True)
-class Sweep(Saved):
+@dataclass(frozen=True, repr=False)
+class Sweep(AnyResult, Saved):
     """A sweep that was carried out.
 
     Parameters
@@ -76,6 +78,10 @@ class Sweep(Saved):
             provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
         )
 
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """Arrays of ``result.h5``."""
+        return _groups(self.curves)
+
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return sweep_report(self.summary())
@@ -88,7 +94,7 @@ class Sweep(Saved):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv``, the study and the figures."""
-        write_parts(directory, self.summary(), _groups(self.curves), self.study)
+        write_parts(directory, self.summary(), self.groups(), self.study)
         folder = directory.path / "curves"
         folder.mkdir(parents=True, exist_ok=True)
         for curve, stem in zip(self.curves, _stems(self.curves), strict=True):
@@ -96,12 +102,12 @@ class Sweep(Saved):
         write_figures(directory, self.plot)
 
 
-def sweep_study(study: Study, *, progress: Progress | None = None) -> Sweep:
+def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) -> Sweep:
     """Frequency sweep (forward, backward, from rest) of the inverted pendulum of a study, as its ``[sweep]`` says.
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
         Of an inverted pendulum whose base parameters have initial values.
     progress : callable, optional
         Called with what is being done and the share that is finished.
@@ -123,6 +129,7 @@ def sweep_study(study: Study, *, progress: Progress | None = None) -> Sweep:
     >>> study = fibrefit.load_study("configs/pendulum", ["sweep.lowest=4 Hz", "sweep.highest=5 Hz"])
     >>> print(fibrefit.sweep(study).report())
     """
+    study = as_study(study)
     if study.kind != KIND:
         raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")
     began, model = time.perf_counter(), model_of(study)

@@ -38,7 +38,8 @@ def test_what_a_record_knows(record: Record) -> None:
     assert len(record) == N
     assert record.duration == pytest.approx((N - 1) / 2000)
     assert record.history[0] == 'Read from drop.csv; time: time column "time [s]".'
-    assert repr(record) == "Record('drop.csv': force, position; 24 samples, 11.5 ms, 2000 Hz)"
+    assert repr(record) == "Record 'drop.csv'\n  force, position; 24 samples, 11.5 ms, 2000 Hz"
+    assert '<th scope="col">masked</th>' in record._repr_html_()
 
 
 def test_nothing_can_be_written_to(record: Record) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import warnings
 from pathlib import Path
 
 import h5py
@@ -200,3 +201,40 @@ def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> Non
     np.testing.assert_array_equal(read.plain, start.plain)
     np.testing.assert_array_equal(read.basins, start.basins)
     np.testing.assert_array_equal(read.waves["drive"], start.waves["drive"])
+
+
+def test_arviz_compares_models_by_it(sampled: Sampled, kept: Path) -> None:
+    arviz_stats = pytest.importorskip("arviz_stats")
+    tree = fibrefit.load_result(kept).to_datatree()  # type: ignore[union-attr]
+    live = sampled.to_datatree()
+    assert live["log_likelihood"]["readings"].equals(tree["log_likelihood"]["readings"])
+    assert tree["posterior"].sizes["draw"] == tree["log_likelihood"].sizes["draw"] >= 200
+    found = arviz_stats.loo(tree)
+    ours = sampled.cross_validation
+    assert float(found.elpd) == pytest.approx(ours.total, abs=0.2 * ours.error)
+    assert found.n_data_points == len(ours.blocks)
+    worse = tree.copy()
+    worse["log_likelihood"]["readings"] = tree["log_likelihood"]["readings"] - 1.0
+    table = arviz_stats.compare({"this": tree, "worse": worse})
+    assert list(table.index) == ["this", "worse"]
+    summary = arviz_stats.summary(tree, var_names=["stiffness"], round_to="none")
+    assert float(summary.loc["stiffness", "mean"]) == pytest.approx(sampled.parameters["stiffness"].mean, rel=1e-3)
+
+
+def test_the_classic_arviz_takes_it_too(sampled: Sampled) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        az = pytest.importorskip("arviz")
+        found = az.loo(az.from_datatree(sampled.to_datatree()))
+    assert float(found.elpd_loo) == pytest.approx(sampled.cross_validation.total, rel=0.01)
+
+
+def test_draws_come_back_from_disk_as_a_table(sampled: Sampled, kept: Path) -> None:
+    again = fibrefit.load_result(kept)
+    assert again.draws["stiffness"].mean() == pytest.approx(sampled.parameters["stiffness"].mean, rel=1e-4)  # type: ignore[union-attr]
+    assert np.sqrt(again.covariance.loc["damping", "damping"]) == pytest.approx(  # type: ignore[union-attr]
+        sampled.parameters["damping"].sd, rel=0.05
+    )
+    assert repr(again) == repr(sampled)
+    frame = again.to_dataframe().set_index("name")  # type: ignore[union-attr]
+    assert frame.loc["friction", "low"] == sampled.parameters["friction"].interval[0]

@@ -153,6 +153,26 @@ class BetweenRecordsSummary(Part):
     agree: float | None = Field(default=None, description="Probability that the records do not differ in it.")
 
 
+class CorrelationSummary(Part):
+    """Two values that records determine together rather than each by itself."""
+
+    pair: tuple[str, str]
+    correlation: Annotated[float, Field(ge=-1, le=1)]
+
+
+class StatisticsSummary(Part):
+    """How much was fitted to how much."""
+
+    samples: int = Field(description="Samples that count, of all channels.")
+    free_values: int = Field(description="Values that were fitted, those of single records included.")
+    chi_square: float = Field(description="Sum of the squared residuals in units of the noise.")
+    bic: float | None = Field(
+        default=None,
+        description="Bayesian information criterion, chi-square + free values * ln(samples): for models of the same "
+        "records; it takes each sample for one by itself.",
+    )
+
+
 class FitResultSummary(Part):
     """What the summaries of a fit and of a discovery share."""
 
@@ -183,6 +203,10 @@ class FitResultSummary(Part):
         default=None,
         description="Reported standard errors over those of ordinary least squares under white noise, median.",
     )
+    correlations: tuple[CorrelationSummary, ...] = Field(
+        default=(), description="Pairs of shared parameters whose errors are correlated by more than 0.7, either way."
+    )
+    statistics: StatisticsSummary | None = None
     findings: tuple[str, ...] = Field(default=(), description="What the data do and do not determine, in words.")
     advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")
     provenance: Provenance | None = None

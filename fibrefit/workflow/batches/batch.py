@@ -19,10 +19,12 @@ from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSumma
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from fibrefit.workflow.batches.jobs import Conditions, conditions_of
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
 
@@ -51,8 +53,8 @@ class Engine:
         return in_this_process(identified, jobs)
 
 
-@dataclass(frozen=True)
-class Batch:
+@dataclass(frozen=True, repr=False)
+class Batch(AnyResult):
     """Identifications side by side.
 
     Parameters
@@ -67,6 +69,8 @@ class Batch:
         Of this run; what an earlier one had done is not counted.
     taken_up : int
         Items an earlier run had done.
+    folder : pathlib.Path or None
+        Where the whole of it is, once it is written.
     """
 
     name: str
@@ -75,6 +79,7 @@ class Batch:
     conditions: Mapping[str, Conditions] = field(default_factory=dict)
     seconds: float = 0.0
     taken_up: int = 0
+    folder: Path | None = None
 
     @property
     def status(self) -> str:
@@ -97,6 +102,10 @@ class Batch:
             checks=batch_checks(self.items),
             provenance=origin,
         )
+
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """None: the arrays of a batch are those of its items."""
+        return {}
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""

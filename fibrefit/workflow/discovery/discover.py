@@ -19,15 +19,17 @@ from fibrefit.records import Record
 from fibrefit.report.discovery import discovery_report
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
     from fibrefit.workflow.prediction.predict import Prediction
 
 Choose = Callable[[Sequence[Candidate]], str | None]
@@ -57,8 +59,8 @@ class Options:
         return {"max_effects": str(self.max_effects), **{name: text for name, text in lists.items() if text}}
 
 
-@dataclass(frozen=True)
-class Discovery(Saved):
+@dataclass(frozen=True, repr=False)
+class Discovery(AnyResult, Saved):
     """What the model of a study lacks.
 
     Parameters
@@ -114,6 +116,10 @@ class Discovery(Saved):
         )
         return discovery_summary(self.study, self.records, self.finding, origin)
 
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """Arrays of ``result.h5``."""
+        return discovery_groups(self.finding)
+
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return discovery_report(self.summary())
@@ -132,12 +138,12 @@ class Discovery(Saved):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""
-        write_parts(directory, self.summary(), discovery_groups(self.finding), self.final)
+        write_parts(directory, self.summary(), self.groups(), self.final)
         write_figures(directory, self.plot)
 
 
 def discover_study(
-    study: Study,
+    study: Study | str | Path,
     *,
     max_effects: int = 3,
     only: Sequence[str] = (),
@@ -151,7 +157,8 @@ def discover_study(
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
+        A path is that of a study file, or of a folder with a ``study.toml``.
     max_effects : int
         Most effects that are added.
     only, exclude, also : sequence of str
@@ -185,6 +192,7 @@ def discover_study(
     >>> found.verdict
     'nothing_missing'
     """
+    study = as_study(study)
     options = Options(max_effects, tuple(only), tuple(exclude), tuple(also), seed)
     if max_effects < 1:
         raise UsageError("max_effects", str(max_effects), "1 or more")

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.shown import Card
-from fibrefit.report.any import report_of
-from fibrefit.report.text import parameter_row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,7 +20,7 @@ MOST_ROWS = 12
 """Rows a notebook shows; the others are counted."""
 
 
-class Result(ABC):
+class AnyResult(ABC):
     """A result with a summary and groups of arrays; all else is made of these two."""
 
     @abstractmethod
@@ -35,6 +33,8 @@ class Result(ABC):
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
+        from fibrefit.report.any import report_of
+
         return report_of(self.summary())
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -110,8 +110,11 @@ class Result(ABC):
         UsageError
             If the result is of a kind without arrays.
         """
-        from fibrefit.tables.trees import tree_of
-
+        try:
+            from fibrefit.tables.trees import tree_of
+        except ModuleNotFoundError as error:
+            do = "Install it with: pip install 'fibrefit[arviz]'"
+            raise UsageError("to_datatree", f"{error.name} is not installed", "the extra arviz", do) from None
         groups = self.groups()
         if not groups:
             raise UsageError("to_datatree", f"a result of kind {self._kind()}", "one with arrays", "Take to_dataframe.")
@@ -155,9 +158,9 @@ def _verdict(summary: Any) -> str:
 
 def _rows(summary: Any) -> list[tuple[str, ...]]:
     """Name, value, error, unit and interval of what all records share."""
-    from fibrefit.report.text import with_error
+    from fibrefit.report.text import parameter_row, with_error
 
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, found in getattr(summary, "parameters", {}).items():
         if isinstance(found, float):
             rows.append((name, f"{found:.5g}", "", "", ""))

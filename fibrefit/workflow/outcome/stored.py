@@ -13,7 +13,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.shown import Card
 from fibrefit.store.summary import NAME, read_summary
 from fibrefit.study.load import load_study
-from fibrefit.workflow.outcome.result import Result
+from fibrefit.workflow.outcome.result import AnyResult
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,7 @@ DOCUMENTS = ("confusion.json", "inspection.json", "plan.json")
 
 
 @dataclass(frozen=True, repr=False)
-class StoredResult(Result):
+class StoredResult(AnyResult):
     """A result on disk: ``fit``, ``discover``, ``sample``, ``batch``, ``sweep``, ``predict``.
 
     Parameters

@@ -23,11 +23,12 @@ from fibrefit.report.prediction import prediction_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
-from fibrefit.study import Study
+from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import Part
 from fibrefit.workflow.held import Held, with_nuisances_found
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.known import Known, known_from, known_of
 from fibrefit.workflow.prepare import model_of, read_records
@@ -37,8 +38,8 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 
-@dataclass(frozen=True)
-class Prediction(Saved):
+@dataclass(frozen=True, repr=False)
+class Prediction(AnyResult, Saved):
     """Records beside what was predicted of them.
 
     Parameters
@@ -87,6 +88,10 @@ class Prediction(Saved):
         origin = provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds)
         return prediction_summary(self, origin)
 
+    def groups(self) -> Groups:
+        """Arrays of ``result.h5``."""
+        return prediction_groups(self)
+
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return prediction_report(self.summary())
@@ -106,11 +111,13 @@ class Prediction(Saved):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures."""
-        write_parts(directory, self.summary(), prediction_groups(self), self.study)
+        write_parts(directory, self.summary(), self.groups(), self.study)
         write_figures(directory, self.plot)
 
 
-def predict_study(result: Path | str | Known, study: Study, *, progress: Progress | None = None) -> Prediction:
+def predict_study(
+    result: Path | str | Known, study: Study | str | Path, *, progress: Progress | None = None
+) -> Prediction:
     """Predict the records of a study with the model and the values of a result.
 
     Only what belongs to a record alone is fitted to it: the zero of its position, its release or start, and the error
@@ -120,7 +127,7 @@ def predict_study(result: Path | str | Known, study: Study, *, progress: Progres
     ----------
     result : pathlib.Path, str or Known
         Folder of a fit, a discovery or a posterior.
-    study : Study
+    study : Study, str or pathlib.Path
         Rig, conditions and records; its own model and parameters do not count.
     progress : callable, optional
         Told what is being done and the share that is finished.
@@ -145,6 +152,7 @@ def predict_study(result: Path | str | Known, study: Study, *, progress: Progres
     >>> found.predict(fibrefit.load_study("left_out")).verdict
     'holds'
     """
+    study = as_study(study)
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     known = result if isinstance(result, Known) else known_from(Path(result))
     if study.kind != known.study.kind:

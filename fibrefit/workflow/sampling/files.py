@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.report.posterior import advice
-from fibrefit.sampling.compare import CrossValidation
-from fibrefit.sampling.groups import posterior_groups
+from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
+from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
@@ -22,6 +23,11 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.fit_files import check_summary, finite
 from fibrefit.workflow.sampling.found import Findings
+
+SCORED = 800
+"""Draws, of all ensembles together, whose likelihood is kept block by block."""
+AT_ONCE = 400
+"""As many as cross-validation takes, so that both are one program."""
 
 
 def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
@@ -129,8 +135,35 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
         for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
     }
     ahead = found.cross_validation
+    groups["log_likelihood"] = _log_likelihood(found.posterior)
     groups["foresight"] = {
         "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
         "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),
     }
     return groups
+
+
+def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
+    """Log likelihood of each block of time at some of the draws, as ArviZ compares models by it.
+
+    Noise is autocorrelated, so that a block is left out, not a sample; see `fibrefit.sampling.compare`.
+    """
+    course, density = posterior.course, posterior.density
+    kept = course.kept.reshape(len(course.kept), -1, course.kept.shape[-1])
+    chosen = chosen_draws(*course.kept_log_density.shape[1:])
+    scored = np.arange(0, len(chosen), max(1, -(-len(chosen) * len(kept) // SCORED)))
+    points = kept[:, chosen[scored]].reshape(-1, kept.shape[-1])
+    blocks, number = block_index(density)
+    parts = []
+    for i in range(0, len(points), AT_ONCE):
+        some = np.resize(points[i : i + AT_ONCE], (AT_ONCE, points.shape[1]))
+        parts.append(np.asarray(blockwise(density, jnp.asarray(some), jnp.asarray(blocks), number)))
+    used = np.unique(blocks[blocks < number - 1])
+    values = np.concatenate(parts)[: len(points), used].reshape(len(kept), len(scored), -1)
+    records, each = density.problem.layout.records, (number - 1) // len(blocks)
+    return {
+        "draw": Variable(scored, ("draw",), doc="Place in the draws of the posterior."),
+        "readings": Variable(values, ("chain", "draw", "block"), doc="Of all channels together."),
+        "block_record": Variable(np.array([records[b // each] for b in used], dtype=object), ("block",)),
+        "block_begin": Variable(used % each * BLOCK_SECONDS, ("block",), "s", "After the first sample of the record."),
+    }

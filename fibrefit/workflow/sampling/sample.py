@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,10 +22,11 @@ from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
-from fibrefit.study import PriorSetting, Study
+from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow.compare import rival_of
 from fibrefit.workflow.fit import Fit
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, Options
@@ -34,6 +36,7 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
     from fibrefit.workflow.prediction.predict import Prediction
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
@@ -46,7 +49,7 @@ def identity(options: Options, settings: Settings) -> str:
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
 
 
-class Sampled(Findings, Saved):
+class Sampled(AnyResult, Findings, Saved):
     """The posterior of a study, to be read, drawn and saved."""
 
     def summary(self) -> PosteriorSummary:
@@ -64,15 +67,23 @@ class Sampled(Findings, Saved):
         )
         return posterior_summary(self, origin)
 
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """Arrays of ``result.h5``."""
+        return self._arrays
+
+    @cached_property
+    def _arrays(self) -> dict[str, dict[str, Variable]]:
+        return groups_of(self)
+
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return posterior_report(self.summary())
 
-    def predict(self, study: Study) -> Prediction:
+    def predict(self, study: Study | str | Path) -> Prediction:
         """Predict records that the values were not found from, see `fibrefit.predict`."""
         from fibrefit.workflow.prediction.predict import predict_with
 
-        return predict_with(self.summary(), groups_of(self), self.study, study)
+        return predict_with(self.summary(), self.groups(), self.study, as_study(study))
 
     def plot(self) -> Figures:
         """Figures by name: corner, traces, ranks, prior, and each record with its bands."""
@@ -106,7 +117,7 @@ class Sampled(Findings, Saved):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
-        write_parts(directory, self.summary(), groups_of(self), self.study)
+        write_parts(directory, self.summary(), self.groups(), self.study)
         write_figures(directory, self.plot)
 
 
@@ -126,7 +137,7 @@ def settings_of(asked: Mapping[str, Any]) -> Settings:
 
 
 def sample(
-    study: Study,
+    study: Study | str | Path,
     *,
     start: Fit | None = None,
     seed: int = 0,
@@ -143,7 +154,8 @@ def sample(
 
     Parameters
     ----------
-    study : Study
+    study : Study, str or pathlib.Path
+        A path is that of a study file, or of a folder with a ``study.toml``.
     start : Fit, optional
         Fit of the same study, around which the walkers are initialised; made where there is none.
     seed : int
@@ -177,7 +189,9 @@ def sample(
     """
     options = Options(noise, heavy or student_t, nuts, tuple(map(str, compare)))
     asked = settings_of({"seed": seed, **settings})
-    return sample_study(study, start=start, settings=asked, options=options, folder=checkpoint, progress=progress)
+    return sample_study(
+        as_study(study), start=start, settings=asked, options=options, folder=checkpoint, progress=progress
+    )
 
 
 def sample_study(

@@ -1,0 +1,90 @@
+"""A batch from its words to its folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fibrefit.core.progress import Progress
+from fibrefit.store import default_directory
+from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
+from fibrefit.workflow.batches.jobs import Each, jobs_of, origins_of, run_of
+from fibrefit.workflow.growing import growing_folder
+
+
+def batch(
+    series: str | Path | Sequence[str | Path],
+    out: str | Path | None = None,
+    *,
+    rig: str | None = None,
+    overrides: Sequence[str] = (),
+    each: Each | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    starts: int = 32,
+    seed: int = 0,
+    robust: bool = False,
+    force: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Batch:
+    """Identify every record, or every study, of a series by itself, and write the results as one table.
+
+    Parameters
+    ----------
+    series : str, pathlib.Path or sequence of them
+        Study files, folders with a ``study.toml``, folders of such folders; or bare records, with `rig`.
+    out : str or pathlib.Path, optional
+        Folder of the batch; ``results/<name>-<hash>`` by default.
+    rig : str, optional
+        Kind of the rig of bare records.
+    overrides : sequence of str
+        Changes to every study, as on the command line.
+    each : {"record", "study"}, optional
+        What is identified by itself; the records of a single study, or else each study.
+    processes : int, optional
+        On this machine; one a core by default. More than one needs a script guarded by ``if __name__ == "__main__"``.
+    scheduler : str, optional
+        Address of a running Dask scheduler.
+    starts, seed, robust
+        As for `fibrefit.fit`.
+    force : bool
+        Replace what is in the folder.
+    resume : bool
+        Keep what an interrupted or finished run there has done.
+    progress : callable, optional
+        Called with what is being done and the share that is finished.
+
+    Returns
+    -------
+    Batch
+        With ``items``, ``status``, ``folder``, ``report()``, ``summary()``, ``to_dataframe()`` and ``plot()``;
+        `fibrefit.read_batch` reads its table.
+
+    Raises
+    ------
+    UsageError
+        If the folder may not be replaced, a folder holds no study, or a scheduler does not answer.
+
+    Examples
+    --------
+    >>> found = fibrefit.batch(fibrefit.example("drop_series"), "results/each", starts=1, processes=1)
+    >>> found.status, len(found.items)
+    ('ok', 5)
+    """
+    words = [str(word) for word in ((series,) if isinstance(series, str | Path) else series)]
+    # Workers elsewhere have a working folder of their own.
+    words = [os.path.abspath(word) for word in words] if scheduler else words
+    origins = origins_of(words, rig, overrides)
+    jobs = jobs_of(origins, each, starts, seed, robust)
+    name = jobs[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(jobs)} studies"
+    folder = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
+    engine = Engine(processes or os.cpu_count() or 1, scheduler)
+    with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
+        if progress:
+            progress(f"{len(jobs)} identifications", None)
+        found = replace(batch_studies(name, jobs, directory.path, engine, progress), folder=folder)
+        found.write(directory)
+    return found

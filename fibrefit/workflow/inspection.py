@@ -1,0 +1,252 @@
+"""What was understood of records, or of a study and its records."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fibrefit.core.errors import FibrefitError
+from fibrefit.core.shown import Card
+from fibrefit.study import Study, load_study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from fibrefit.plots import Figures
+    from fibrefit.records import Table
+
+SCHEMA = "fibrefit/inspection/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What was understood of one file.
+
+    Parameters
+    ----------
+    lines : list of str
+        For a person.
+    understood : dict
+        For a program.
+    table : Table or None
+        What the file says, where it could be read.
+    refusal : FibrefitError or None
+        Why it could not.
+    """
+
+    lines: list[str]
+    understood: dict[str, Any]
+    table: Table | None = None
+    refusal: FibrefitError | None = None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the file can be used."""
+        if "refused" in self.understood:
+            return "not understood"
+        return "not ready" if "not_ready" in self.understood else "understood"
+
+
+@dataclass(frozen=True, repr=False)
+class Inspection:
+    """What was understood.
+
+    Parameters
+    ----------
+    name : str
+    seen : tuple of Seen
+        File by file.
+    study : Study or None
+        None where bare files were inspected.
+    """
+
+    name: str
+    seen: tuple[Seen, ...]
+    study: Study | None = None
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """What each file says that could be read, by its name."""
+        return _named([each.table for each in self.seen if each.table is not None])
+
+    @property
+    def refusals(self) -> tuple[FibrefitError, ...]:
+        """Why files could not be read."""
+        return tuple(each.refusal for each in self.seen if each.refusal)
+
+    def report(self) -> str:
+        """In words."""
+        lines = [] if self.study is None else _study_lines(self.study)
+        return "\n\n".join("\n".join(part) for part in [lines, *(each.lines for each in self.seen)] if part)
+
+    def document(self) -> dict[str, Any]:
+        """For a program."""
+        study = self.study
+        said = {} if study is None else {"study": study.model_dump(mode="json", by_alias=True, exclude_none=True)}
+        return {"schema": SCHEMA, **said, "files": [each.understood for each in self.seen]}
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a column of a file: header, unit, samples, range, what is masked."""
+        import pandas as pd
+
+        rows = [{"file": one.understood["file"], **c} for one in self.seen for c in one.understood.get("columns", ())]
+        return pd.DataFrame(rows)
+
+    def plot(self) -> Figures:
+        """One figure a file."""
+        from fibrefit.plots import Figures, table_figure
+
+        return Figures({file: table_figure(table) for file, table in self.tables.items()})
+
+    def save(self, out: Path | str, *, force: bool = False) -> Path:
+        """Write ``inspection.json``, ``inspection.txt`` and a picture of each file into a folder; the folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder exists and may not be replaced.
+        """
+        from fibrefit.plots import save_figures
+        from fibrefit.store.directory import ResultDirectory
+        from fibrefit.store.files import write_whole
+
+        with ResultDirectory(Path(out), force=force) as directory:
+            write_whole(directory.path / "inspection.json", self.content())
+            write_whole(directory.path / "inspection.txt", self.report() + "\n")
+            save_figures(self.plot(), directory.path / "figures")
+        return directory.out
+
+    def content(self) -> str:
+        """Text of ``inspection.json``."""
+        return json.dumps(self.document(), indent=1, allow_nan=False) + "\n"
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+    def _card(self) -> Card:
+        rows = [(str(one.understood["file"] or "planned"), one.verdict) for one in self.seen]
+        unread = sum(verdict != "understood" for _, verdict in rows)
+        line = f"{len(rows)} files, {unread or 'none'} of them not ready to be used"
+        return Card(f'Inspection of "{self.name}"', line, ("file", "verdict"), rows)
+
+
+def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence[str] = ()) -> Inspection:
+    """Say what is understood of files of measured data, or of a study and its files.
+
+    Parameters
+    ----------
+    what : str, pathlib.Path, Study or sequence of paths
+        A study (a ``.toml`` or a folder with one), or files.
+    overrides : sequence of str
+        What the files do not say, as on the command line: ``"units.force=kN"``.
+
+    Returns
+    -------
+    Inspection
+        With ``report()``, ``tables``, ``refusals``, ``to_dataframe()``, ``plot()`` and ``save(folder)``. A file that is
+        not understood is no exception here: it is told with the reason.
+
+    Raises
+    ------
+    StudyError
+        If the study is not valid.
+    UsageError
+        If an override makes no sense.
+
+    Examples
+    --------
+    >>> seen = fibrefit.inspect(fibrefit.example("drop_series") / "drop_5mm_90deg.csv")
+    >>> seen.to_dataframe()["si"].tolist()
+    ['N', 'm']
+    """
+    if isinstance(what, Study):
+        return Inspection(what.name, _records_of(what), what)
+    paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
+    if len(paths) == 1 and (paths[0].is_dir() or paths[0].suffix.lower() == ".toml"):
+        study = load_study(paths[0], overrides)
+        return Inspection(study.name, _records_of(study), study)
+    return Inspection(paths[0].stem, _bare(paths, overrides))
+
+
+def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
+    from fibrefit.study.reading import reading_of
+
+    arguments = reading_of(overrides)
+    return tuple(_seen(file, arguments) for file in files)
+
+
+def _records_of(study: Study) -> tuple[Seen, ...]:
+    seen = []
+    for record in study.records:
+        if record.file is None:
+            seen.append(Seen([f"{record.label}: planned, not measured yet.", *_conditions(record)], {"file": None}))
+            continue
+        one = _seen(study.path_of(record.file), study.reading(record))
+        seen.append(Seen([*one.lines, *_conditions(record)], one.understood, one.table, one.refusal))
+    return tuple(seen)
+
+
+def _seen(path: Path, arguments: dict[str, Any]) -> Seen:
+    """What was understood of a file, and what still keeps it from being used as a record."""
+    from fibrefit.records import ReadOptions, describe, read_table, record_of
+
+    try:
+        table = read_table(path, ReadOptions(**arguments))
+    except FibrefitError as error:
+        return Seen(_wrapped(f"Not understood: {error}"), {"file": path.name, "refused": str(error)}, refusal=error)
+    lines, understood = describe(table), table.understood
+    try:
+        record_of(table, channels=arguments["channels"])
+    except FibrefitError as error:
+        lines += _wrapped(f"Not ready to be used: {error}")
+        understood["not_ready"] = str(error)
+    return Seen(lines, understood, table)
+
+
+def _study_lines(study: Study) -> list[str]:
+    """What the study says, apart from its records."""
+    number = len(study.records)
+    lines = [f"{study.name}: {study.kind}, {number} record{'' if number == 1 else 's'}."]
+    effects = f" with {', '.join(study.model.effects)}" if study.model.effects else ""
+    lines.append(f"Model: {study.model.tension_law} fibre{effects}.")
+    for name, table in study.parameters.items():
+        said = table.model_dump(exclude_defaults=True)
+        lines.append(f"  {name}: " + ", ".join(f"{key} {_plain(value)}" for key, value in said.items()))
+    return lines
+
+
+def _conditions(record: Any) -> list[str]:
+    """Conditions of a record, in the units a person would choose."""
+    from fibrefit.core.units import format_quantity
+
+    said = []
+    for name, text in record.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "channels"}).items():
+        value, _, unit = str(text).partition(" ")
+        shown = format_quantity(float(value), unit) if isinstance(getattr(record, name), float) else str(text)
+        said.append(f"{name} {shown}")
+    return _wrapped(f"  Conditions: {', '.join(said)}.") if said else []
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(text, 80, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, dict):
+        return " ".join(f"{key} {_plain(part)}" for key, part in value.items())
+    return " to ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _named(tables: Sequence[Table]) -> dict[str, Table]:
+    """Tables by the name of their file, with its folder where names alone would not tell them apart."""
+    stems = [table.path.stem for table in tables]
+    return {
+        stem if stems.count(stem) == 1 else str(table.path): table for stem, table in zip(stems, tables, strict=True)
+    }

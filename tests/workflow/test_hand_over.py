@@ -1,0 +1,203 @@
+"""What a result hands over: tables of pandas, a tree of xarray, two lines, and the same again from disk."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import fibrefit
+from fibrefit.core.errors import DataError, UsageError
+from fibrefit.study import Study
+from fibrefit.workflow import Fit
+from fibrefit.workflow.outcome.stored import StoredDocument, StoredResult, StoredSimulation
+
+COLUMNS = ["name", "record", "value", "std_error", "low", "high", "unit"]
+
+
+@pytest.fixture(scope="module")
+def again(saved: Path) -> StoredResult:
+    found = fibrefit.load_result(saved)
+    assert isinstance(found, StoredResult)
+    return found
+
+
+def test_every_value_is_a_row_of_the_table(fit: Fit) -> None:
+    frame = fit.to_dataframe()
+    assert list(frame.columns) == COLUMNS
+    shared = frame[frame["record"].isna()].set_index("name")
+    stiffness = fit.parameters["stiffness"]
+    assert shared.loc["stiffness", "value"] == stiffness.value
+    assert shared.loc["stiffness", "std_error"] == stiffness.std_error
+    assert tuple(shared.loc["stiffness", ["low", "high"]]) == stiffness.interval_95
+    assert shared.loc["stiffness", "unit"] == "N/m"
+    own = frame[frame["record"].notna()]
+    assert set(own["name"]) == {"position_zero", "release"}
+    assert set(own["record"]) == {record.name for record in fit.records}
+
+
+def test_what_was_saved_says_the_same(fit: Fit, again: StoredResult) -> None:
+    pd.testing.assert_frame_equal(fit.to_dataframe(), again.to_dataframe())
+    pd.testing.assert_frame_equal(fit.covariance, again.covariance)
+    pd.testing.assert_frame_equal(fit.residuals, again.residuals)
+    assert again.report() == fit.report()
+    assert (again.kind, again.status) == ("fit", fit.status)
+    assert again.parameters["damping"].value == fit.parameters["damping"].value
+    assert again.study.name == fit.study.name
+    assert {"snaps", "starts"} <= set(again.figures)
+
+
+def test_covariance_is_that_of_the_error_bars(fit: Fit) -> None:
+    covariance, correlation = fit.covariance, fit.correlation
+    assert list(covariance.index) == list(fit.identification.problem.layout.free_names)
+    assert np.sqrt(covariance.loc["damping", "damping"]) == pytest.approx(fit.parameters["damping"].std_error)
+    np.testing.assert_allclose(np.diag(correlation), 1.0)
+    assert correlation.abs().to_numpy().max() <= 1.0 + 1e-12
+
+
+def test_residuals_are_measured_minus_simulated_sample_by_sample(fit: Fit) -> None:
+    frame = fit.residuals
+    assert list(frame.columns) == ["record", "channel", "time", "phase", "measured", "simulated", "residual"]
+    assert frame.attrs["units"] == {"force": "N", "position": "m"}
+    assert len(frame) == sum(2 * len(record.time) for record in fit.records)
+    force = frame[frame["channel"] == "force"]
+    left = (force["simulated"] - force["measured"]) / fit.identification.gap["force"].noise
+    # Samples beside a jump count less.
+    assert np.median(np.abs(left - force["residual"])) < 1e-6
+    assert {"held", "slack", "taut, loading"} <= set(frame["phase"])
+    assert np.sqrt((frame["residual"] ** 2).mean()) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_masked_sample_has_no_measurement(fit: Fit) -> None:
+    groups = {name: dict(group) for name, group in fit.groups().items()}
+    force = groups["observed_data"]["force"]
+    holed = force.values.copy()
+    holed[0, 7] = np.nan
+    groups["observed_data"]["force"] = type(force)(holed, force.dims, force.unit, force.doc)
+    from fibrefit.tables.frames import residual_frame
+
+    row = residual_frame(groups, {}).query("channel == 'force'").iloc[7]
+    assert np.isnan(row["measured"])
+    assert np.isnan(row["residual"])
+    assert np.isfinite(row["simulated"])
+
+
+def test_the_arrays_are_a_tree_of_xarray(fit: Fit) -> None:
+    tree = fit.to_datatree()
+    assert {"estimate", "observed_data", "predictions", "residuals"} <= set(tree.children)
+    assert tree["observed_data"]["force"].attrs["units"] == "N"
+    assert tree["observed_data"]["force"].dims == ("record", "sample")
+    assert tree.attrs["schema"] == "fibrefit/fit/1"
+
+
+def test_without_xarray_it_is_said_what_to_install(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "fibrefit.tables.trees", raising=False)
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(UsageError, match=r"fibrefit\[arviz\]"):
+        fit.to_datatree()
+
+
+def test_two_lines_and_a_small_table(fit: Fit, again: StoredResult, study: Study) -> None:
+    for one in (fit, again, study, fit.records[0]):
+        assert len(repr(one).splitlines()) == 2
+        assert max(map(len, repr(one).splitlines())) < 200
+        assert one._repr_html_().startswith("<div><strong>")
+    assert repr(fit) == repr(again)
+    assert f'Fit of "{study.name}": {fit.status}, gap ' in repr(fit)
+    assert "<td>stiffness</td>" in fit._repr_html_()
+
+
+def test_names_are_escaped_in_a_notebook(study: Study) -> None:
+    odd = study.model_copy(update={"name": "<b>"})
+    assert "<b>" not in odd._repr_html_()
+    assert "&lt;b&gt;" in odd._repr_html_()
+
+
+def test_a_path_does_where_a_study_does(folder: Path, study: Study) -> None:
+    by_path, by_study = fibrefit.simulate(folder), fibrefit.simulate(study)
+    np.testing.assert_array_equal(by_path.readings["force"], by_study.readings["force"])
+
+
+def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path) -> None:
+    fibrefit.simulate(folder).save(tmp_path / "simulated")
+    simulated = fibrefit.load_result(tmp_path / "simulated")
+    assert isinstance(simulated, StoredSimulation)
+    assert set(simulated.to_dataframe().columns) == {"record", "time [s]", "force [N]", "position [mm]"}
+    seen = fibrefit.inspect(folder)
+    assert seen.to_dataframe()["si"].tolist() == ["N", "m"] * len(seen.seen)
+    assert not seen.refusals
+    seen.save(tmp_path / "seen")
+    inspected = fibrefit.load_result(tmp_path / "seen")
+    assert isinstance(inspected, StoredDocument)
+    assert len(inspected.to_dataframe()) == len(seen.seen)
+    assert len(repr(inspected).splitlines()) == len(repr(simulated).splitlines()) == len(repr(seen).splitlines()) == 2
+
+
+def test_a_file_that_is_not_understood_is_told_and_not_raised(tmp_path: Path) -> None:
+    (tmp_path / "odd.csv").write_text("no numbers at all\n", encoding="utf-8")
+    seen = fibrefit.inspect(tmp_path / "odd.csv")
+    assert [one.verdict for one in seen.seen] == ["not understood"]
+    assert len(seen.refusals) == 1
+
+
+def test_a_batch_is_a_table(folder: Path, tmp_path: Path) -> None:
+    found = fibrefit.batch(folder, tmp_path / "each", starts=2, processes=1)
+    assert found.folder == tmp_path / "each"
+    table = fibrefit.read_batch(found.folder)
+    assert list(table.index) == list(found.items)
+    assert table["stiffness [N/m]"].notna().all()
+    again = fibrefit.load_result(found.folder)
+    assert isinstance(again, StoredResult)
+    frame = again.to_dataframe()
+    assert set(frame["record"]) == set(found.items)
+    pd.testing.assert_frame_equal(frame, found.to_dataframe())
+    with pytest.raises(UsageError, match="take to_dataframe|Take to_dataframe"):
+        found.to_datatree()
+    with pytest.raises(UsageError, match="a result of kind batch"):
+        found.residuals  # noqa: B018
+
+
+def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no result"):
+        fibrefit.load_result(tmp_path)
+    with pytest.raises(DataError, match="results.csv"):
+        fibrefit.read_batch(tmp_path)
+
+
+def test_examples_come_by_name() -> None:
+    assert {"drop_series", "second_fibre", "pendulum"} <= set(fibrefit.examples())
+    assert fibrefit.load_study(fibrefit.example("drop_series")).kind == "fibre_mass"
+    with pytest.raises(UsageError, match='Did you mean "drop_series"'):
+        fibrefit.example("drop_serie")
+
+
+def test_the_catalogue_is_data() -> None:
+    found = fibrefit.effects()
+    viscous = found["guide.viscous_friction"]
+    assert viscous["parameters"][0]["unit"] == "N s/m"
+    assert viscous["source"]
+    json.dumps(found)
+
+
+def test_the_text_of_a_fit_tells_what_was_counted(fit: Fit) -> None:
+    counts = fit.summary().statistics
+    assert counts is not None
+    assert counts.samples == fit.identification.problem.n_measured
+    assert counts.free_values == len(fit.values)
+    assert counts.chi_square / counts.samples == pytest.approx(1.0, abs=0.1)
+    assert counts.bic == pytest.approx(counts.chi_square + counts.free_values * np.log(counts.samples))
+    assert f"{counts.free_values} free values: chi-square" in " ".join(fit.report().split())
+
+
+def test_strong_correlations_are_told_and_weak_ones_not(fit: Fit) -> None:
+    told = {pair.pair: pair.correlation for pair in fit.summary().correlations}
+    shared, matrix = list(fit.parameters), fit.correlation
+    for i, a in enumerate(shared):
+        for b in shared[i + 1 :]:
+            strong = abs(matrix.loc[a, b]) > 0.7
+            assert ((a, b) in told) == strong
+            assert not strong or told[a, b] == pytest.approx(matrix.loc[a, b])
