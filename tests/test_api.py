@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -32,16 +33,18 @@ def test_a_study_is_loaded_without_jax() -> None:
 @pytest.mark.parametrize("name", fibrefit.__all__)
 def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     offered = getattr(fibrefit, name)
-    text = inspect.getdoc(offered) or ""
-    assert inspect.isfunction(offered)
-    assert "Parameters" in text
+    # The package of the effects is a module that can be called.
+    function = offered if inspect.isfunction(offered) else type(offered).__call__
+    text = inspect.getdoc(function) or ""
+    assert set(inspect.signature(function).parameters) <= {"self"} or "Parameters" in text
     assert "Returns" in text
     assert ">>>" in text
 
 
 def test_no_package_has_the_name_of_what_is_offered() -> None:
     packages = {path.name for path in Path(fibrefit.__file__).parent.iterdir() if path.is_dir()}
-    assert not packages & set(fibrefit.__all__)
+    assert packages & set(fibrefit.__all__) == {"effects"}, "that one can be called itself"
+    assert callable(fibrefit.effects)
     code = "import fibrefit, fibrefit.fitting.identify, fibrefit.simulation.model; print(callable(fibrefit.fit))"
     assert run(code).strip() == "True"
 
@@ -56,6 +59,10 @@ def test_a_study_and_a_record_are_read() -> None:
     assert study.records[0].weight_mass == pytest.approx(3.1)
     record = fibrefit.read_record(SERIES / "drop_5mm_90deg.csv", rate=None)
     assert set(record.channels) == {"force", "position"}
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    assert fibrefit.__version__ == version("fibrefit")
 
 
 def test_types_are_shipped() -> None:

@@ -99,8 +99,9 @@ def read_record(
 
     Examples
     --------
-    >>> record = fibrefit.read_record("drop_10mm_90deg.csv")
-    >>> record.channels["force"].max(), record.rate
+    >>> record = fibrefit.read_record(fibrefit.example("drop_series") / "drop_10mm_90deg.csv")
+    >>> sorted(record.channels), round(record.rate)
+    (['force', 'position'], 2000)
     """
     wanted = tuple(roles or USUAL)
     options = ReadOptions(channels or {}, units or {}, tuple(columns or ()), rate, wanted, delimiter, decimal)

@@ -45,9 +45,9 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
 
     Examples
     --------
-    >>> study = fibrefit.load_study("configs/drop_series")
-    >>> study.records[0].lift
-    0.005
+    >>> study = fibrefit.load_study(fibrefit.example("drop_series"), ['rig.weight_mass="3.1 kg"'])
+    >>> study.records[0].lift, study.records[0].weight_mass
+    (0.005, 3.1)
     """
     source = Path(path)
     if source.is_dir():

@@ -118,7 +118,9 @@ def confuse_study(
 
     Examples
     --------
-    >>> print(fibrefit.distinguish(fibrefit.load_study("configs/drop_series")).report())
+    >>> found = fibrefit.distinguish(fibrefit.example("drop_series"), only=["guide.*"])
+    >>> "guide.viscous_friction" in [one.effect for one in found.confusion.directions]
+    True
     """
     study = as_study(study)
     on_progress = progress or (lambda what, share: None)

@@ -134,7 +134,8 @@ def fit_study(
     Returns
     -------
     Fit
-        With ``parameters``, ``status``, ``report()``, ``summary()``, ``plot()`` and ``save(folder)``.
+        With ``parameters``, ``status``, ``report()``, ``summary()``, ``to_dataframe()``, ``covariance``,
+        ``correlation``, ``residuals``, ``to_datatree()``, ``plot()``, ``predict(study)`` and ``save(folder)``.
 
     Raises
     ------
@@ -147,8 +148,12 @@ def fit_study(
 
     Examples
     --------
-    >>> result = fibrefit.fit(fibrefit.load_study("configs/drop_series"))
-    >>> result.status, result.parameters["stiffness"].value
+    >>> result = fibrefit.fit(fibrefit.example("drop_series"), starts=4)
+    >>> result.status
+    'ok'
+    >>> low, high = result.parameters["stiffness"].interval_95
+    >>> bool(low < 11150.6 < high)
+    True
     """
     study = as_study(study)
     if progress:

@@ -104,8 +104,9 @@ def simulate_study(study: Study | str | Path) -> Simulation:
 
     Examples
     --------
-    >>> study = fibrefit.load_study("configs/drop_series", ['parameters.stiffness.initial="20 kN/m"'])
-    >>> fibrefit.simulate(study).readings["force"].max()
+    >>> study = fibrefit.load_study(fibrefit.example("drop_series"), ['parameters.stiffness.initial="20 kN/m"'])
+    >>> fibrefit.simulate(study).readings["force"].shape[0]
+    5
     """
     study = as_study(study)
     task = task_of(study)

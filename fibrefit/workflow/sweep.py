@@ -126,8 +126,10 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
 
     Examples
     --------
-    >>> study = fibrefit.load_study("configs/pendulum", ["sweep.lowest=4 Hz", "sweep.highest=5 Hz"])
-    >>> print(fibrefit.sweep(study).report())
+    >>> said = ["sweep.lowest=4 Hz", "sweep.highest=4.5 Hz"]
+    >>> found = fibrefit.sweep(fibrefit.load_study(fibrefit.example("pendulum"), said))
+    >>> float(found.curves[0].frequencies.max())
+    4.5
     """
     study = as_study(study)
     if study.kind != KIND:

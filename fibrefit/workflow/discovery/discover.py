@@ -188,7 +188,7 @@ def discover_study(
 
     Examples
     --------
-    >>> found = fibrefit.discover(fibrefit.load_study("configs/drop_series"))
+    >>> found = fibrefit.discover(fibrefit.example("drop_series"), only=["guide.*"])
     >>> found.verdict
     'nothing_missing'
     """

@@ -148,8 +148,8 @@ def predict_study(
 
     Examples
     --------
-    >>> found = fibrefit.fit(fibrefit.load_study("fitted"))
-    >>> found.predict(fibrefit.load_study("left_out")).verdict
+    >>> found = fibrefit.fit(fibrefit.example("drop_series"), starts=4)
+    >>> found.predict(fibrefit.example("drop_series") / "holdout").verdict
     'holds'
     """
     study = as_study(study)

@@ -182,10 +182,25 @@ def sample(
         With ``parameters``, ``draws``, ``status``, ``report()``, ``summary()``, ``plot()``, ``plot_corner()``,
         ``plot_traces()``, ``plot_bands()``, ``plot_prior()`` and ``save(folder)``.
 
+    Raises
+    ------
+    DataError
+        If a record is not understood, or does not show what the rig's motion should.
+    StudyError
+        If study, model and priors do not fit together.
+    UsageError
+        If a setting is not known or cannot work, or a package is missing.
+
     Examples
     --------
-    >>> posterior = fibrefit.sample(study, start=fibrefit.fit(study))
-    >>> posterior.parameters["stiffness"].interval, posterior.draws["stiffness"].mean()
+    >>> posterior = fibrefit.sample(fibrefit.example("drop_series"))
+    >>> posterior.status
+    'ok'
+    >>> low, high = posterior.parameters["stiffness"].interval
+    >>> bool(low < posterior.draws["stiffness"].mean() < high)
+    True
+    >>> sorted(set(posterior.to_datatree().children) & {"posterior", "log_likelihood"})
+    ['log_likelihood', 'posterior']
     """
     options = Options(noise, heavy or student_t, nuts, tuple(map(str, compare)))
     asked = settings_of({"seed": seed, **settings})
