@@ -151,7 +151,7 @@ def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     course, density = posterior.course, posterior.density
     kept = course.kept.reshape(len(course.kept), -1, course.kept.shape[-1])
     chosen = chosen_draws(*course.kept_log_density.shape[1:])
-    scored = np.arange(0, len(chosen), max(1, -(-len(chosen) * len(kept) // SCORED)))
+    scored = np.linspace(0, len(chosen) - 1, min(len(chosen), SCORED // len(kept))).round().astype(int)
     points = kept[:, chosen[scored]].reshape(-1, kept.shape[-1])
     blocks, number = block_index(density)
     parts = []
