@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import result_options
+from fibrefit.cli.options import check_trust, result_options, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -28,6 +28,7 @@ NOT_TRUSTED = 5
 @click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of each search.")
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")
+@trust_option
 @result_options
 @with_terminal
 def command(
@@ -50,8 +51,11 @@ def command(
     SERIES are study files, folders with a study.toml, folders of such folders, or bare records with --rig. What cannot
     be identified is listed with the reason and does not stop the rest.
     """
+    from fibrefit.workflow.batches.jobs import origins_of, studies_of
     from fibrefit.workflow.batches.run import batch
 
+    for study in studies_of(origins_of(series, rig, overrides)):
+        check_trust(study, overrides)
     with shown_progress(terminal) as progress:
         found = batch(
             series,

@@ -8,9 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import click
-
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, say
 from fibrefit.core.errors import did_you_mean
 from fibrefit.core.progress import Progress
 
@@ -62,18 +60,16 @@ def asked(candidates: Sequence[Candidate]) -> str | None:
     _list(candidates, offered)
     names = list(offered)
     while True:
-        click.echo(
-            f"Which one is added? 1 to {len(names)}, a name, Enter for the first, s to stop: ", err=True, nl=False
-        )
+        say(f"Which one is added? 1 to {len(names)}, a name, Enter for the first, s to stop: ", newline=False)
         line = sys.stdin.readline()
         word = line.strip()
         if not line or word.lower() in STOP:
-            click.echo("" if line else "no answer: stopped", err=True)
+            say("" if line else "no answer: stopped")
             return None
         chosen = names[0] if not word else _named(word, names)
         if chosen is not None:
             return offered[chosen]
-        click.echo(f'"{word}" is none of them. {did_you_mean(word, names)}'.rstrip(), err=True)
+        say(f'"{word}" is none of them. {did_you_mean(word, names)}'.rstrip())
 
 
 def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
@@ -109,10 +105,10 @@ def listed_steps(terminal: Terminal) -> Iterator[Progress]:
 def _list(candidates: Sequence[Candidate], offered: dict[str, str]) -> None:
     shown = [candidate for candidate in candidates if candidate.effect in offered]
     width = max(len(candidate.effect) for candidate in shown)
-    click.echo(f"\n    {'effect':<{width}}  gap after  evidence  its values", err=True)
+    say(f"\n    {'effect':<{width}}  gap after  evidence  its values")
     for number, candidate in enumerate(shown, 1):
         numbers = f"{candidate.gap_after:>9.3f}  {candidate.evidence:>8.0f}  {_values(candidate)}"
-        click.echo(f"{number:>2}  {candidate.effect:<{width}}  {numbers}", err=True)
+        say(f"{number:>2}  {candidate.effect:<{width}}  {numbers}")
 
 
 def _values(candidate: Candidate) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal, say, with_terminal
 
 if TYPE_CHECKING:
     from fibrefit.core.parameter import Parameter
@@ -61,7 +61,7 @@ def _checked(terminal: Terminal, name: str) -> int:
     conditions = {c.name: 1.0 if math.isnan(c.typical) else c.typical for c in declared}
     wrong = [str(error) for error in all_wrong(name, conditions)]
     for line in () if terminal.json else wrong:
-        click.echo(f"error: {line}", err=True)
+        say(f"error: {line}")
     text = f"{name}: {len(wrong)} to mend." if wrong else f"{name} keeps the contract of a law."
     terminal.answer(text, {"name": name, "passed": not wrong, "violations": wrong})
     return StudyError.exit_code if wrong else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import sys
@@ -11,8 +10,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-import click
-
+from fibrefit.cli.terminal import say, say_document
 from fibrefit.core.errors import FibrefitError
 
 FAULT, INTERRUPTED = 1, 130
@@ -37,7 +35,7 @@ def report_error(error: FibrefitError | str, hint: str, code: int, args: Sequenc
     int
         `code`.
     """
-    click.echo(" ".join(filter(None, [f"error: {error}", hint])), err=True)
+    say(" ".join(filter(None, [f"error: {error}", hint])))
     _answer_in_json(error, code, args)
     return code
 
@@ -47,7 +45,7 @@ def report_interruption(error: BaseException, args: Sequence[str]) -> int:
     # click puts an exception of its own in place of the interruption, which then is its cause.
     notes = [note for e in (error, error.__cause__, error.__context__) for note in getattr(e, "__notes__", ())]
     message = " ".join(["Interrupted.", *(dict.fromkeys(notes) or ["Nothing was written."])])
-    click.echo(message, err=True)
+    say(message)
     _answer_in_json(message, INTERRUPTED, args)
     return INTERRUPTED
 
@@ -58,9 +56,9 @@ def explain_fault(error: Exception, args: Sequence[str]) -> int:
     kept = _log(trace, args)
     what = str(error).strip().partition("\n")[0] or "no message"
     message = f"fault in the program: {type(error).__name__}: {what}"
-    click.echo(f"{message} The traceback is in {kept}." if kept else message, err=True)
+    say(f"{message} The traceback is in {kept}." if kept else message)
     if kept is None or {"-v", "--verbose"} & set(args):
-        click.echo(trace, err=True)
+        say(trace)
     _answer_in_json(message, FAULT, args)
     return FAULT
 
@@ -72,7 +70,7 @@ def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) 
     content = {"message": str(error)}
     if isinstance(error, FibrefitError):
         content |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
-    click.echo(json.dumps({"schema": "fibrefit/error/1", "exit_code": code, "error": content}))
+    say_document({"schema": "fibrefit/error/1", "exit_code": code, "error": content})
 
 
 def _log(trace: str, args: Sequence[str]) -> Path | None:

@@ -62,7 +62,7 @@ def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
         f"Wrote {file}, a law that can be used as it is.\n\n"
         f"  fibrefit effects --check {wanted}    says what is wrong with it\n"
         f"  fibrefit effects {wanted}    shows its page\n\n"
-        f'In a study beside it: effects = ["{file.name}:{class_name(short)}"] under [model].'
+        f'In a study beside it: effects = ["{file.name}:{class_name(short)}"] under [model], and --trust to run it.'
     )
     terminal.answer(text, {"effect": name, "file": str(file), "name": wanted})
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import click
 
 from fibrefit.cli.failure import explain_fault, report_error, report_interruption
+from fibrefit.cli.terminal import say
 from fibrefit.core.errors import FibrefitError, did_you_mean
 
 #: Every command and what its line in the help says; the module of the same name is imported when it is called.
@@ -66,7 +67,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
     if value and not ctx.resilient_parsing:
         from fibrefit.core.environment import versions
 
-        click.echo(f"fibrefit {versions()['fibrefit']}")
+        say(f"fibrefit {versions()['fibrefit']}", err=False)
         ctx.exit()
 
 
@@ -97,7 +98,7 @@ def run(args: Sequence[str]) -> int:
     try:
         return int(group.main(args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
+        say(error.format_message())
         return error.exit_code
     except click.ClickException as error:
         context = getattr(error, "ctx", None)

@@ -15,9 +15,27 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+#: Where a command that runs the code a study names keeps whether it may.
+TRUST = "fibrefit.trust"
+
+
+def trust_option(command: Command) -> Command:
+    """Give a command ``--trust``: without it, `study_from` refuses studies that name code to run."""
+
+    def remember(context: click.Context, option: click.Parameter, value: bool) -> None:
+        context.meta[TRUST] = value
+
+    option = click.option(
+        "--trust", is_flag=True, expose_value=False, callback=remember, is_eager=True,
+        help="Run the code of laws that the study names (FILE.py:CLASS); only if you know it.",
+    )  # fmt: skip
+    return option(command)
+
+
 def study_options(command: Command) -> Command:
-    """Give a command its files, ``--rig`` and ``--set``."""
+    """Give a command its files, ``--rig``, ``--set`` and ``--trust``."""
     for option in (
+        trust_option,
         click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable."),
         click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ..."),
         click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True),
@@ -61,10 +79,48 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     Raises
     ------
     UsageError
-        If studies and records are mixed, or the kind of rig is missing.
+        If studies and records are mixed, the kind of rig is missing, or the study names code that nobody trusts.
     StudyError
         If the study is not valid.
     """
+    study = _named_study(files, rig, overrides)
+    check_trust(study, overrides)
+    return study
+
+
+def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
+    """Refuse a study that names code to run, unless the command line says ``--trust`` or names that code itself.
+
+    Raises
+    ------
+    UsageError
+        Naming the file.
+    """
+    from fibrefit.core.errors import UsageError
+
+    context = click.get_current_context(silent=True)
+    if context is None or context.meta.get(TRUST) is not False:
+        return  # trusted, or the command runs none
+    named = " ".join([*context.params.get("also", ()), *overrides])
+    for effect, file in study.own_effects().items():
+        if effect not in named:
+            raise UsageError(
+                f"{study.source}, model.effects", f'"{effect}" is code that would be run: {file}',
+                "a law of the catalogue, or a study you trust",
+                "Look into that file; then add --trust.",
+            )  # fmt: skip
+
+
+def check_trust_of_result(result: Path) -> None:
+    """Refuse a result whose study names code to run, as `check_trust` does; one that holds no study is left alone."""
+    from fibrefit.study import load_study
+
+    file = (result if result.is_dir() else result.parent) / "study.toml"
+    if file.is_file():
+        check_trust(load_study(file))
+
+
+def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:
     from fibrefit.core.errors import UsageError
     from fibrefit.study import load_study, study_from_files
 
@@ -132,8 +188,8 @@ def named_directory(study: Study, out: Path | None, *settings: str) -> Path:
     pathlib.Path
         `out`, or ``results/<study>-<hash>``.
     """
+    from fibrefit.core.digest import sha256_of
     from fibrefit.store.directory import default_directory
-    from fibrefit.store.files import sha256_of
 
     digests = [sha256_of(path) for path in study.input_files() if path.is_file()]
     return out or default_directory(study.name, study.resolved_toml(), *digests, *settings)

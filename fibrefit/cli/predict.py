@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from fibrefit.cli.fit import NOT_TRUSTED
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import check_trust_of_result, result_directory, result_options, study_from, study_options
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -32,6 +32,7 @@ def command(
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
     """
     study = study_from(files, rig, overrides)
+    check_trust_of_result(result)
     from fibrefit.workflow import predict_study
 
     place = result_directory(study, out, force, "predict", str(result.resolve()))

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, harmless
 from fibrefit.core.progress import Progress
 
 
@@ -32,7 +32,7 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
 
     columns = (
         progress.SpinnerColumn("line"),
-        progress.TextColumn("{task.description}"),
+        progress.TextColumn("{task.description}", markup=False),
         progress.BarColumn(),
         progress.TimeElapsedColumn(),
     )
@@ -40,6 +40,6 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
         task = bar.add_task("", total=None)
 
         def follow(doing: str, share: float | None) -> None:
-            bar.update(task, description=doing, total=None if share is None else 1.0, completed=share or 0.0)
+            bar.update(task, description=harmless(doing), total=None if share is None else 1.0, completed=share or 0.0)
 
         yield follow

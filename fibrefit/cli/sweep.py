@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from
+from fibrefit.cli.options import result_directory, result_options, study_from, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -17,6 +17,7 @@ NOT_TRUSTED = 5
 @click.command("sweep")
 @click.argument("study", metavar="STUDY")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable.")
+@trust_option
 @result_options
 @with_terminal
 def command(

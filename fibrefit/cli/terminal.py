@@ -45,19 +45,62 @@ class Terminal:
         """
         if self.json:
             # Escapes keep the document whole on any terminal; a number that is none would not be JSON.
-            click.echo(json.dumps(document, indent=1, allow_nan=False))
+            say_document(document)
         else:
-            click.echo(spelt(text, sys.stdout.encoding))
+            say(spelt(text, sys.stdout.encoding), err=False)
 
     def remark(self, text: str) -> None:
         """Say something beside the answer."""
         if not self.quiet:
-            click.echo(text, err=True)
+            say(text)
 
     def detail(self, text: str) -> None:
         """Say something that only interests those who asked for more."""
         if self.verbose:
-            click.echo(text, err=True)
+            say(text)
+
+
+def say(text: str, *, err: bool = True, newline: bool = True) -> None:
+    """Write to the terminal: the only way there, so that nothing from files or names can steer it.
+
+    Parameters
+    ----------
+    text : str
+    err : bool
+        On stderr.
+    newline : bool
+        Whether the line ends with it.
+    """
+    click.echo(harmless(text), err=err, nl=newline)
+
+
+def say_document(document: Any) -> None:
+    """Write one JSON document to stdout; it is all ASCII, with whatever steers a terminal escaped."""
+    text = json.dumps(document, indent=1, allow_nan=False)
+    click.echo(text.replace("\x7f", "\\u007f"))
+
+
+def harmless(text: str) -> str:
+    r"""Text with every character that would steer a terminal written as its escape, such as ``\x1b``.
+
+    Parameters
+    ----------
+    text : str
+        Lines and tabs stay.
+    """
+    return text.translate(_STEERING)
+
+
+_STEERING = {
+    code: ascii(chr(code))[1:-1]
+    for code in (
+        *(code for code in range(0x20) if chr(code) not in "\n\t"),
+        *range(0x7F, 0xA0),
+        # Marks of line and paragraph, and those that turn the direction of writing.
+        *(0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A)),
+    )
+}
+"""Control characters (C0 without line feed and tab, DEL, C1) and the marks of direction of Unicode."""
 
 
 def spelt(text: str, encoding: str | None) -> str:

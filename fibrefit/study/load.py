@@ -119,6 +119,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(path, str(error), text.count("\n") + 1) from None
+    except ValueError:  # of an integer that Python does not read
+        raise StudyError(str(path), "a number of thousands of digits", "numbers a person can read", "") from None
     except RecursionError:
         raise StudyError(str(path), "nested too deeply", "a study file", "") from None
 
@@ -150,6 +152,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
     study._source, study._table, study._place = source, table, place
     study.check_parameters()
     study.check_units()
+    study.check_laws()
     _check_records(study, place)
     return study
 

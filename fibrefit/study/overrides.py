@@ -83,7 +83,7 @@ def _key(match: re.Match[str]) -> str | int:
 def _value(text: str) -> Any:
     try:
         read = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # not TOML, or a number of thousands of digits
         return text
     return read["value"] if list(read) == ["value"] else text
 

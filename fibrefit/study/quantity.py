@@ -12,6 +12,10 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.units import parse_quantity
 
+SMALLEST, LARGEST = 1e-18, 1e15
+"""Sizes in SI beyond which a number is a slip of the pen: their squares, products and quotients stay finite."""
+CHECK_IT = "Check the exponent and the unit."
+
 
 @dataclass(frozen=True, slots=True)
 class Unit:
@@ -55,6 +59,8 @@ class Unit:
         below = number < self.lower or (number == self.lower and not self.lower_allowed)
         if below or number > self.upper:
             raise refusal(f'"{value}" is out of range', self._range(), "")
+        if not self.lower_allowed and number < self.lower + SMALLEST:
+            raise refusal(f"{shown(value)} is out of range", f"at least {SMALLEST:g} {self.si}", CHECK_IT)
         return number
 
     def write(self, value: float) -> str:
@@ -91,7 +97,9 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         If `value` is not text, carries no unit or the wrong one, or is not finite.
     """
     if isinstance(value, bool | int | float):
-        raise refusal(f"{value} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit.")
+        raise refusal(
+            f"{shown(value)} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit."
+        )
     if not isinstance(value, str):
         raise refusal(f"{shown(value)} is not a quantity", f'text such as "{example}"', "")
     try:
@@ -100,6 +108,8 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         raise refusal(error.got, error.expected or f'a quantity such as "{example}"', error.do) from None
     if not math.isfinite(number):
         raise refusal(f'"{value}" is not finite', f'a quantity such as "{example}"', "")
+    if abs(number) > LARGEST:
+        raise refusal(f"{shown(value)} is out of range", f"at most {LARGEST:g} {unit}", CHECK_IT)
     return number
 
 
@@ -110,7 +120,10 @@ def refusal(got: str, expected: str, do: str) -> PydanticCustomError:
 
 def shown(value: Any, longest: int = 60) -> str:
     """Short text of a value, for a message."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except ValueError:  # Python writes no integers of thousands of digits
+        return "a number of thousands of digits"
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 

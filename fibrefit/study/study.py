@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, StrictStr
 
+from fibrefit.core.digest import sha256_of
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
@@ -30,6 +31,9 @@ class Model(Table):
     tension_law: Literal["clamped", "heaviside"] = Field(default="clamped", description="Law of the fibre's tension.")
     effects: tuple[StrictStr, ...] = Field(
         default=(), description='Names of the catalogue, or "my_effects.py:MyEffect".'
+    )
+    laws: dict[str, StrictStr] = Field(
+        default_factory=dict, description="SHA-256 of files with effects, which then must not change."
     )
 
 
@@ -85,8 +89,29 @@ class Study(Table):
     def data_files(self) -> list[Path]:
         """The input files whose content is not in the study itself: records, and files with effects."""
         named = [record.file for record in self.records if record.file]
-        effects = [effect.rpartition(":")[0] for effect in self.model.effects if ":" in effect]
-        return [self.path_of(file) for file in dict.fromkeys(named + effects)]
+        return list(dict.fromkeys([*map(self.path_of, named), *self.own_effects().values()]))
+
+    def own_effects(self) -> dict[str, Path]:
+        """The effects whose code is in a file, and the file: Python that runs when the model is made."""
+        own = [effect for effect in self.model.effects if ":" in effect]
+        return {effect: self.path_of(effect.rpartition(":")[0]) for effect in own}
+
+    def check_laws(self) -> None:
+        """Refuse files with effects that have changed since the study was written.
+
+        Raises
+        ------
+        StudyError
+            For the first file whose SHA-256 is not the one under ``[model.laws]``.
+        """
+        for file, expected in self.model.laws.items():
+            path = self.path_of(file)
+            if path.is_file() and (found := sha256_of(path)) != expected:
+                raise StudyError(
+                    self._place(f"model.laws.{file}"), f"{path} has changed: its SHA-256 is {found[:12]}...",
+                    f"{expected[:12]}..., that of the law this study was written with",
+                    "Look at what has changed; then put the new digest there, or remove the line.",
+                )  # fmt: skip
 
     def unit_of(self, role: str) -> str | None:
         """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""
@@ -189,6 +214,10 @@ class Study(Table):
                 effect if ":" not in effect else _moved_effect(effect, self, relative_to)
                 for effect in content["model"]["effects"]
             ]
+            laws = {path for path in self.own_effects().values() if path.is_file()}
+            content["model"]["laws"] = {_relative(path, relative_to): sha256_of(path) for path in sorted(laws)}
+        if not content["model"].get("laws"):
+            content["model"].pop("laws", None)
         return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
 
     def __repr__(self) -> str:

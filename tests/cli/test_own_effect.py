@@ -58,7 +58,7 @@ def mine(fibrefit: Run) -> Path:
 
 
 def test_it_is_fitted_and_kept_with_the_result(fibrefit: Run, mine: Path) -> None:
-    done = fibrefit("fit", str(mine), "--starts", "2", "--out", "out", "--json")
+    done = fibrefit("fit", str(mine), "--trust", "--starts", "2", "--out", "out", "--json")
     assert done.code in (0, 5), done.err
     document = done.document
     estimate = document["parameters"]["guide.brush.brush_coefficient"]
@@ -67,7 +67,7 @@ def test_it_is_fitted_and_kept_with_the_result(fibrefit: Run, mine: Path) -> Non
     assert any(path.endswith("mine.py") for path in document["provenance"]["inputs"])
     # The result's own study finds the file again from where it lies.
     assert "mine.py:Brush" in (Path("out") / "study.toml").read_text(encoding="utf-8")
-    assert fibrefit("simulate", "out/study.toml", "--out", "again").code == 0
+    assert fibrefit("simulate", "out/study.toml", "--trust", "--out", "again").code == 0
 
 
 def test_it_has_a_page(fibrefit: Run, mine: Path) -> None:
@@ -78,7 +78,7 @@ def test_it_has_a_page(fibrefit: Run, mine: Path) -> None:
 
 def test_a_fault_in_it_is_the_users(fibrefit: Run, mine: Path) -> None:
     (mine / "mine.py").write_text("import nothing_of_the_kind", encoding="utf-8")
-    done = fibrefit("fit", str(mine))
+    done = fibrefit("fit", str(mine), "--trust")
     assert done.code == 4
     assert "mine.py fails with ModuleNotFoundError" in done.err
     assert "Traceback" not in done.err

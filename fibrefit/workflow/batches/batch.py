@@ -14,6 +14,7 @@ from fibrefit.core.progress import Progress
 from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
+from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
@@ -126,16 +127,8 @@ class Batch(AnyResult):
         from fibrefit.plots import save_figures
 
         write_summary(directory.path, self.summary())
-        lines = [",".join(_cell(cell) for cell in row) for row in self.table()]
-        write_whole(directory.path / TABLE, "\n".join(lines) + "\n")
+        write_whole(directory.path / TABLE, csv_text(self.table()))
         save_figures(self.plot(), directory.path / "figures")
-
-
-def _cell(text: str) -> str:
-    if not set(text) & set(',"\n\r'):
-        return text
-    doubled = text.replace('"', '""')
-    return f'"{doubled}"'
 
 
 def batch_studies(

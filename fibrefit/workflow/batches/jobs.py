@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple
 
 from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.store import Run
 from fibrefit.store.run import COMMAND
+from fibrefit.study import Study
 from fibrefit.workflow.batches.item import Job, Origin, loaded
 
 Each = Literal["record", "study"]
@@ -116,13 +118,17 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
 
 def run_of(jobs: Sequence[Job]) -> Run:
     """What a batch rests on. It may grow and change: each item that is taken up tells by its digest what it is of."""
-    files: dict[Path, None] = {}
-    for origin in dict.fromkeys(job.origin for job in jobs):
-        try:
-            files |= dict.fromkeys(loaded(origin).input_files())
-        except FibrefitError:
-            files |= dict.fromkeys(map(Path, origin.files))
-    return Run(tuple(files), {COMMAND: "batch"})
+    origins = list(dict.fromkeys(job.origin for job in jobs))
+    named = [Path(file) for origin in origins for file in origin.files]
+    read = [file for study in studies_of(origins) for file in study.input_files()]
+    return Run(tuple(dict.fromkeys([*named, *read])), {COMMAND: "batch"})
+
+
+def studies_of(origins: Sequence[Origin]) -> Iterator[Study]:
+    """The studies that can be read."""
+    for origin in origins:
+        with suppress(FibrefitError):
+            yield loaded(origin)
 
 
 def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:

@@ -1,0 +1,35 @@
+"""Tables as CSV text that a spreadsheet reads as what it is."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+
+#: A cell that begins so is a formula to a spreadsheet, which may run commands.
+FORMULA = re.compile(r"[=+\-@\t\r\n\uFF0B\uFF0D\uFF1D\uFF20]")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
+
+
+def csv_text(rows: Iterable[Sequence[str]]) -> str:
+    """Rows as CSV.
+
+    Parameters
+    ----------
+    rows : iterable of sequence of str
+        Text that a spreadsheet would take for a formula gets an apostrophe before it; numbers stay.
+
+    Returns
+    -------
+    str
+        Lines that end with a line feed.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([neutral(cell) for cell in row] for row in rows)
+    return text.getvalue()
+
+
+def neutral(cell: str) -> str:
+    """A cell that no spreadsheet computes."""
+    return f"'{cell}" if FORMULA.match(cell) and not NUMBER.fullmatch(cell) else cell

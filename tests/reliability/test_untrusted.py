@@ -1,0 +1,191 @@
+"""What comes from files of others neither steers the terminal, nor runs, nor takes all memory."""
+
+from __future__ import annotations
+
+import ast
+import csv
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fibrefit.cli import terminal
+from fibrefit.cli.terminal import Terminal, harmless
+from fibrefit.core.errors import StudyError
+from fibrefit.store.csv_text import csv_text
+from fibrefit.study import load_study
+from tests.cli.conftest import Run
+
+EVIL = """from pathlib import Path
+Path("ran").write_text("code of a stranger")
+"""
+RUNS = ("fit", "sample", "discover", "simulate", "distinguish", "batch")
+
+
+@pytest.fixture
+def stranger(fibrefit: Run) -> Path:
+    """A study that names code."""
+    assert fibrefit("init", "study").code == 0
+    file = Path("study/study.toml")
+    file.write_text(file.read_text("utf-8").replace("effects = []", 'effects = ["evil.py:X"]'), "utf-8")
+    Path("study/evil.py").write_text(EVIL)
+    return file
+
+
+@pytest.mark.parametrize("command", RUNS)
+def test_code_a_study_names_is_not_run_unasked(fibrefit: Run, stranger: Path, command: str) -> None:
+    done = fibrefit(command, str(stranger), "--out", "out")
+    assert done.code == 2, done.err
+    assert '"evil.py:X" is code that would be run: study/evil.py' in done.err
+    assert "--trust" in done.err
+    assert not Path("ran").exists()
+    assert not Path("out").exists()
+
+
+def test_code_a_study_names_is_run_when_it_is_trusted(fibrefit: Run, stranger: Path) -> None:
+    done = fibrefit("simulate", str(stranger), "--out", "out", "--trust")
+    assert Path("ran").exists()
+    assert done.code == 4, "the file holds no X"
+
+
+def test_code_that_is_named_on_the_command_line_is_trusted(fibrefit: Run, stranger: Path) -> None:
+    assert fibrefit("discover", str(stranger), "--also", "evil.py:X", "--out", "out").code == 4
+    assert Path("ran").exists()
+
+
+def test_looking_at_a_study_runs_nothing(fibrefit: Run, stranger: Path) -> None:
+    assert fibrefit("inspect", str(stranger)).code == 0
+    assert not Path("ran").exists()
+
+
+def test_the_code_of_a_result_is_not_run_unasked(fibrefit: Run, stranger: Path) -> None:
+    fibrefit("init", "own")
+    done = fibrefit("predict", "study", "own", "--out", "out")
+    assert (done.code, Path("ran").exists()) == (2, False), done.err
+
+
+def test_a_law_that_has_changed_since_the_result_is_refused(stranger: Path, fibrefit: Run) -> None:
+    study = load_study(stranger)
+    Path("result").mkdir()
+    text = study.resolved_toml(relative_to=Path("result"))
+    assert "[model.laws]" in text
+    Path("result/study.toml").write_text(text, "utf-8")
+    assert load_study("result").model.laws.keys() == {"../study/evil.py"}
+    Path("study/evil.py").write_text(EVIL + "# changed\n")
+    with pytest.raises(StudyError, match=r"evil\.py has changed: its SHA-256 is"):
+        load_study("result")
+
+
+HOSTILE = "time [s],\x1b]0;pwned\x07\x1b[31mforce [N],position [mm]\n" + "".join(
+    f"{i / 100},{i % 7},2.{i}\n" for i in range(40)
+)
+
+
+@pytest.mark.parametrize("words", [(), ("--json",), ("-v",)])
+def test_escapes_of_a_file_do_not_reach_the_terminal(fibrefit: Run, words: tuple[str, ...]) -> None:
+    Path("esc\x1b[31m.csv").write_text(HOSTILE)
+    done = fibrefit("inspect", "esc\x1b[31m.csv", *words)
+    said = done.out + done.err
+    assert said
+    assert not {sign for sign in said if not sign.isprintable()} - {"\n", "\t"}
+    assert "pwned" in said, "the text is shown, its escapes are spelt out"
+
+
+def test_escapes_of_a_study_do_not_reach_the_terminal(fibrefit: Run) -> None:
+    fibrefit("init", "study")
+    file = Path("study/study.toml")
+    text = file.read_text("utf-8").replace('name = "', 'name = "\\u001b]0;pwned\\u0007\\u009b31m\\u202e', 1)
+    file.write_text(text, "utf-8")
+    for words in (("inspect", "study"), ("fit", "study", "--set", "rig.weight_mass=\x1b[31m")):
+        said = "".join((lambda done: (done.out, done.err))(fibrefit(*words)))
+        assert not {sign for sign in said if not sign.isprintable()} - {"\n", "\t"}, words
+
+
+@given(st.text())
+def test_what_is_said_steers_nothing(text: str) -> None:
+    said = harmless(text)
+    assert not {c for c in said if ord(c) < 32 or 0x7F <= ord(c) < 0xA0} - {"\n", "\t"}
+    assert not set(said) & set("\u202a\u202b\u202d\u202e\u2066\u2067\u2068\u2069\u2028\u2029")
+    assert said == text or harmless(text) != text
+    if text.isprintable():
+        assert "\\x1b" in text or "\\x1b" not in said
+
+
+def test_there_is_one_way_to_the_terminal() -> None:
+    """A command that wrote by itself would go round the filter."""
+    for file in Path(terminal.__file__).parent.glob("*.py"):
+        calls = [
+            ast.unparse(node.func)
+            for node in ast.walk(ast.parse(file.read_text("utf-8")))
+            if isinstance(node, ast.Call)
+        ]
+        forbidden = {"click.echo", "click.secho", "print", "sys.stdout.write", "sys.stderr.write"} & set(calls)
+        assert not forbidden or file.name == "terminal.py", f"{file.name}: {forbidden}"
+
+
+def test_json_stays_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    import json
+
+    Terminal(json=True).answer("", {"name": "\x7f\x1b\u202e"})
+    out = capsys.readouterr().out
+    assert json.loads(out) == {"name": "\x7f\x1b\u202e"}
+    assert out.isascii()
+    assert "\x7f" not in out
+
+
+@given(st.lists(st.text(st.characters(exclude_categories=["Cs"])), min_size=1, max_size=4))
+def test_no_cell_is_a_formula_and_none_is_lost(row: list[str]) -> None:
+    (read,) = csv.reader([csv_text([row])]) if not set("".join(row)) & set("\r\n") else [None]
+    if read is None:
+        return
+    for cell, found in zip(row, read, strict=True):
+        assert found in (cell, f"'{cell}")
+        assert not found.startswith(("=", "@", "\t")), found
+
+
+@pytest.mark.parametrize("cell", ["=1+1", "@SUM(A1)", "+cmd|' /C calc'!A0", "-2+3", "\t=1", "=cmd|'/C calc'!A0"])
+def test_a_formula_is_neutral(cell: str) -> None:
+    assert csv_text([[cell]]).strip('"\n').startswith("'")
+
+
+@pytest.mark.parametrize("cell", ["-5.25", "+1e-3", "3", "-inf", "nan", "drop 1", ""])
+def test_a_number_stays(cell: str) -> None:
+    assert csv_text([[cell, "x"]]) == f"{cell},x\n"
+
+
+DIGITS = "9" * 5001
+
+
+@pytest.mark.parametrize(
+    "mass",
+    [
+        DIGITS,
+        f"0x{'f' * 5001}",
+        f'"{DIGITS} kg"',
+        '"1e300 kg"',
+        '"1e-300 kg"',
+        '"1e400 kg"',
+        f"-{DIGITS}",
+        f"1e{DIGITS}",
+    ],
+)
+@pytest.mark.parametrize("key", ["rig.weight_mass", "rig.masses_per_fibre", "parameters.stiffness.initial", "name"])
+def test_numbers_that_are_none_are_refused(fibrefit: Run, mass: str, key: str) -> None:
+    fibrefit("init", "study")
+    file = Path("study/study.toml")
+    said = fibrefit("inspect", "study", "--set", f"{key}={mass}")
+    assert said.code in (2, 4) or key == "name", said.err
+    assert len(said.err) < 12_000
+    *tables, last = key.split(".")
+    lines = file.read_text("utf-8")
+    header = f"[{'.'.join(tables)}]\n" if tables else ""
+    known = [line for line in lines.splitlines() if line.startswith(f"{last} =")]
+    changed = (
+        lines.replace(known[0], f"{last} = {mass}", 1)
+        if known and header in lines
+        else f"{lines}\n{header}{last} = {mass}\n"
+    )
+    file.write_text(changed, "utf-8")
+    done = fibrefit("inspect", "study")
+    assert done.code in (3, 4) or (key == "name" and mass.startswith('"')), (changed[-300:], done.err)
