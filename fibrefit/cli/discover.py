@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,16 @@ NOT_TRUSTED = 5
     metavar="FILE.py:CLASS",
     help="Try an effect of your own too, repeatable; its path is relative to the study.",
 )
+@click.option(
+    "--time",
+    "seconds",
+    type=click.FloatRange(min=1.0),
+    default=300.0,
+    show_default=True,
+    help="Seconds after which there is an answer: the best so far, and what was not tried.",
+)
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
+@click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
 @result_options
 @with_terminal
 def command(
@@ -43,28 +53,35 @@ def command(
     out: Path | None,
     force: bool,
     seed: int,
+    seconds: float,
     interactive: bool,
+    resume: bool,
     **tried: Any,
 ) -> int:
     """Find what the model of STUDY lacks: where it goes wrong, which effect accounts for it, and the gap it closes.
 
     Names are those of `fibrefit effects`. The folder of the result holds a study.toml of the final model. The same
-    search is not made twice: a result that is there already is shown again, unless --force is given.
+    search is not made twice: a result that is there already is shown again, unless --force is given. What was found is
+    kept as the search goes on; --resume goes on from there, and ends with the result of a search that was never
+    interrupted.
     """
     study = study_from(files, rig, overrides)
     from fibrefit.workflow.discovery.discover import Options, discover_study, finished
+    from fibrefit.workflow.discovery.journal import journal_folder
 
-    options = Options(seed=seed, **tried)
-    folder = named_directory(study, out, "discover", repr(options), str(interactive))
+    options = Options(seed=seed, seconds=seconds, **tried)
+    folder = named_directory(study, out, "discover", repr(replace(options, seconds=0.0)), str(interactive))
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)
-    place = result_directory(study, folder, force)
     person = Person() if interactive else None
-    with place, listed_steps(terminal) if interactive else shown_progress(terminal) as progress:
-        found = discover_study(study, **tried, seed=seed, choose=person, progress=progress)
+    shown = listed_steps(terminal) if interactive else shown_progress(terminal)
+    with journal_folder(folder, study, options, force=force, resume=resume) as (directory, journal), shown as progress:
+        found = discover_study(
+            study, **tried, seed=seed, seconds=seconds, choose=person, folder=journal, progress=progress
+        )
         progress("drawing and writing", None)
-        found.save(folder, force=force)
+        found.write(directory)
     summary = found.summary()
     code = _answered(terminal, summary)
     for text in person.remarks(summary.added) if person else ():

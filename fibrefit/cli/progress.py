@@ -1,31 +1,40 @@
-"""Progress of long work, on stderr and only where a person is looking at it."""
+"""Progress of long work, on stderr."""
 
 from __future__ import annotations
 
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fibrefit.cli.terminal import Terminal, harmless
 from fibrefit.core.progress import Progress
 
+EVERY = 30.0
+"""Seconds between two lines where no person is looking: a log says where the work stands."""
+
 
 @contextmanager
 def shown_progress(terminal: Terminal) -> Iterator[Progress]:
-    """Line on stderr that follows the work done in the block.
+    """Line on stderr that follows the work done in the block; a line each `EVERY` seconds where stderr is a file.
 
     Parameters
     ----------
     terminal : Terminal
-        Quiet ones show nothing, and neither does output that goes to a file.
+        Quiet ones show nothing.
 
     Yields
     ------
     callable
         To be called with what is being done and the share that is done.
     """
-    if terminal.quiet or not sys.stderr.isatty():
+    if terminal.quiet:
         yield lambda doing, share: None
+        return
+    if not sys.stderr.isatty():
+        with _logged() as tell:
+            yield tell
         return
     from rich import progress
     from rich.console import Console
@@ -43,3 +52,25 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
             bar.update(task, description=harmless(doing), total=None if share is None else 1.0, completed=share or 0.0)
 
         yield follow
+
+
+@contextmanager
+def _logged() -> Iterator[Progress]:
+    """Progress as lines of a log, from a thread of its own: work may say nothing for long."""
+    began, ended, now = time.monotonic(), threading.Event(), {"doing": "beginning", "share": ""}
+
+    def follow(doing: str, share: float | None) -> None:
+        now.update(doing=doing, share="" if share is None else f", {100.0 * share:.0f} %")
+
+    def write() -> None:
+        while not ended.wait(EVERY):
+            sys.stderr.write(f"{time.monotonic() - began:6.0f} s: {now['doing']}{now['share']}\n")
+            sys.stderr.flush()
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    try:
+        yield follow
+    finally:
+        ended.set()
+        writer.join()

@@ -6,3 +6,7 @@ from collections.abc import Callable
 
 Progress = Callable[[str, float | None], None]
 """Callback of long work: called with what is being done and the share that is finished, None where it is not known."""
+
+
+def quiet(doing: str, share: float | None) -> None:
+    """Progress that nobody is told of."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales, Weighed
 from fibrefit.discovery.engine.supermodel import waves_at
@@ -16,8 +19,9 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import Left, left_at
 from fibrefit.discovery.search.inputs import relinearised
-from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.effects.catalogue import is_costly
+from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 
@@ -27,6 +31,9 @@ COMPARED = 3
 """Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
 NOISES = 2
 """Times the noise of a round is taken from what its best candidate leaves."""
+
+SECONDS = 300.0
+"""Time a search is given unless said."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +46,17 @@ class Limits:
     seed : int
     choose : callable, optional
         Given a round's ranking, names the effect to add; None lets the search decide.
+    seconds : float
+        After which there is an answer, whatever was not tried then.
+    folder : pathlib.Path, optional
+        Where what was found is kept for a search that goes on from there.
     """
 
     max_effects: int = 3
     seed: int = 0
     choose: Callable[[Sequence[Candidate]], str | None] | None = None
+    seconds: float = SECONDS
+    folder: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -60,12 +73,15 @@ class Comparison:
         The most probable first.
     compared : frozenset of tuple of str
         Names of those that were weighed in the same noise as the parent; the others are far behind.
+    untried : tuple of Effect classes
+        Candidates that the time did not suffice for.
     """
 
     search: Search
     parent: Weighed
     found: tuple[Weighed, ...]
     compared: frozenset[tuple[str, ...]] = frozenset()
+    untried: tuple[type[Effect], ...] = ()
 
     def gain(self, one: Weighed) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -85,6 +101,8 @@ class Selection:
         The last one.
     rivals : tuple of Rivals
         What was added, each with an effect that does as well.
+    cut_short : bool
+        Whether the time ended before a look at what else might be missing.
     """
 
     search: Search
@@ -92,6 +110,7 @@ class Selection:
     rounds: tuple[Round, ...] = ()
     look: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
+    cut_short: bool = False
 
 
 def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
@@ -108,21 +127,37 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
     """
     at = Selection(search, base)
     while len(at.best.effects) < limits.max_effects:
-        if at.best.effects and (anew := relinearised(at.search, at.best)) is not None:
-            at = replace(at, search=anew[0], best=anew[1])
-        look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
-        at = replace(at, search=look.search, look=look)
-        chosen = _chosen(look, limits)
-        alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
-        if chosen is None and alone and is_incomplete(look.search, look.parent):
-            look, chosen = _pair(look)
-        if chosen is None:
-            return replace(at, best=look.parent)
-        found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
-        at = replace(at, best=chosen, look=look, rounds=(*at.rounds, found), rivals=(*at.rivals, *rivals))
-        if limits.choose is None:
-            at = replace(at, best=pruned(at.search.scales, at.best))
+        further, came = in_time(partial(_further, at, before, limits), None)
+        if not came:
+            return replace(at, cut_short=True)
+        assert further is not None
+        at, grown = further
+        if not grown:
+            return at
     return at
+
+
+def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:
+    """A selection after one more look, and whether an effect was added."""
+    if at.best.effects and (anew := relinearised(at.search, at.best)) is not None:
+        at = replace(at, search=anew[0], best=anew[1])
+    look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
+    at = replace(at, search=look.search, look=look)
+    chosen = _chosen(look, limits)
+    alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
+    if chosen is None and alone and not look.untried and is_incomplete(look.search, look.parent):
+        look, chosen = _pair(look)
+    if chosen is None:
+        return replace(at, best=look.parent), False
+    found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
+    at = replace(at, best=chosen, look=look, rounds=(*at.rounds, found), rivals=(*at.rivals, *rivals))
+    if limits.choose is None:
+        at = replace(at, best=pruned(at.search.scales, at.best))
+    return at, True
+
+
+LOOKING = 0.8
+"""Share of the time left that candidates are given; what remains is for weighing the best ones in one noise."""
 
 
 def looked(search: Search, parent: Weighed, what: str) -> Comparison:
@@ -136,13 +171,23 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
         What is said of it while it goes on.
     """
     effects = search.extensions(parent)
-    found = search.tried(parent, [effect for effect in effects if not is_costly(effect)], what)
+    swift = [effect for effect in effects if not is_costly(effect)]
     costly = [effect for effect in effects if is_costly(effect)]
-    look = _same_noise(search, parent, found)
-    if costly and not _explains(look):
-        found = [*look.found, *look.search.tried(look.parent, costly, what)]
-        look = _same_noise(look.search, look.parent, sorted(found, key=lambda one: -one.log))
-    return look
+    with time_limit(LOOKING * time_left()):
+        tried = search.tried(parent, swift, what)
+    look = _in_one_noise(search, parent, tried)
+    if not costly or _explains(look):
+        return look
+    with time_limit(LOOKING * time_left()):
+        more = look.search.tried(look.parent, costly, what)
+    found = sorted([*look.found, *more.found], key=lambda one: -one.log)
+    return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
+
+
+def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
+    """Candidates weighed in the noise of the best; in that of the parent where the time ends."""
+    look, _ = in_time(partial(_same_noise, search, parent, tried.found), Comparison(search, parent, tuple(tried.found)))
+    return replace(look, untried=tried.untried)
 
 
 def is_incomplete(search: Search, weighed: Weighed) -> bool:
@@ -173,7 +218,8 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
         near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
-        parent = max([parent, *led], key=lambda one: one.log)
+        alike = [scales.agreeing(parent)] if parent.evidence.mode.sigma.any() else []
+        parent = max([parent, *alike, *led], key=lambda one: one.log)
         if not again or again[0].names == ranked[0].names:
             break
         ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
@@ -228,7 +274,7 @@ def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:
             one.effects[-1] for one in look.found if one is not first and one.effects[-1] is not first.effects[0]
         ]
         allowed = [effect for effect in search.extensions(first) if effect in effects[:PARTNERS]]
-        found += search.tried(first, allowed, "trying effects in pairs")
+        found += search.tried(first, allowed, "trying effects in pairs").found
     pairs = _same_noise(search, look.parent, found)
     best = pairs.found[0] if pairs.found else None
     if best is None or pairs.gain(best) <= NAMED + np.log(max(len(found), 1)):

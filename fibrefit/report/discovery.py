@@ -51,6 +51,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
+        section("What the time did not suffice for", _unfinished(summary)),
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
@@ -59,6 +60,12 @@ def discovery_report(summary: DiscoverySummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
+
+
+def _unfinished(summary: DiscoverySummary) -> list[str]:
+    untried = [f"Not tried: {', '.join(summary.untried)}."] if summary.untried else []
+    said = [*untried, *(f"Not done: {part}." for part in summary.undone)]
+    return items([*said, "--time gives more, and --resume goes on from what was found."]) if said else []
 
 
 def verdict_line(summary: DiscoverySummary) -> str:

@@ -30,9 +30,8 @@ class Found:
     def summary(self) -> DiscoverySummary:
         return self.content
 
-    def save(self, out: Path, *, force: bool = False) -> None:
-        with ResultDirectory(out, force=force) as directory:
-            write_summary(directory.path, self.content)
+    def write(self, directory: ResultDirectory) -> None:
+        write_summary(directory.path, self.content)
 
 
 @pytest.fixture
@@ -44,7 +43,8 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 def stub(monkeypatch: pytest.MonkeyPatch, outcome: str) -> list[dict[str, Any]]:
     made: list[dict[str, Any]] = []
 
-    def discover_study(study: Study, *, progress: Any, choose: Any, **options: Any) -> Found:
+    def discover_study(study: Study, *, progress: Any, choose: Any, folder: Path, **options: Any) -> Found:
+        assert folder.is_dir()
         made.append(options | {"choose": choose and choose(FIRST)})
         return Found(study, Options(**options), ALL[outcome])
 
@@ -68,10 +68,13 @@ def test_it_prints_the_report_and_says_where_it_wrote(demo: Run, calls: list[Any
 def test_options_reach_the_workflow(demo: Run, calls: list[dict[str, Any]]) -> None:
     Path("demo/my.py").write_text("")
     words = ("--only", "guide.*", "--only", "fibre.*", "--exclude", "guide.quadratic_drag", "--also", "my.py:Mine")
-    assert demo("discover", "demo", "--out", "out", "--seed", "7", "--max-effects", "2", *words).code == 0
+    assert (
+        demo("discover", "demo", "--out", "out", "--seed", "7", "--max-effects", "2", "--time", "60", *words).code == 0
+    )
     assert calls == [
         {
             "seed": 7,
+            "seconds": 60.0,
             "max_effects": 2,
             "only": ("guide.*", "fibre.*"),
             "exclude": ("guide.quadratic_drag",),
@@ -135,6 +138,7 @@ def test_show_prints_the_report_again(demo: Run, calls: list[Any]) -> None:
     ("words", "code", "says"),
     [
         (("--max-effects", "0"), 2, "0 is not in the range x>=1"),
+        (("--time", "0"), 2, "0.0 is not in the range x>=1"),
         (("--only", "guide.viscos_friction"), 2, 'Did you mean "guide.viscous_friction"?'),
         (("--exclude", "*"), 2, "no effect is left to try"),
         (("--also", "my.py:Mine"), 4, "Check the path."),
@@ -144,4 +148,27 @@ def test_refusals(demo: Run, words: tuple[str, ...], code: int, says: str) -> No
     done = demo("discover", "demo", "--out", "out", *words)
     assert done.code == code
     assert says in done.err
-    assert not Path("out").exists()
+    assert not list(Path().glob("out*"))
+
+
+def test_what_was_found_before_an_interruption_is_kept(
+    demo: Run, calls: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, journals = workflow.discover_study, []
+
+    def interrupted(study: Study, *, folder: Path, **options: Any) -> None:
+        journals.append(sorted(path.name for path in folder.glob("*.job")))
+        (folder / f"{len(journals)}.job").write_bytes(b"found")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workflow, "discover_study", interrupted)
+    assert demo("discover", "demo", "--out", "out").code == 130
+    assert demo("discover", "demo", "--out", "out", "--resume").code == 130
+    assert journals == [[], ["1.job"]]
+    monkeypatch.setattr(workflow, "discover_study", whole)
+    refused = demo("discover", "demo", "--out", "out")
+    assert (refused.code, "Add --resume to go on" in refused.err) == (2, True)
+    other = demo("discover", "demo", "--out", "out", "--resume", "--set", "rig.weight_mass=2 kg")
+    assert (other.code, "holds a search with other study" in other.err) == (2, True)
+    assert demo("discover", "demo", "--out", "out", "--resume", "--time", "60").code == 0
+    assert not list(Path("out").glob("journal*"))

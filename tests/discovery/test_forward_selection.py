@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
-from fibrefit.discovery.discover import _broken, _untried
+from fibrefit.discovery.conclusion import _never_tried
+from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.forward_selection import (
@@ -205,8 +206,8 @@ def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried() -> Non
     inertia, stribeck, mass = (CATALOGUE[n] for n in ("pulley.inertia", "guide.stribeck_friction", "fibre.mass"))
     search = lambda *effects: cast(Search, SimpleNamespace(effects=effects))  # noqa: E731
     best = lambda *effects: cast(Weighed, SimpleNamespace(effects=effects))  # noqa: E731
-    assert _untried(search(inertia), best(inertia, stribeck)) == [(inertia.name, mass.name)]
-    assert _untried(search(inertia, mass), best(inertia)) == []
+    assert _never_tried(search(inertia), best(inertia, stribeck)) == [(inertia.name, mass.name)]
+    assert _never_tried(search(inertia, mass), best(inertia)) == []
 
 
 def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:

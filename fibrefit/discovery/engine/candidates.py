@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.refit import Refit, Subset, led_along, refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
 from fibrefit.effects.law import Effect
@@ -226,13 +228,34 @@ def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[ty
 
 
 def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
-    """Carry out jobs on all cores; compiled programs run without holding the interpreter."""
+    """Carry out jobs on all cores, the first ones first; compiled programs run without holding the interpreter.
+
+    Returns
+    -------
+    list
+        None for those that the time did not suffice for.
+    """
     done: list[Any] = []
     with ThreadPoolExecutor(THREADS) as pool:
-        for found in pool.map(lambda job: job(), jobs):
-            done.append(found)
-            tell(len(done))
+        # A limit of time holds for what is done in other threads too.
+        running = [pool.submit(copy_context().run, _in_time, job) for job in jobs]
+        try:
+            for future in running:
+                done.append(future.result())
+                tell(len(done))
+        except BaseException:
+            for future in running:
+                future.cancel()
+            raise
     return done
+
+
+def _in_time(job: Callable[[], Any]) -> Any:
+    try:
+        check_time()
+        return job()
+    except OutOfTimeError:
+        return None
 
 
 def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[type[Effect]], most: float) -> np.ndarray:

@@ -16,7 +16,15 @@ from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.gauss_newton import (
+    RIGID,
+    PosteriorMode,
+    Unknowns,
+    arrowhead,
+    local_grams,
+    mode,
+    place_of,
+)
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.inputs.reactions import reactions_through
@@ -202,6 +210,17 @@ class Scales:
         covariance = np.full((len(old.grid), size, size), np.nan)
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
         return Weighed(effects, frame, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+
+    def agreeing(self, parent: Weighed) -> Weighed:
+        """A parent at its mode if records do not differ: what differs between them may be what an effect would do.
+
+        Differences between records and a missing effect stand in for each other. From where differences account for
+        what is missing, slopes promise nothing of the effect.
+        """
+        found = parent.evidence.mode
+        start = found.place._replace(eta=np.zeros_like(found.place.eta))
+        here = mode(found.unknowns, start, self._gram(parent.frame), np.zeros_like(found.sigma))
+        return replace(parent, evidence=laplace(here))
 
     def extended(self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise) -> Weighed:
         """A parent with a further effect, from where slopes promise most of it.

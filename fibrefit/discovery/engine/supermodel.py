@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.time_limit import check_time
 from fibrefit.effects.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, faded
@@ -127,7 +128,13 @@ class Frame:
             To what; a column is the change of the residuals, not divided by that of the value.
         counts : (n_record,) int
             Horizon of each record in samples.
+
+        Raises
+        ------
+        OutOfTimeError
+            If there is no time left, see `time_limit`.
         """
+        check_time()
         active = len(columns)
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
         width = max(next(width for width in WIDTHS if width >= active), *self.compiled)

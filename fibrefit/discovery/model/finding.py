@@ -336,6 +336,10 @@ class Finding:
         not tried, as there was nothing left for them.
     curves : tuple of FreeCurve
         What an unexplained gap looks like, best first.
+    untried : tuple of str
+        Effects that the time did not suffice for.
+    undone : tuple of str
+        Other parts of the search that it did not suffice for, in words.
     """
 
     verdict: str
@@ -353,3 +357,5 @@ class Finding:
     detectable: tuple[Direction, ...] = ()
     partings: tuple[Parting, ...] = ()
     curves: tuple[FreeCurve, ...] = ()
+    untried: tuple[str, ...] = ()
+    undone: tuple[str, ...] = ()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from threading import Lock
+
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
@@ -49,7 +52,6 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     local = carried(own, absent_values(own, len(local)), Frame(task), local)
     base = refit(frame, search.ground.subset(()), search.base.fit.local, search.ground.whole)
     scales = Scales(search.ground, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
-    anew = Search(
-        search.task, search.effects, search.ground, Hypothesis((), base, frame), scales, search.tell, [frame, own]
-    )
+    lock = Lock()
+    anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=lock)
     return anew, scales.weigh(own, weighed.effects, local)

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from pathlib import Path
 from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Ground, Hypothesis, alone, fit_all, scouted
+from fibrefit.discovery.engine.candidates import Ground, Hypothesis, Trial, alone, fit_all, scouted
+from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
@@ -28,6 +31,21 @@ UNPROMISING = -2.0
 """Nats that slopes promise, by which they may err, below which an effect is not looked at any further."""
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
+
+
+class Tried(NamedTuple):
+    """What became of some effects on top of a hypothesis.
+
+    Parameters
+    ----------
+    found : list of Weighed
+        One each, the most probable first; without those that no motion follows from.
+    untried : tuple of Effect classes
+        Those that the time did not suffice for.
+    """
+
+    found: list[Weighed]
+    untried: tuple[type[Effect], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -50,6 +68,8 @@ class Search:
         Compiled so far; a store of programs, not of results.
     lock : Lock
         Of that store.
+    folder : pathlib.Path, optional
+        Of the journal.
     """
 
     task: Task
@@ -60,6 +80,46 @@ class Search:
     tell: Progress
     frames: list[Frame] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
+    folder: Path | None = None
+
+    @cached_property
+    def journal(self) -> Journal:
+        """Results of jobs, kept for a search that is cut short; models and effects are kept by their names."""
+        return Journal(self.folder, _name, self._named)
+
+    def _named(self, name: str) -> Any:
+        by_name = {effect.name: effect for effect in (*self.task.problem.model.effects, *self.effects)}
+        kind, _, names = name.partition(":")
+        found = tuple(by_name[one] for one in names.split(",") if one)
+        return found[0] if kind == "effect" else self.frame_with(found)
+
+    def signature(self, parent: Weighed | Hypothesis) -> str:
+        """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
+        reactions = parent.frame.reactions
+        seen = () if reactions is None else (*reactions.waves.values(), reactions.fade)
+        if isinstance(parent, Hypothesis):
+            return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
+        found = parent.evidence.mode
+        noise = [repr(of) for of in self.scales.yardstick.noise]
+        return digest(
+            parent.names, parent.local, found.place.eta, found.sigma, parent.log, noise, *map(np.asarray, seen)
+        )
+
+    def recalled(
+        self, what: str, parent: Weighed | Hypothesis, about: object, job: Callable[[], Any]
+    ) -> Callable[[], Any]:
+        """A job that asks the journal first.
+
+        Parameters
+        ----------
+        what : str
+            Kind of the job.
+        parent : Weighed or Hypothesis
+        about : object
+            What else its result depends on, told by its `repr`.
+        job : callable
+        """
+        return partial(self.journal.recall, digest(what, self.signature(parent), about), job)
 
     @cached_property
     def samples(self) -> float:
@@ -96,12 +156,18 @@ class Search:
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
         reused = kin and not effect.stiff and not extends(effect) and self.base.frame.reactions is None
         group = kept if reused else group_of(effect, self.effects)
-        held = tuple(dict.fromkeys((*kin, *group)))
+        return self.frame_with((*kin, *group))
+
+    def frame_with(self, effects: Sequence[type[Effect]]) -> Frame:
+        """The frame that holds these effects and no others; made where there is none yet."""
+        held = {*self.task.problem.model.effects, *effects}
         with self.lock:
             for frame in self.frames:
-                if set(frame.effects) == {*self.task.problem.model.effects, *held}:
+                if set(frame.effects) == held:
                     return frame
-            frame = frame_of(self.task, held, self.base.frame.reactions)
+            # Always in one order: a program that was compiled before serves again.
+            added = sorted(held - set(self.task.problem.model.effects), key=lambda effect: effect.name)
+            frame = frame_of(self.task, added, self.base.frame.reactions)
             self.frames.append(frame)
             return frame
 
@@ -118,8 +184,8 @@ class Search:
             and effect.name not in excluded
         )
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
-        """A parent with each of some effects, the most probable first."""
+    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> Tried:
+        """A parent with each of some effects, as far as the time goes."""
         plain = self.plain(parent)
         if self.gap(plain) > NEARLY:
             # Of a sudden change slopes tell the instant; there are too many instants to be tried in plain squares.
@@ -128,26 +194,60 @@ class Search:
             found += self._from_slopes(parent, sudden, what)
         else:
             found = self._from_slopes(parent, effects, what)
-        return sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
+        reached = {one.effects[-1] for one in found}
+        ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
+        return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
     def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
         """A parent with each effect whose slopes promise something, from where it is weak."""
+        views = [parent]
+        if parent.evidence.mode.sigma.any():
+            views.append(self.scales.agreeing(parent))
+        promised = [self._promises(view, effects, what) for view in views]
+        seen = [effect for effect in effects if all(effect in promises for promises in promised)]
+        best = {
+            effect: max(self._gain(parent, *pair, effect) for pair in zip(views, promised, strict=True))
+            for effect in seen
+        }
+        # What promises most is followed first: where the time ends, it is the rest that was not looked at.
+        near = sorted((effect for effect in seen if best[effect] > UNPROMISING), key=lambda effect: -best[effect])
+        jobs = [
+            self.recalled(
+                "extended", view, (effect.name, promises[effect]),
+                partial(self.scales.extended, view, self.frame_for(effect, parent.effects), effect, promises[effect]),
+            )
+            for effect in near
+            for view, promises in zip(views, promised, strict=True)
+            if self._gain(parent, view, promises, effect) > UNPROMISING
+        ]  # fmt: skip
+        found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
+        ends: dict[type[Effect], Weighed] = {}
+        for one in (one for one in found if one is not None):
+            last = one.effects[-1]
+            ends[last] = max(ends.get(last, one), one, key=lambda other: other.log)
+        far = [self._as_promised(parent, effect, best[effect]) for effect in seen if effect not in near]
+        return [*ends.values(), *far]
+
+    def _gain(
+        self, parent: Weighed, view: Weighed, promises: dict[type[Effect], Promise], effect: type[Effect]
+    ) -> float:
+        """Nats that slopes seen from a view of a parent promise of an effect, over that parent."""
+        return promises[effect].gain + view.log - parent.log
+
+    def _promises(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> dict[type[Effect], Promise]:
+        """What slopes promise of each effect, as far as the time goes: those of a frame together."""
         groups: dict[int, tuple[Frame, list[type[Effect]]]] = {}
         for effect in effects:
             frame = self.frame_for(effect, parent.effects)
             groups.setdefault(id(frame), (frame, []))[1].append(effect)
-        screens = [partial(self.scales.screened, parent, frame, some) for frame, some in groups.values()]
-        promised: dict[type[Effect], Promise] = {}
-        for screen in fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1))):
-            promised |= screen
-        near = [effect for effect in effects if promised[effect].gain > UNPROMISING]
-        jobs = [
-            partial(self.scales.extended, parent, self.frame_for(effect, parent.effects), effect, promised[effect])
-            for effect in near
+        screens = [
+            self.recalled(
+                "screened", parent, [effect.name for effect in some], partial(self.scales.screened, parent, frame, some)
+            )
+            for frame, some in groups.values()
         ]
-        found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
-        rest = [effect for effect in effects if effect not in near]
-        return [*found, *(self._as_promised(parent, effect, promised[effect].gain) for effect in rest)]
+        found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
+        return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""
@@ -158,11 +258,18 @@ class Search:
         self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
     ) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
-        ends = sorted(self._in_plain_squares(plain, effects, what).values(), key=lambda end: end.fit.cost)
+        ends = sorted(self._in_plain_squares(plain, effects, what), key=lambda end: end.fit.cost)
         far = PROMISING * ends[0].fit.cost if ends else 0.0
-        jobs = [partial(self._weighed, parent, end, i < REFITTED or end.fit.cost < far) for i, end in enumerate(ends)]
+        near = [i < REFITTED or end.fit.cost < far for i, end in enumerate(ends)]
+        jobs = [
+            self.recalled(
+                "weighed", parent, (end.names, end.fit.cost, near[i]), partial(self._weighed, parent, end, near[i])
+            )
+            for i, end in enumerate(ends)
+        ]
         share = 1.0 - SCREENING_SHARE
-        return fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
+        found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
+        return [one for one in found if one is not None]
 
     def _weighed(self, parent: Weighed, end: Hypothesis, near: bool) -> Weighed:
         """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
@@ -177,21 +284,39 @@ class Search:
             return found
         return max(found, self.scales.extended(parent, end.frame, effect, promise), key=lambda one: one.log)
 
-    def _in_plain_squares(
-        self, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
-    ) -> dict[type[Effect], Hypothesis]:
+    def _in_plain_squares(self, plain: Hypothesis, effects: Sequence[type[Effect]], what: str) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
         jobs = [
-            partial(scouted, self.frame_for(effect, plain.effects), self.ground, plain, (effect,)) for effect in effects
-        ]
+            self.recalled(
+                "scouted", plain, effect.name,
+                partial(scouted, self.frame_for(effect, plain.effects), self.ground, plain, (effect,)),
+            )
+            for effect in effects
+        ]  # fmt: skip
         tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
-        trials = sorted(fit_all(jobs, tell), key=lambda trial: trial.scouts[0].cost)
+        trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
+        trials.sort(key=lambda trial: trial.scouts[0].cost)
         far = PROMISING * trials[0].scouts[0].cost if trials else 0.0
         near = [trial for i, trial in enumerate(trials) if i < REFITTED or trial.scouts[0].cost < far]
-        found = fit_all([partial(trial.refitted, self.ground) for trial in near], lambda done: None)
-        found += [trial.as_it_is() for trial in trials[len(near) :]]
-        return {hypothesis.effects[-1]: hypothesis for hypothesis in found}
+        further = [
+            self.recalled(
+                "refitted", plain, (trial.effects[-1].name, trial.scouts[0].cost), partial(trial.refitted, self.ground)
+            )
+            for trial in near
+        ]
+        ends = fit_all(further, lambda done: None)
+        found = [trial.as_it_is() if end is None else end for trial, end in zip(near, ends, strict=True)]
+        return [*found, *(trial.as_it_is() for trial in trials[len(near) :])]
 
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
+
+
+def _name(thing: Any) -> str | None:
+    """Name under which a model or an effect is found again."""
+    if isinstance(thing, Frame):
+        return "frame:" + ",".join(effect.name for effect in thing.effects)
+    if isinstance(thing, type) and issubclass(thing, Effect):
+        return f"effect:{thing.name}"
+    return None

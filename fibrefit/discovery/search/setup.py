@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,7 +21,7 @@ from fibrefit.problem.task import Task
 
 
 def begun(
-    task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress
+    task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None = None
 ) -> tuple[Search, Weighed]:
     """Search over measured records, and the model it begins with.
 
@@ -32,12 +34,15 @@ def begun(
         That may be missing.
     tell : callable
         Told what is being done.
+    folder : pathlib.Path, optional
+        Of the journal.
     """
     wanted = _wanted(task, effects)
     frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, _is_far(before)))
     ground, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     search = _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
+    search = replace(search, folder=folder)
     base = search.scales.weigh(frame, (), search.base.fit.local)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if search.gap(search.base) <= NEARLY:

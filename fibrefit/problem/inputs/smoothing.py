@@ -1,25 +1,26 @@
 """A measured input made smooth enough to drive a simulation: its noise would be multiplied by the fibre's stiffness.
 
-Each instant gets the value and slope of a parabola fitted to the samples around it. How many samples is decided by the
-samples: as many as agree with the parabolas of all narrower windows, so that rests and steady strokes are smoothed
-strongly and the corners of the motion stay corners.
+Each instant gets the value and slope of a parabola fitted to the samples around it, the farther ones weighted less and
+less: windows with sharp edges let a share of the noise through at every frequency, and what accelerates a mass shows
+it. How many samples is decided by the samples: as many as agree with the parabolas of all narrower windows, so that
+rests and steady strokes are smoothed strongly and the corners of the motion stay corners.
 
 Source
 ------
 Intersection of confidence intervals: Goldenshluger and Nemirovski, Math. Methods Stat. 6 (1997); Katkovnik, IEEE Trans.
-Signal Process. 47 (1999).
+Signal Process. 47 (1999). Tapered windows: Cleveland, J. Am. Stat. Assoc. 74 (1979).
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import minimum_filter1d
+from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem.noise.spectrum import resolution
 
-WIDTHS = (0.0015, 0.002, 0.003, 0.004, 0.0055)
+WIDTHS = (0.0015, 0.0025, 0.004, 0.006, 0.0085)
 """Half-widths of the windows, in s. Wider ones were measured to lose more of a drive's own motion than of its noise."""
 TRUST = 3.0
 """Standard errors within which two windows agree."""
@@ -72,15 +73,18 @@ def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     valid, noise = np.isfinite(values), _hiss(values)
     fits = [_parabolas(values, half, step) for half in halves]
     agreed = _widest_agreed([(fit, noise * error) for fit, error, _ in fits])
-    # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken.
-    chosen = minimum_filter1d(agreed, 2 * FEWEST + 1)
+    # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken. It goes from one width to
+    # the next by degrees, since a jump would accelerate what the input drives.
+    chosen = uniform_filter1d(minimum_filter1d(agreed, 2 * FEWEST + 1).astype(float), 2 * FEWEST + 1, mode="nearest")
     weights = np.zeros((len(values), 2 * halves[-1] + 1, 2))
     for place, half in enumerate(halves):
-        rows = np.flatnonzero(chosen == place)
+        share = np.maximum(1.0 - np.abs(chosen - place), 0.0)
+        rows = np.flatnonzero(share)
         near = slice(halves[-1] - half, halves[-1] + half + 1)
         there = sliding_window_view(np.pad(valid, half), 2 * half + 1)[rows]
-        powers = (np.arange(-half, half + 1) / half)[:, None] ** np.arange(3)
-        weights[rows, near] = np.einsum("nij,tj,nt->nti", fits[place][2][rows], powers, there)
+        powers = _taper(half)[:, None] * (np.arange(-half, half + 1) / half)[:, None] ** np.arange(3)
+        own = np.einsum("nij,tj,nt->nti", fits[place][2][rows], powers, there)
+        weights[rows, near] += share[rows, None, None] * own
     return weights
 
 
@@ -101,18 +105,28 @@ def _refuse_holes(values: np.ndarray, times: np.ndarray, half: int, where: str) 
 def _parabolas(values: np.ndarray, half: int, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Value and slope ``(n_time, 2)`` of the parabola around each sample, and their errors for noise of size one.
 
-    The last is what takes them from the moments of the samples around, ``(n_time, 2, 3)``.
+    The last is what takes them from the weighted moments of the samples around, ``(n_time, 2, 3)``.
     """
-    valid = np.isfinite(values)
+    valid, taper = np.isfinite(values), _taper(half)
     offsets = np.arange(-half, half + 1) / half
-    moments = [_around(valid * 1.0, offsets**power) for power in range(5)]
-    sums = [_around(np.where(valid, values, 0.0), offsets**power) for power in range(3)]
-    normal = np.stack([np.stack([moments[i + j] for j in range(3)], axis=-1) for i in range(3)], axis=-2)
-    inverse = np.linalg.inv(normal)
-    found = np.einsum("nij,jn->ni", inverse[:, :2], np.stack(sums))
+    normal = _matrix([_around(valid * 1.0, taper * offsets**power) for power in range(5)])
+    squares = _matrix([_around(valid * 1.0, taper**2 * offsets**power) for power in range(5)])
+    sums = [_around(np.where(valid, values, 0.0), taper * offsets**power) for power in range(3)]
+    inverse = np.linalg.inv(normal)[:, :2]
+    found = np.einsum("nij,jn->ni", inverse, np.stack(sums))
     scale = np.array([1.0, 1.0 / (half * step)])
-    errors = np.sqrt(np.einsum("nii->ni", inverse)[:, :2]) * scale
-    return found * scale, errors, inverse[:, :2] * scale[:, None]
+    errors = np.sqrt(np.einsum("nij,njk,nik->ni", inverse, squares, inverse)) * scale
+    return found * scale, errors, inverse * scale[:, None]
+
+
+def _taper(half: int) -> np.ndarray:
+    """Weights ``(2 half + 1,)`` of the samples of a window: those beyond its ends would have none."""
+    return (1.0 - np.abs(np.arange(-half, half + 1) / (half + 1)) ** 3) ** 3
+
+
+def _matrix(moments: list[np.ndarray]) -> np.ndarray:
+    """Matrices ``(n_time, 3, 3)`` of moments by their powers."""
+    return np.stack([np.stack([moments[i + j] for j in range(3)], axis=-1) for i in range(3)], axis=-2)
 
 
 def _widest_agreed(fits: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:

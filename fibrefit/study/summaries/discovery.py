@@ -155,3 +155,5 @@ class DiscoverySummary(FitResultSummary):
     ranking: tuple[Candidate, ...] = Field(
         default=(), description="Of the last look for more, whether or not anything was added."
     )
+    untried: tuple[str, ...] = Field(default=(), description="Effects that the time did not suffice for.")
+    undone: tuple[str, ...] = Field(default=(), description="Other parts that it did not suffice for.")

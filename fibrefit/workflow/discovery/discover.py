@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.discover import discover
-from fibrefit.discovery.forward_selection import Limits
+from fibrefit.discovery.forward_selection import SECONDS, Limits
 from fibrefit.discovery.model.finding import Candidate, Finding
 from fibrefit.fitting.result import Estimate
 from fibrefit.records import Record
@@ -45,6 +45,8 @@ class Options:
     only, exclude, also : tuple of str
         As for `candidates_of`.
     seed : int
+    seconds : float
+        After which there is an answer.
     """
 
     max_effects: int = 3
@@ -52,11 +54,20 @@ class Options:
     exclude: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     seed: int = 0
+    seconds: float = SECONDS
+
+    def __post_init__(self) -> None:
+        """Refuse what no search can do."""
+        if self.max_effects < 1:
+            raise UsageError("max_effects", str(self.max_effects), "1 or more")
+        if not 0.0 <= self.seconds < float("inf"):
+            raise UsageError("seconds", f"{self.seconds:g}", "a time in seconds")
 
     def as_settings(self) -> dict[str, str]:
         """Settings as a summary keeps them; the seed has a place of its own there."""
         lists = {name: ", ".join(sorted(getattr(self, name))) for name in ("only", "exclude", "also")}
-        return {"max_effects": str(self.max_effects), **{name: text for name, text in lists.items() if text}}
+        time = {} if self.seconds == SECONDS else {"time": f"{self.seconds:g}"}
+        return {"max_effects": str(self.max_effects), **time, **{name: text for name, text in lists.items() if text}}
 
 
 @dataclass(frozen=True, repr=False)
@@ -150,7 +161,9 @@ def discover_study(
     exclude: Sequence[str] = (),
     also: Sequence[str] = (),
     seed: int = 0,
+    seconds: float = SECONDS,
     choose: Choose | None = None,
+    folder: Path | None = None,
     progress: Progress | None = None,
 ) -> Discovery:
     """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
@@ -166,16 +179,18 @@ def discover_study(
         effects of your own, ``my_effects.py:MyEffect``.
     seed : int
         Of the scatter of starts; the same seed gives the same result.
+    seconds : float
+        After which there is an answer: the best so far, and what was not tried.
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
+    folder : pathlib.Path, optional
+        Where what was found is kept from job to job, so that the same search made again goes on from there.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
     Returns
     -------
     Discovery
-        With ``verdict``, ``added``, ``parameters``, ``final`` (study of the final model), ``finding``, ``report()``,
-        ``summary()``, ``plot()`` and ``save(folder)``.
 
     Raises
     ------
@@ -193,17 +208,17 @@ def discover_study(
     'nothing_missing'
     """
     study = as_study(study)
-    options = Options(max_effects, tuple(only), tuple(exclude), tuple(also), seed)
-    if max_effects < 1:
-        raise UsageError("max_effects", str(max_effects), "1 or more")
+    options = Options(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds)
     candidates = candidates_of(study, options.only, options.exclude, options.also)
-    if progress:
-        progress("reading records", None)
+    (progress or quiet)("reading records", None)
     records = read_records(study)
-    task = task_of(study, records)
-    limits = Limits(max_effects, seed, choose)
-    finding = discover(task, tuple(candidates.values()), limits, progress)
+    limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, folder)
+    finding = discover(task_of(study, records), tuple(candidates.values()), limits, progress)
     return Discovery(study, records, finding, candidates, options, choose is not None)
+
+
+WITH_A_PERSON = 86400.0
+"""Seconds where a person chooses: to think takes time too."""
 
 
 def inputs_of(study: Study, options: Options) -> list[Path]:

@@ -55,6 +55,8 @@ def discovery_summary(
         ),
         weights=tuple(d.Weight(**asdict(found), says=found.says) for found in finding.weights),
         ranking=tuple(map(_candidate, finding.ranking)),
+        untried=finding.untried,
+        undone=finding.undone,
     )
 
 

@@ -1,0 +1,101 @@
+"""Time that work may take: a limit that holds for all that is done inside a block, in its threads too."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import TypeVar
+
+_until: ContextVar[float] = ContextVar("until", default=float("inf"))
+
+T = TypeVar("T")
+
+
+class OutOfTimeError(Exception):
+    """The time given to the work in hand is over."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Time given to a task.
+
+    Parameters
+    ----------
+    seconds : float
+    began : float
+        By the monotonic clock.
+    """
+
+    seconds: float
+    began: float
+
+    @classmethod
+    def of(cls, seconds: float) -> Budget:
+        """A budget that begins now."""
+        return cls(seconds, time.monotonic())
+
+    @property
+    def used(self) -> float:
+        """Seconds since it began."""
+        return time.monotonic() - self.began
+
+    @property
+    def left(self) -> float:
+        """Seconds that remain; negative once it is used up."""
+        return self.seconds - self.used
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Let the work in the block take so many seconds; a limit around it holds as well.
+
+    Parameters
+    ----------
+    seconds : float
+        From now.
+
+    Notes
+    -----
+    Nothing is cut off by force: work asks `check_time` between its steps.
+    """
+    token = _until.set(min(_until.get(), time.monotonic() + seconds))
+    try:
+        yield
+    finally:
+        _until.reset(token)
+
+
+def time_left() -> float:
+    """Seconds until the nearest limit; infinite where there is none."""
+    return _until.get() - time.monotonic()
+
+
+def check_time() -> None:
+    """Go on only if there is time left.
+
+    Raises
+    ------
+    OutOfTimeError
+    """
+    if time_left() <= 0.0:
+        raise OutOfTimeError
+
+
+def in_time(job: Callable[[], T], otherwise: T, seconds: float = float("inf")) -> tuple[T, bool]:
+    """Result of a job and whether it came in time; `otherwise` if it did not.
+
+    Parameters
+    ----------
+    job : callable
+    otherwise : object
+    seconds : float
+        That the job may take.
+    """
+    try:
+        with time_limit(seconds):
+            return job(), True
+    except OutOfTimeError:
+        return otherwise, False

@@ -1,0 +1,251 @@
+"""What a search ends with: tests of what was found, the verdict, and the fit of the final model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from fibrefit.core.time_limit import Budget, check_time, in_time
+from fibrefit.discovery.curves.curves import drawn
+from fibrefit.discovery.curves.free_form import Reading, described, probe_all
+from fibrefit.discovery.design.distinguish import detectable
+from fibrefit.discovery.design.rivals import Rivals, parted
+from fibrefit.discovery.engine.candidates import Hypothesis, carried
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.forward_selection import Limits, Selection, candidates
+from fibrefit.discovery.model.finding import Finding, Parting, Unexplained
+from fibrefit.discovery.residuals import where
+from fibrefit.discovery.residuals.events import events
+from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.search.cross_validation import held_out
+from fibrefit.discovery.search.inputs import with_inputs
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.weighing import weights
+from fibrefit.effects.catalogue import look_alikes
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification, total
+
+FINAL_STARTS = 3
+NEARBY = 1.01
+"""Factor by which parameters of the final starts differ from the best ones."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Parts of a conclusion: each is done within a share of the time that is left, or left out and told.
+
+    Parameters
+    ----------
+    budget : Budget
+    undone : list of str
+        What the time did not suffice for, in words.
+    """
+
+    budget: Budget
+    undone: list[str] = field(default_factory=list)
+
+    def take(self, what: str, job: Callable[[], T], otherwise: T, share: float = 0.5) -> T:
+        """Result of a part; `otherwise` where its share of the time is over before it is done."""
+        found, came = in_time(job, otherwise, share * self.budget.left)
+        if not came:
+            self.undone.append(what)
+        return found
+
+
+def concluded(before: Identification, base: Weighed, at: Selection, limits: Limits, budget: Budget) -> Finding:
+    """What a selection amounts to.
+
+    Parameters
+    ----------
+    before : Identification
+        Of the model the search began with.
+    base : Weighed
+        The same model.
+    at : Selection
+    limits : Limits
+    budget : Budget
+        Of time.
+    """
+    search, best, parts = at.search, at.best, _Parts(budget)
+    search.tell("testing the innovations", None)
+    alarms = _alarms(search, best)
+    none: list[Reading] = []
+    readings = parts.take("free curves", partial(_readings, search, best, before), none)
+    complete = not alarms and not readings
+    if not complete and best.effects:
+        instead = parts.take("free curves in place of effects", partial(_outdone, search, base, best, before), None)
+        best, readings = instead or (best, readings)
+    search.tell("fitting the final model", None)
+    after = before if not best.effects else _final(search, best, limits.seed, budget)
+    kept, untried = search.plain(best), _left_out(at)
+    verdict, reason = _verdict(best, alarms, readings, bool(untried or at.cut_short or parts.undone))
+    rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
+    added = bool(best.effects)
+    predicted = partial(held_out, search, search.base, kept)
+    finding = Finding(
+        verdict=verdict,
+        reason=" ".join([reason, *_taken_out(at, best)]),
+        added=best.effects,
+        rounds=tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names)),
+        cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
+        unexplained=_left_over(search, kept, after, readings, complete),
+        before=before,
+        after=after,
+        held_out=parts.take("predictions of left-out records", predicted, ()) if added else (),
+        ranking=() if at.look is None else candidates(at.look),
+        seconds=budget.used,
+        weights=parts.take("weights of the effects", partial(weights, search, best, after), ()) if added else (),
+        detectable=parts.take("what would have been found", partial(detectable, search), ())
+        if verdict == NOTHING
+        else (),
+        partings=parts.take(
+            "records that tell rivals apart", partial(_partings, search, tuple(rivals.values())), (), 0.9
+        ),
+        curves=() if complete else drawn(readings, after, search.samples),
+        untried=untried,
+    )
+    more = ("a further effect",) if at.cut_short else ()
+    return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+
+
+NOTHING = "nothing_missing"
+NOT_ENDED = "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
+
+
+def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool) -> tuple[str, str]:
+    """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
+    if alarms or readings:
+        said = [alarm.says for alarm in alarms] or [f"{described(readings[0])} gains {readings[0].gain:.3g} nats."]
+        return "unexplained", f"{NO_EFFECT} {' '.join(said)}"
+    if cut and not best.effects:
+        return "not_trusted", NOT_ENDED
+    return _explained(best)
+
+
+def _left_over(
+    search: Search, kept: Hypothesis, after: Identification, readings: Sequence[Reading], complete: bool
+) -> Unexplained:
+    if complete:
+        return Unexplained(total(after.gap) if kept.effects else search.gap(kept))
+    return Unexplained(total(after.gap), where.places(after), _looks_like(kept, search, after, readings))
+
+
+def _left_out(at: Selection) -> tuple[str, ...]:
+    """Names of effects that the time did not suffice for in the last look."""
+    return () if at.look is None else tuple(effect.name for effect in at.look.untried)
+
+
+def _readings(search: Search, best: Weighed, before: Identification) -> list[Reading]:
+    found = probe_all(search, best, before, NAMED)
+    check_time()  # curves that were not drawn in time are not known to gain nothing
+    return found
+
+
+def _alarms(search: Search, best: Weighed) -> list[Alarm]:
+    """Tests of the innovations that say the model is not complete."""
+    tested = tests_of(search.scales, best, search.task.traces, search.task.problem.model.rig.channels)
+    return [alarm for alarm in tested if alarm.raised]
+
+
+def _outdone(
+    search: Search, base: Weighed, best: Weighed, before: Identification
+) -> tuple[Weighed, list[Reading]] | None:
+    """The base and its curves, where one of them makes the records more probable than what was named."""
+    if best.frame.reactions is not base.frame.reactions:
+        local = carried(search.base.frame, search.base.fit.local, base.frame, base.local)
+        base = search.scales.weigh(search.base.frame, (), local)
+    else:
+        base = search.scales.again(base)
+    readings = probe_all(search, base, before, best.log - base.log + NAMED)
+    return (base, readings) if readings else None
+
+
+def _never_tried(search: Search, best: Weighed) -> list[tuple[str, str]]:
+    """Each effect with those that no record of the rig tells from it and that were not tried."""
+    tried = {effect.name for effect in search.effects}
+    return [(effect.name, other) for effect in best.effects for other in look_alikes(effect) if other not in tried]
+
+
+def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[Parting, ...]:
+    found = []
+    for i, pair in enumerate(rivals):
+        search.tell("looking for records that tell effects apart", i / len(rivals))
+        found.append(parted(search, pair))
+    return tuple(parting for parting in found if parting is not None)
+
+
+def _taken_out(at: Selection, best: Weighed) -> list[str]:
+    """What is said of effects that were added and are not kept."""
+    added = [name for found in at.rounds for name in found.added.split(" + ")]
+    gone = [name for name in dict.fromkeys(added) if name not in best.names]
+    if not gone or not best.effects:
+        return []
+    plural = len(gone) > 1
+    said = f"{' and '.join(gone)} {'were' if plural else 'was'} added and taken out again: with the others "
+    return [f"{said}{'they are' if plural else 'it is'} no longer more than chance."]
+
+
+NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
+
+
+def _explained(best: Weighed) -> tuple[str, str]:
+    """Verdict and reason where innovations are noise, and no curve explains more than what was named."""
+    levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
+    left = "noise" if not levels.any() else "noise, and base parameters that differ a little between records"
+    return (
+        "named" if best.effects else "nothing_missing",
+        f"What is left is {left}: no test of the innovations objects.",
+    )
+
+
+TELLS = 0.6
+"""Share of the gap a curve must account for to be what the missing effect looks like."""
+
+
+def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> str:
+    """What is left of a fit in words: an event in time, or the free curve that accounts for most of it."""
+    whole = max(kept.fit.cost - search.samples, 1.0)
+    share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
+    if share < TELLS and (event := _event(found)):
+        return event
+    if not readings:
+        return f"nothing that is known of; {where.in_words(found)}"
+    return f"{described(readings[0])}; it accounts for {100 * max(share, 0.0):.0f} % of the gap"
+
+
+def _event(found: Identification) -> str:
+    """Records that part from the model at some instant and go on so; empty where none does."""
+    if (one := where.onset(found)) is not None:
+        others = ", the other records do not" if len(found.problem.layout.records) > 1 else ""
+        return f"an event in time: {one[0]} parts from the model at {one[1]:.3f} s{others}"
+    parting = [f"{record} at {instant:.3f} s" for record, instant in events(found)]
+    return f"an event in time: records part from the model, {', '.join(parting)}" if parting else ""
+
+
+def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
+    task, values = search.task_with(best)
+    found = with_inputs(search, best)
+    if found is not None:
+        values = found.values
+    # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
+    nearby = replace(
+        task,
+        start=values,
+        spread=dict.fromkeys(task.spread, NEARBY),
+        ladders=task.ladders[:1, -1:],
+    )
+    enough = budget.left > SHARPENED * budget.seconds
+    return identify(
+        nearby, FINAL_STARTS, seed, waves=None if found is None else found.waves, whiten=enough, progress=search.tell,
+        stop=lambda: budget.left < 0.0,
+    )  # fmt: skip
+
+
+SHARPENED = 0.15
+"""Share of the time that has to be left for the whitened estimate of a driven rig."""

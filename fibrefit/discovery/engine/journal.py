@@ -1,0 +1,137 @@
+"""What a search has found so far, kept on disk: one that is cut short goes on from there.
+
+A search is a sequence of jobs, each a pure function of the records, the hypothesis it starts from and the noise. The
+journal keeps the result of each under a digest of what it depends on. A search that is made again asks the journal
+first, takes the same decisions and so asks for the same jobs, until it comes to the one at which it was cut short.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+ALLOWED = ("fibrefit.discovery.engine.", "fibrefit.problem.estimate.")
+"""Where the classes of results come from. A file that names anything else is not one of ours."""
+
+
+def digest(*parts: Any) -> str:
+    """Hexadecimal digest of names, numbers, arrays, and sequences of them."""
+    found = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            found.update(f"{part.dtype}{part.shape}".encode())
+            found.update(np.ascontiguousarray(part).tobytes())
+        elif isinstance(part, tuple | list):
+            found.update(f"({digest(*part)})".encode())
+        else:
+            found.update(repr(part).encode())
+        found.update(b"\0")
+    return found.hexdigest()
+
+
+@dataclass(frozen=True)
+class Journal:
+    """Results of jobs in a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or None
+        None keeps nothing.
+    named : callable
+        Name of an object that is not kept but found again, such as a class or a compiled model; None for others.
+    found : callable
+        The object of a name.
+    """
+
+    folder: Path | None = None
+    named: Callable[[Any], str | None] = lambda thing: None
+    found: Callable[[str], Any] = lambda name: None
+
+    def recall(self, key: str, job: Callable[[], Any]) -> Any:
+        """Result of a job: that of an earlier run, or a new one that is kept.
+
+        Parameters
+        ----------
+        key : str
+            Digest of all the result depends on.
+        job : callable
+        """
+        if self.folder is None:
+            return job()
+        file = self.folder / f"{key}.job"
+        try:
+            return _Reader(io.BytesIO(file.read_bytes()), self.found).load()
+        except (
+            OSError,
+            pickle.UnpicklingError,
+            EOFError,
+            AttributeError,
+            ImportError,
+            IndexError,
+            KeyError,
+            ValueError,
+        ):
+            pass
+        result = job()
+        self._keep(file, result)
+        return result
+
+    def _keep(self, file: Path, result: Any) -> None:
+        content = io.BytesIO()
+        _Writer(content, self.named).dump(result)
+        half = file.with_name(f".{file.name}.tmp")
+        try:
+            half.write_bytes(content.getvalue())
+            os.replace(half, file)
+        except OSError:
+            half.unlink(missing_ok=True)  # a full disk costs the journal, not the search
+
+
+class _Writer(pickle.Pickler):
+    def __init__(self, file: io.BytesIO, named: Callable[[Any], str | None]) -> None:
+        super().__init__(file, protocol=5)
+        self._named = named
+
+    def persistent_id(self, obj: Any) -> str | None:
+        """Name of what is not kept but found again."""
+        return self._named(obj)
+
+
+class _Reader(pickle.Unpickler):
+    def __init__(self, file: io.BytesIO, found: Callable[[str], Any]) -> None:
+        super().__init__(file)
+        self._found = found
+
+    def persistent_load(self, pid: str) -> Any:
+        """The object of a name."""
+        return self._found(pid)
+
+    def find_class(self, module: str, name: str) -> Any:
+        """A class of results, or what NumPy needs for arrays; nothing else is ever called."""
+        ours = module.startswith(ALLOWED) and name[:1].isupper()
+        if not (ours or (module, name) in _NUMPY):
+            raise pickle.UnpicklingError(f"{module}.{name} is no part of a result")
+        return super().find_class(module, name)
+
+
+_NUMPY: Mapping[tuple[str, str], None] = dict.fromkeys(
+    [
+        (module, name)
+        for module in (
+            "numpy._core.multiarray",
+            "numpy.core.multiarray",
+            "numpy._core.numeric",
+            "numpy.core.numeric",
+            "numpy",
+        )
+        for name in ("_reconstruct", "scalar", "_frombuffer", "ndarray", "dtype")
+    ]
+)

@@ -1,0 +1,58 @@
+"""Limits of time: the nearest one holds, in threads too, and what comes too late is told."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from fibrefit.core.time_limit import Budget, OutOfTimeError, check_time, in_time, time_left, time_limit
+from fibrefit.discovery.engine.candidates import fit_all
+
+
+def test_without_a_limit_there_is_always_time() -> None:
+    check_time()
+    assert time_left() == float("inf")
+
+
+def test_the_nearest_limit_holds_and_ends_with_its_block() -> None:
+    with time_limit(100.0):
+        with time_limit(0.0), pytest.raises(OutOfTimeError):
+            check_time()
+        check_time()
+        with time_limit(1000.0):
+            assert time_left() <= 100.0
+
+
+def test_what_comes_too_late_is_told() -> None:
+    assert in_time(lambda: 3, 0) == (3, True)
+    assert in_time(lambda: check_time() or 3, 0, seconds=0.0) == (0, False)
+
+
+def test_an_error_is_no_lack_of_time() -> None:
+    with pytest.raises(ZeroDivisionError):
+        in_time(lambda: 1 / 0, 0)
+
+
+def test_a_limit_holds_in_the_threads_of_a_search() -> None:
+    with time_limit(0.0):
+        assert fit_all([lambda: 1, lambda: 2], lambda done: None) == [None, None]
+    assert fit_all([lambda: 1, lambda: 2], lambda done: None) == [1, 2]
+
+
+def test_jobs_that_began_in_time_and_ask_are_ended() -> None:
+    def long() -> None:
+        while True:
+            check_time()
+            time.sleep(0.01)
+
+    began = time.monotonic()
+    with time_limit(0.2):
+        assert fit_all([long, lambda: 1, long], lambda done: None) == [None, 1, None]
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_budget_counts_from_its_beginning() -> None:
+    budget = Budget.of(10.0)
+    assert 9.0 < budget.left <= 10.0
+    assert budget.used + budget.left == pytest.approx(10.0, abs=0.1)
