@@ -218,7 +218,7 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
         near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
-        alike = [scales.agreeing(parent)] if parent.evidence.mode.sigma.any() else []
+        alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
         parent = max([parent, *alike, *led], key=lambda one: one.log)
         if not again or again[0].names == ranked[0].names:
             break
