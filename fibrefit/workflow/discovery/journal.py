@@ -1,8 +1,7 @@
-"""The folder of a search while it goes on: its journal, and which search it belongs to."""
+"""The folder of a search while it goes on, with the journal it goes on from."""
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,16 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from fibrefit.core.environment import versions
-from fibrefit.core.errors import UsageError
-from fibrefit.store import ResultDirectory, sha256_of
-from fibrefit.store.files import write_whole
+from fibrefit.store import ResultDirectory, Run
 from fibrefit.study import Study
-from fibrefit.workflow.discovery.discover import Options, inputs_of
+from fibrefit.workflow.discovery.discover import Options
 from fibrefit.workflow.growing import growing_folder
 
 JOURNAL = "journal"
-SEARCH = "search.json"
-"""What tells the search a journal belongs to."""
 
 
 @contextmanager
@@ -48,12 +43,12 @@ def journal_folder(
     UsageError
         If the folder may not be replaced, or what is in it is another search.
     """
-    with growing_folder(out, (JOURNAL,), force=force, resume=resume) as directory:
-        journal, now = directory.path / JOURNAL, _identity(study, options)
-        if journal.is_dir():
-            _check_same(out, journal / SEARCH, now)
+    # How long a search may take is no part of what it finds out; the versions are, to the last bit.
+    settings = f"{replace(options, seconds=0.0).as_settings()} {options.seed} {versions()}"
+    run = Run.of("discover", study, settings)
+    with growing_folder(out, (JOURNAL,), force=force, resume=resume, run=run) as directory:
+        journal = directory.path / JOURNAL
         journal.mkdir(exist_ok=True)
-        write_whole(journal / SEARCH, json.dumps(now, indent=1) + "\n")
         try:
             yield directory, journal
         except BaseException:
@@ -61,26 +56,3 @@ def journal_folder(
                 shutil.rmtree(journal)  # nothing to go on from
             raise
         shutil.rmtree(journal)
-
-
-def _identity(study: Study, options: Options) -> dict[str, object]:
-    """All that the jobs of a search depend on; not how long it may take."""
-    return {
-        "study": study.resolved_toml(),
-        "inputs": sorted(sha256_of(path) for path in inputs_of(study, options) if path.is_file()),
-        "settings": replace(options, seconds=0.0).as_settings(),
-        "seed": options.seed,
-        "versions": versions(),
-    }
-
-
-def _check_same(out: Path, file: Path, now: dict[str, object]) -> None:
-    try:
-        then = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        then = {}
-    if differs := [name for name in now if then.get(name) != now[name]]:
-        raise UsageError(
-            str(out), f"holds a search with other {' and '.join(differs)}", "the search that is to go on",
-            "Name another --out, or add --force instead of --resume to begin anew.",
-        )  # fmt: skip
