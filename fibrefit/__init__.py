@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.fit import fit_study as fit
     from fibrefit.workflow.inspection import inspect
     from fibrefit.workflow.outcome.stored import load_result, read_batch
+    from fibrefit.workflow.plan import plan_study as plan
     from fibrefit.workflow.prediction.predict import predict_study as predict
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
@@ -51,6 +52,7 @@ __all__ = [
     "inspect",
     "load_result",
     "load_study",
+    "plan",
     "predict",
     "read_batch",
     "read_record",
@@ -72,6 +74,7 @@ _HOMES = {
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
     "fit": "fibrefit.workflow.fit:fit_study",
     "load_study": "fibrefit.study.load:load_study",
+    "plan": "fibrefit.workflow.plan:plan_study",
     "predict": "fibrefit.workflow.prediction.predict:predict_study",
     "read_record": "fibrefit.records.read:read_record",
     "sample": "fibrefit.workflow.sampling.sample:sample",

@@ -41,4 +41,4 @@ def command(
         found = confuse_study(study, only=only, exclude=exclude, progress=progress)
         found.save(folder, force=force)
     terminal.answer(found.report(), found.told())
-    terminal.remark(f"\nWritten to {folder}: confusion.json, figures.")
+    terminal.remark(f"\nWritten to {folder}: summary.json, figures.")

@@ -27,6 +27,7 @@ COMMANDS = {
     "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
     "distinguish": "Say which effects the records can distinguish, before or after measuring.",
     "confuse": "Earlier name of distinguish.",
+    "plan": "Rank the next records by what they would add.",
     "report": "Put results on one HTML page that needs no other file.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",

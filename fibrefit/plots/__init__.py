@@ -7,6 +7,7 @@ from fibrefit.plots.confusion import confusion_figures
 from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fit import fit_figures
+from fibrefit.plots.plan import plan_figures
 from fibrefit.plots.posterior import band_figures, corner_figures, posterior_figures, prior_figures, trace_figures
 from fibrefit.plots.prediction import prediction_figures
 from fibrefit.plots.save import file_names, save_figures
@@ -22,6 +23,7 @@ __all__ = [
     "discovery_figures",
     "file_names",
     "fit_figures",
+    "plan_figures",
     "posterior_figures",
     "prediction_figures",
     "prior_figures",

@@ -6,11 +6,14 @@ from collections.abc import Callable
 from typing import Any
 
 from fibrefit.report.batch import batch_report
+from fibrefit.report.confusion import distinguish_report
 from fibrefit.report.discovery import discovery_report
+from fibrefit.report.plan import plan_report
 from fibrefit.report.posterior import posterior_report
 from fibrefit.report.prediction import prediction_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
+from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
@@ -23,6 +26,8 @@ REPORTS: dict[type[Part], Callable[[Any], str]] = {
     PredictionSummary: prediction_report,
     BatchSummary: batch_report,
     SweepSummary: sweep_report,
+    DistinguishSummary: distinguish_report,
+    PlanSummary: plan_report,
 }
 
 

@@ -4,70 +4,56 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
-from typing import Protocol
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY
+from fibrefit.study.summaries.design import DistinguishSummary
+from fibrefit.study.summaries.discovery import Detectable
 
 WIDTH = 80
 ALIKE = 0.9
 MOST_PAIRS = 12
 
 
-class DirectionLike(Protocol):
-    """What is reported of one effect."""
-
-    effect: str
-    parameter: str
-    unit: str
-    detectable: float
-    unique: float
-
-
-class SplitLike(Protocol):
-    """The further record that splits a pair."""
-
-    @property
-    def says(self) -> str:
-        """The record in a sentence."""
-
-
-def confusion_report(name: str, found: object, split: SplitLike | None, remarks: Sequence[str] = ()) -> str:
+def distinguish_report(summary: DistinguishSummary) -> str:
     """Report of what records can distinguish, in at most 80 columns.
 
     Parameters
     ----------
-    name : str
-        Of the study.
-    found : Confusion
-    split : Split or None
-    remarks : sequence of str
+    summary : DistinguishSummary
+        Content of ``summary.json``.
 
     Returns
     -------
     str
     """
-    lines = [name, "=" * WIDTH]
-    for remark in remarks:
+    lines = [summary.study, "=" * WIDTH]
+    for remark in summary.remarks:
         lines += ["", *textwrap.wrap(remark, WIDTH)]
     limits = "Detection limits: smallest strength that these records would show"
     lines += ["", limits, "-" * len(limits)]
-    lines += [strength_line(one) for one in found.directions]  # type: ignore[attr-defined]
-    pairs = found.pairs(ALIKE)  # type: ignore[attr-defined]
+    lines += [strength_line(one) for one in summary.effects]
+    pairs = _pairs(summary)
     heading = "Confounded pairs: |cosine| of their sensitivities (1: not separable)"
     lines += ["", heading, "-" * len(heading)]
     lines += [f"{cosine:.3f}  {first} / {second}" for first, second, cosine in pairs[:MOST_PAIRS]]
     if not pairs:
         lines.append(f"No two effects have sensitivities of |cosine| {ALIKE:g} or more.")
-    if split is not None:
-        lines += ["", *textwrap.wrap(split.says, WIDTH)]
+    if summary.best_further_record is not None:
+        lines += ["", *textwrap.wrap(summary.best_further_record.says, WIDTH)]
     return "\n".join([*lines, "", GLOSSARY])
 
 
-def strength_line(one: DirectionLike) -> str:
+def _pairs(summary: DistinguishSummary) -> list[tuple[str, str, float]]:
+    names = [one.effect for one in summary.effects]
+    found = [(names[i], names[j], row[j]) for i, row in enumerate(summary.cosine) for j in range(i) if row[j] > ALIKE]
+    return sorted(found, key=lambda pair: -pair[2])
+
+
+def strength_line(one: Detectable) -> str:
     """An effect, the parameter that tells its strength, and the smallest one that would be found."""
-    return f"{one.effect:<34} {one.parameter:<24} {strength(one.detectable, one.unit)}"
+    limit = math.inf if one.smallest_detectable is None else one.smallest_detectable
+    return f"{one.effect:<34} {one.parameter:<24} {strength(limit, one.unit)}"
 
 
 def strength(detectable: float, unit: str) -> str:

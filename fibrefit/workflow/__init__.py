@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.confuse import Confused, confuse_study
     from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
+    from fibrefit.workflow.plan import Plan, plan_study
     from fibrefit.workflow.prediction.predict import Prediction, predict_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
     from fibrefit.workflow.sampling.sample import Sampled, sample_study
@@ -22,6 +23,7 @@ __all__ = [
     "Confused",
     "Discovery",
     "Fit",
+    "Plan",
     "Prediction",
     "Sampled",
     "Simulation",
@@ -30,6 +32,7 @@ __all__ = [
     "discover_study",
     "fit_study",
     "model_of",
+    "plan_study",
     "predict_study",
     "read_records",
     "sample_study",
@@ -42,6 +45,7 @@ PARTS = {
     "confuse": ("Confused", "confuse_study"),
     "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
+    "plan": ("Plan", "plan_study"),
     "prediction.predict": ("Prediction", "predict_study"),
     "prepare": ("model_of", "read_records", "task_of"),
     "sampling.sample": ("Sampled", "sample_study"),

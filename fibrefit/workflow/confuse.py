@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +16,12 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.report.confusion import confusion_report
+from fibrefit.report.confusion import distinguish_report
 from fibrefit.store import ResultDirectory
-from fibrefit.store.files import write_whole
+from fibrefit.store.summary import provenance, write_summary
 from fibrefit.study import Study, as_study
-from fibrefit.workflow.discovery.candidates import candidates_of
+from fibrefit.study.summaries.design import DistinguishSummary
+from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.discovery.files import detectable_summary, separation_summary
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
@@ -44,32 +45,39 @@ class Confused(Saved):
         The further record that best tells the worst pair apart.
     remarks : tuple of str
         What a reader should know besides.
+    seconds : float, optional
     """
 
     study: Study
     confusion: Confusion
     split: Split | None
     remarks: tuple[str, ...] = ()
+    seconds: float | None = None
+
+    def summary(self) -> DistinguishSummary:
+        """Content of ``summary.json``."""
+        found = self.confusion
+        return DistinguishSummary(
+            study=self.study.name,
+            rig=self.study.kind,
+            records=tuple(record.label for record in self.study.records),
+            planned=is_planned(self.study),
+            remarks=self.remarks,
+            effects=tuple(map(detectable_summary, found.directions)),
+            cosine=tuple(map(tuple, found.cosine.tolist())),
+            cannot_tell_apart=tuple((first, second) for first, second, _ in found.pairs()),
+            cannot_see=found.invisible,
+            best_further_record=None if self.split is None else separation_summary(self.split),
+            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+        )
+
+    def told(self) -> dict[str, Any]:
+        """The same as a document for programs."""
+        return self.summary().model_dump(mode="json", by_alias=True)
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
-        return confusion_report(self.study.name, self.confusion, self.split, self.remarks)
-
-    def told(self) -> dict[str, Any]:
-        """The result as a document for programs."""
-        found = self.confusion
-        return {
-            "schema": "fibrefit/confusion/1",
-            "study": self.study.name,
-            "remarks": list(self.remarks),
-            "effects": [detectable_summary(one).model_dump() for one in found.directions],
-            "cosine": found.cosine.tolist(),
-            "cannot_tell_apart": [list(pair[:2]) for pair in found.pairs()],
-            "cannot_see": list(found.invisible),
-            "best_further_record": None
-            if self.split is None
-            else separation_summary(self.split).model_dump(mode="json"),
-        }
+        return distinguish_report(self.summary())
 
     def plot(self) -> Figures:
         """The matrix of |cosines|."""
@@ -78,8 +86,8 @@ class Confused(Saved):
         return confusion_figures(self.confusion)
 
     def write(self, directory: ResultDirectory) -> None:
-        """Write ``confusion.json`` and the figure."""
-        write_whole(directory.path / "confusion.json", json.dumps(self.told(), indent=1) + "\n")
+        """Write ``summary.json`` and the figure."""
+        write_summary(directory.path, self.summary())
         write_figures(directory, self.plot)
 
 
@@ -97,7 +105,7 @@ def confuse_study(
     study : Study, str or pathlib.Path
         Of planned records, it needs initial values of the base parameters.
     only, exclude : sequence of str
-        Names or patterns such as ``guide.*``.
+        Names or patterns such as ``guide.*``. Effects of single records count only where they are named.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
@@ -122,9 +130,10 @@ def confuse_study(
     >>> "guide.viscous_friction" in [one.effect for one in found.confusion.directions]
     True
     """
-    study = as_study(study)
+    began, study = time.perf_counter(), as_study(study)
     on_progress = progress or (lambda what, share: None)
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
+    candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
     task = task_of(study)
     fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
     search = laid_out(task, fit, tuple(candidates.values()), on_progress)
@@ -134,7 +143,7 @@ def confuse_study(
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
     frame = search.scales.yardstick.on(base.frame)
     found = confusion(frame, search.ground, base.fit.local, search.effects, limit)
-    return Confused(study, found, _split(search, found), remarks)
+    return Confused(study, found, _split(search, found), remarks, time.perf_counter() - began)
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:

@@ -8,7 +8,7 @@ the worst pair follows Hunter and Reiner, Technometrics 7 (1965).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -90,14 +90,14 @@ def confusion(
     -------
     Confusion
     """
-    strengths = _strengths(effects)
+    strengths = strengths_of(effects)
     gates = np.array([limit(len(effect.parameters)) for effect in effects])
-    most = sizes = _sizes(strengths)
+    most = sizes = sizes_of(strengths)
     # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
     floor = np.array([effect.singular for effect in effects]) * most / SMALL
     for _ in range(ROUNDS):
-        columns, targets = _varied(frame, ground, local, strengths, sizes)
-        norms, unique, cosine = _compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
+        columns, targets = changed_values(frame, ground, local, strengths, sizes)
+        norms, unique, cosine = compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
@@ -167,17 +167,19 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
     held = next((frame for frame in search.frames if frame.holds(pair)), None)
     frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None, whitening=None)
     local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
-    columns, targets = _varied(frame, search.ground, local, _strengths(pair), LITTLE * _sizes(_strengths(pair)))
+    columns, targets = changed_values(
+        frame, search.ground, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
+    )
     grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
-    before = float(_compared(grams, search.ground)[2][0, 1])
-    further = _menu_grams(frame, search.ground, local, columns, targets, menu)
-    after = [float(_compared(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
+    before = float(compared(grams, search.ground)[2][0, 1])
+    further = menu_grams(frame, search.ground, local, columns, targets, menu)
+    after = [float(compared(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
     return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
 
 
-def _menu_grams(
+def menu_grams(
     frame: Frame,
     ground: Ground,
     local: np.ndarray,
@@ -186,9 +188,8 @@ def _menu_grams(
     menu: Sequence[Choice],
 ) -> list[np.ndarray]:
     """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled."""
-    records, found = len(local), []
-    for start in range(0, len(menu), records):
-        batch = [menu[min(start + r, len(menu) - 1)] for r in range(records)]
+    found: list[np.ndarray] = []
+    for batch in batches(menu, len(local)):
         rows = [choice.record for choice in batch]
         data = records_of(frame.problem.observations, batch)
         problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
@@ -196,6 +197,12 @@ def _menu_grams(
         same = local[rows], columns, targets[rows], ground.whole[rows]
         found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
+
+
+def batches(menu: Sequence[Choice], records: int) -> Iterator[list[Choice]]:
+    """Records of a menu, as many at a time as a study has; the last one fills the end."""
+    for start in range(0, len(menu), records):
+        yield [menu[min(start + r, len(menu) - 1)] for r in range(records)]
 
 
 def records_of(observations: Observations, batch: Sequence[Choice]) -> Observations:
@@ -240,30 +247,31 @@ def _driven(experiment: Any, batch: Sequence[Choice]) -> dict[str, Signals]:
     return driven
 
 
-def _strengths(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
+def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
+    """Each effect by the parameter that tells its strength."""
     return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
 
 
-def _compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Size of each effect's own change, its share of the whole change, and the cosines."""
-    projected, whole = _projected(grams, len(ground.base), len(ground.each))
-    norms = np.sqrt(np.maximum(np.diag(projected), 0.0))
+    own, whole = projected(grams, len(ground.base), len(ground.each))
+    norms = np.sqrt(np.maximum(np.diag(own), 0.0))
     total = np.sqrt(np.diag(whole))
     unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
     visible = unique > UNIQUE
     safe = np.where(visible, norms, 1.0)
-    cosine = np.abs(projected / np.outer(safe, safe)) * np.outer(visible, visible)
+    cosine = np.abs(own / np.outer(safe, safe)) * np.outer(visible, visible)
     np.fill_diagonal(cosine, 1.0)
     return norms, unique, cosine
 
 
-def _sizes(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
+def sizes_of(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
     """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
     weak = [SMALL / p.typical if p.reciprocal else SMALL * abs(p.typical - p.null) for _, p in strengths]
     return np.array(weak)
 
 
-def _varied(
+def changed_values(
     frame: Frame,
     ground: Ground,
     local: np.ndarray,
@@ -283,7 +291,7 @@ def _varied(
     return columns, targets
 
 
-def _projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:
+def projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrix of the effects' columns, base parameters and nuisances projected off, and without projection."""
     n = shared + own
     records = len(grams)

@@ -251,6 +251,20 @@ def _condition(name: str, value: float) -> str:
     return format_quantity(value, "kg" if name.endswith("mass") else "m", 3)
 
 
+def _changed(choice: Choice) -> str:
+    parts = [f"{name} {_condition(name, value)}" for name, value in choice.conditions.items()]
+    for factor, how in ((choice.pace, "fast"), (choice.size, "far")):
+        if factor != 1.0:
+            parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
+    return ", ".join(parts)
+
+
+def said_of(choice: Choice, record: str) -> str:
+    """A record of a menu in words."""
+    changed = _changed(choice)
+    return f"A record like {record} with {changed}" if changed else f"{record} once more"
+
+
 @dataclass(frozen=True)
 class Further:
     """The further record that best tells two effects apart.
@@ -274,12 +288,8 @@ class Further:
 
     @property
     def _record(self) -> str:
-        parts = [f"{name} {_condition(name, value)}" for name, value in self.choice.conditions.items()]
-        for factor, how in ((self.choice.pace, "fast"), (self.choice.size, "far")):
-            if factor != 1.0:
-                parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
         says = f"To tell {self.pair[0]} from {self.pair[1]}, the best further record is one like {self.record} with "
-        return says + ", ".join(parts)
+        return says + _changed(self.choice)
 
 
 class Split(Further):

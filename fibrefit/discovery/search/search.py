@@ -191,7 +191,7 @@ class Search:
             # Of a sudden change slopes tell the instant; there are too many instants to be tried in plain squares.
             sudden = [effect for effect in effects if effect.sudden]
             found = self._from_plain_squares(parent, plain, [e for e in effects if not e.sudden], what)
-            found += self._from_slopes(parent, sudden, what)
+            found += self._sudden(parent, plain, sudden, what)
         else:
             found = self._from_slopes(parent, effects, what)
         reached = {one.effects[-1] for one in found}
@@ -248,6 +248,15 @@ class Search:
         ]
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
+
+    def _sudden(self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
+        """A parent with each effect that sets in at once; the best is looked for from every instant, too."""
+        found = self._from_slopes(parent, effects, what)
+        best = max(found, key=lambda one: one.log, default=parent)
+        if best.log <= parent.log:
+            return found
+        again = self._from_plain_squares(parent, plain, best.effects[-1:], what)
+        return [max([one, *again], key=lambda other: other.log) if one is best else one for one in found]
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""

@@ -7,6 +7,7 @@ import json
 from pydantic import ValidationError
 
 from fibrefit.core.errors import DataError, StudyError
+from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
@@ -20,6 +21,8 @@ SUMMARIES: dict[str, type[Part]] = {
     "fibrefit/prediction/1": PredictionSummary,
     "fibrefit/batch/1": BatchSummary,
     "fibrefit/sweep/1": SweepSummary,
+    "fibrefit/distinguish/1": DistinguishSummary,
+    "fibrefit/plan/1": PlanSummary,
 }
 
 

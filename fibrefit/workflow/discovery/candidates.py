@@ -66,6 +66,11 @@ def candidates_of(
     return kept
 
 
+def is_lasting(effect: type[Effect]) -> bool:
+    """Whether an effect acts in all records, those to come among them."""
+    return effect.record is None and not effect.sudden
+
+
 def _offered(study: Study, present: Iterable[str]) -> Candidates:
     """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}

@@ -1,0 +1,66 @@
+"""``fibrefit plan``: the next records, ranked by what they would add."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal, with_terminal
+
+
+@click.command("plan")
+@study_options
+@click.option(
+    "--for",
+    "purpose",
+    type=click.Choice(["errors", "rivals", "power"]),
+    help="Rank by error bars, by telling rivals apart, or by power to find what is missing.",
+)
+@click.option("--rivals", metavar="EFFECT,EFFECT", help="Two effects of which one is missing.")
+@click.option(
+    "--cost", "costs", multiple=True, metavar="WHAT=MINUTES", help='Of a changed condition, or a "record"; repeatable.'
+)
+@result_options
+@with_terminal
+def command(
+    terminal: Terminal,
+    files: tuple[str, ...],
+    rig: str | None,
+    overrides: tuple[str, ...],
+    **options: object,
+) -> None:
+    """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
+
+    Without --for they are ranked by how surely they tell rivals apart, where there are some, else by error bars. The
+    folder of a discovery brings the effects that it could not tell apart.
+    """
+    study = study_from(files, rig, overrides)
+    from fibrefit.workflow.plan import Aim, plan_study
+
+    costs = _costs(options["costs"])  # type: ignore[arg-type]
+    rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))
+    aim = Aim(options["purpose"], rivals, costs)  # type: ignore[arg-type]
+    out, force = options["out"], bool(options["force"])
+    assert out is None or isinstance(out, Path)
+    place = result_directory(study, out, force, "plan", repr(aim))
+    with place as folder, shown_progress(terminal) as progress:
+        found = plan_study(study, aim, progress=progress)
+        found.save(folder, force=force)
+    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
+    terminal.remark(f"\nWritten to {folder}: summary.json, figures.")
+
+
+def _costs(given: tuple[str, ...]) -> dict[str, float]:
+    from fibrefit.core.errors import UsageError
+
+    costs = {}
+    for text in given:
+        name, _, minutes = text.partition("=")
+        try:
+            costs[name.strip()] = float(minutes)
+        except ValueError:
+            raise UsageError(f'--cost "{text}"', "no number of minutes", "for example inclination=15") from None
+    return costs

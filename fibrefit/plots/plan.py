@@ -1,0 +1,65 @@
+"""What further records would add: one row a record, one panel a purpose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fibrefit.plots.figures import Figures
+from fibrefit.plots.style import BLUE, GREEN, GREY, SMALL, VERMILLION, label, new_figure, place, title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
+
+MOST = 12
+ROW = 7.0
+"""Height of a row, in mm."""
+
+
+def plan_figures(summary: PlanSummary) -> Figures:
+    """The best records of a plan, and what each would add.
+
+    Parameters
+    ----------
+    summary : PlanSummary
+
+    Returns
+    -------
+    Figures
+    """
+    return Figures({"plan": _plan(summary, summary.further[:MOST])})
+
+
+def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
+    panels = [("standard errors fall by / %", BLUE, [100.0 * (1.0 - _mean(one.errors)) for one in best])]
+    if summary.rivals:
+        panels.insert(0, ("rivals told apart / %", VERMILLION, [100.0 * (one.told_apart or 0.0) for one in best]))
+    panels.append(("detection limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
+    height, left, width = ROW * len(best), 62.0, 112.0 / len(panels) - 5.0
+    figure = new_figure(height + 26.0)
+    title(figure, "What the next record would add", f"ranked by {summary.purpose}")
+    rows = np.arange(len(best))
+    for i, (words, colour, values) in enumerate(panels):
+        axes = place(figure, left + i * (width + 6.0), 12.0, width, height)
+        axes.barh(rows, values, color=colour, height=0.6)
+        axes.set_ylim(len(best) - 0.4, -0.6)
+        axes.set_yticks(rows, [_name(one) for one in best] if i == 0 else [""] * len(best))
+        axes.tick_params(axis="y", length=0, labelsize=SMALL)
+        label(axes, x=words)
+        if summary.rivals and i == 0:
+            axes.set_xlim(0.0, 100.0)
+            axes.axvline(100.0 * (summary.told_apart_now or 0.0), color=GREY, linewidth=0.7, linestyle="--")
+    return figure
+
+
+def _mean(factors: dict[str, float]) -> float:
+    known = [factor for factor in factors.values() if factor > 0.0]
+    return float(np.exp(np.mean(np.log(known)))) if known else 1.0
+
+
+def _name(one: FurtherRecord) -> str:
+    text = one.says.partition(":")[0].removeprefix("A record like ")
+    return text if len(text) < 44 else f"{text[:41]}..."

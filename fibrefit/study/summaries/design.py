@@ -1,0 +1,65 @@
+"""``summary.json`` of what records can show, and of a plan of the next ones."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fibrefit.study.summaries.discovery import Detectable, Separation
+from fibrefit.study.summaries.summaries import Part, Provenance, Status
+
+
+class DistinguishSummary(Part):
+    """``summary.json`` of ``distinguish``: which effects the records can show, and tell from each other."""
+
+    schema_name: Literal["fibrefit/distinguish/1"] = Field(default="fibrefit/distinguish/1", alias="schema")
+    status: Status = "ok"
+    study: str
+    rig: str
+    records: tuple[str, ...]
+    planned: bool = Field(description="Whether the records are only planned.")
+    remarks: tuple[str, ...] = ()
+    effects: tuple[Detectable, ...]
+    cosine: tuple[tuple[float, ...], ...] = Field(
+        description="|cosine| of the sensitivities to any two effects, in the order of `effects`; 1 is not separable."
+    )
+    cannot_tell_apart: tuple[tuple[str, str], ...] = ()
+    cannot_see: tuple[str, ...] = ()
+    best_further_record: Separation | None = None
+    provenance: Provenance | None = None
+
+
+class FurtherRecord(Part):
+    """A record that could be taken next, and what it would add to those at hand."""
+
+    like: str = Field(description="Record of the study that it is like.")
+    conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
+    pace: float = Field(description="Factor on how fast its input runs.")
+    size: float = Field(description="Factor on how far its input runs.")
+    minutes: float = Field(description="What it costs.")
+    errors: dict[str, float] = Field(description="Factor on the standard error of each parameter.")
+    limits: dict[str, float] = Field(description="Factor on the detection limit of each effect that shows at all.")
+    told_apart: float | None = Field(
+        default=None, description="Probability that the rivals are told apart with it; null without rivals."
+    )
+    nats: float | None = Field(
+        default=None, description="Expected logarithm of the likelihood ratio of the rivals with it."
+    )
+    says: str
+
+
+class PlanSummary(Part):
+    """``summary.json`` of a plan: the next records, the most useful first."""
+
+    schema_name: Literal["fibrefit/plan/1"] = Field(default="fibrefit/plan/1", alias="schema")
+    status: Status = "ok"
+    study: str
+    rig: str
+    records: tuple[str, ...] = Field(description="Those at hand.")
+    purpose: Literal["errors", "rivals", "power"] = Field(description="What the records are ranked by.")
+    rivals: tuple[str, str] | None = None
+    told_apart_now: float | None = Field(default=None, description="The probability with the records at hand.")
+    further: tuple[FurtherRecord, ...]
+    remarks: tuple[str, ...] = ()
+    provenance: Provenance | None = None

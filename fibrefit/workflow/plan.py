@@ -1,0 +1,285 @@
+"""``plan``: the next records, ranked by what they would add."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fibrefit.core.errors import StudyError, UsageError, did_you_mean
+from fibrefit.core.progress import Progress
+from fibrefit.discovery.design.plan import Rival, Worth, options_of, told_apart, worths
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.model.finding import Choice, said_of
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import begun, laid_out
+from fibrefit.effects.law import Effect
+from fibrefit.fitting.identify import identify
+from fibrefit.problem.task import Task
+from fibrefit.report.plan import plan_report
+from fibrefit.rigs.rig import Rig
+from fibrefit.store import ResultDirectory, read_summary
+from fibrefit.store.summary import provenance, write_summary
+from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
+from fibrefit.workflow.prepare import is_planned, task_of
+from fibrefit.workflow.saved import Saved, write_figures
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+Purpose = Literal["errors", "rivals", "power"]
+RECORD = "record"
+"""What a record costs by itself, among the costs."""
+MINUTES = {RECORD: 2.0, "lift": 1.0, "added_mass": 5.0, "inclination": 15.0, "preload": 5.0}
+"""Usual costs in minutes: of a record, and of a condition that none of those at hand has."""
+OTHERWISE = 5.0
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What a plan is made for.
+
+    Parameters
+    ----------
+    purpose : {"errors", "rivals", "power"}, optional
+        What records are ranked by; rivals where there are some, else error bars.
+    rivals : tuple of str
+        Two effects of which one is missing; those that an earlier search could not tell apart where empty.
+    minutes : mapping of str to float
+        Costs that differ from the usual ones, by condition; ``record`` is that of a record.
+    only, exclude : tuple of str
+        Effects whose detection limits count.
+    """
+
+    purpose: Purpose | None = None
+    rivals: tuple[str, ...] = ()
+    minutes: Mapping[str, float] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan(Saved):
+    """The next records, the most useful first.
+
+    Parameters
+    ----------
+    study : Study
+        Of the records at hand, without the rivals.
+    rig : Rig
+    purpose : str
+    rivals : tuple of str
+        Two, or none.
+    now : float
+        Nats by which the records at hand tell them apart.
+    further : tuple of (Worth, float)
+        Each with its cost in minutes.
+    seconds : float
+    """
+
+    study: Study
+    rig: Rig
+    purpose: Purpose
+    rivals: tuple[str, ...]
+    now: float
+    further: tuple[tuple[Worth, float], ...]
+    seconds: float
+
+    @property
+    def best(self) -> Choice:
+        """The record to take next."""
+        return self.further[0][0].choice
+
+    def summary(self) -> PlanSummary:
+        """Content of ``summary.json``."""
+        records = tuple(record.label for record in self.study.records)
+        return PlanSummary(
+            study=self.study.name,
+            rig=self.rig.kind,
+            records=records,
+            purpose=self.purpose,
+            rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
+            told_apart_now=told_apart(self.now) if self.rivals else None,
+            further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
+            remarks=REMARKS,
+            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+        )
+
+    def _record(self, worth: Worth, minutes: float, records: Sequence[str]) -> FurtherRecord:
+        choice, rivals = worth.choice, bool(self.rivals)
+        return FurtherRecord(
+            like=records[choice.record],
+            conditions=dict(choice.conditions),
+            pace=choice.pace,
+            size=choice.size,
+            minutes=minutes,
+            errors=worth.errors,
+            limits=worth.limits,
+            told_apart=worth.told_apart if rivals else None,
+            nats=worth.nats if rivals else None,
+            says=_sentence(worth, minutes, records[choice.record], self.rivals),
+        )
+
+    def report(self) -> str:
+        """The terminal report, at most 80 columns wide."""
+        return plan_report(self.summary())
+
+    def plot(self) -> Figures:
+        """What the best records would add."""
+        from fibrefit.plots import plan_figures
+
+        return plan_figures(self.summary())
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json`` and the figure."""
+        write_summary(directory.path, self.summary())
+        write_figures(directory, self.plot)
+
+
+REMARKS = (
+    "Foretold from slopes about the values found, with white noise and known inputs; what differs between records "
+    "beyond their noise is left out.",
+)
+
+
+def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: Progress | None = None) -> Plan:
+    """Rank the records that could be taken next by what they would add to those of a study, measured or planned.
+
+    Parameters
+    ----------
+    study : Study, str or pathlib.Path
+        Or its file, or a folder with one: that of a discovery brings the effects it could not tell apart.
+    aim : Aim, optional
+    progress : callable, optional
+        Called with what is being done and the share that is finished.
+
+    Returns
+    -------
+    Plan
+        With ``further`` (records with what they add and cost), ``best``, ``report()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    UsageError
+        If the rivals or effects are not known, or the purpose lacks rivals.
+    StudyError
+        If the rig leaves no choice of further records.
+    """
+    began, study, aim = time.perf_counter(), as_study(study), aim or Aim()
+    tell = progress or (lambda what, share: None)
+    rivals = aim.rivals or _of_discovery(study)
+    purpose = aim.purpose or ("rivals" if rivals else "errors")
+    _refuse(aim, rivals, purpose)
+    study = _without(study, rivals)
+    task = task_of(study)
+    choices = options_of(task)
+    rig = task.problem.model.rig
+    if len(choices) == len(study.records):
+        raise StudyError(
+            str(study.source), f"a rig {rig.kind}", "one whose further records could differ", "Plan its inputs by hand."
+        )
+    fit = None if is_planned(study) else identify(task, 1, progress=progress)
+    effects = {n: e for n, e in candidates_of(study, aim.only, aim.exclude).items() if aim.only or is_lasting(e)}
+    search = laid_out(task, fit, tuple(effects.values()), tell)
+    found = _rivals(study, task, search, rivals, fit, tell) if rivals else []
+    tell("weighing the records that could be taken", None)
+    ranked, now = worths(search, found, choices)
+    cost = {**MINUTES, **aim.minutes}
+    stated = task.problem.observations.experiment.conditions
+    priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
+    return Plan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
+
+
+def _refuse(aim: Aim, rivals: Sequence[str], purpose: str) -> None:
+    if rivals and len(set(rivals)) != 2:
+        raise UsageError("rivals", ", ".join(rivals), "two effects", "")
+    if purpose == "rivals" and not rivals:
+        do = "Name two with --rivals A,B, or give the folder of a discovery that could not tell two apart."
+        raise UsageError("purpose", "rivals, and none are known", "two effects", do)
+
+
+def _of_discovery(study: Study) -> tuple[str, ...]:
+    """The first two effects that a search could not tell apart, where the study is its result."""
+    folder = study.source.parent
+    if not (folder / "summary.json").is_file():
+        return ()
+    summary = read_summary(folder)
+    pairs = summary.cannot_tell_apart if isinstance(summary, DiscoverySummary) else ()
+    return pairs[0][:2] if pairs else ()
+
+
+def _without(study: Study, effects: Sequence[str]) -> Study:
+    """A study without some effects in its model."""
+    kept = tuple(name for name in study.model.effects if name not in effects)
+    parameters = {n: table for n, table in study.parameters.items() if n.rpartition(".")[0] not in effects}
+    model = study.model.model_copy(update={"effects": kept})
+    return study.model_copy(update={"model": model, "parameters": parameters})
+
+
+def _rivals(study: Study, task: Task, search: Search, names: Sequence[str], fit: object, tell: Progress) -> list[Rival]:
+    """Rivals with the values they have in the records at hand; of their typical size where nothing is measured."""
+    known = candidates_of(study, only=tuple(names))
+    lacking = [name for name in names if name not in known]
+    if lacking:
+        raise UsageError("rivals", lacking[0], "an effect", did_you_mean(lacking[0], known) or "")
+    effects = [known[name] for name in names]
+    if fit is None:
+        return [_typical(task, effect) for effect in effects]
+    tell("fitting the rivals", None)
+    search, base = begun(task, fit, effects, tell)  # type: ignore[arg-type]
+    found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals")}
+    return [_as_found(task, found[effect]) for effect in effects]
+
+
+def _typical(task: Task, effect: type[Effect]) -> Rival:
+    local = np.asarray(task.problem.layout.local(task.start))
+    values = {name: local[:, j] for j, name in enumerate(task.problem.layout.names)}
+    sizes = {f"{effect.name}.{p.name}": np.full(len(local), p.typical) for p in effect.parameters}
+    return Rival(effect, values | sizes)
+
+
+def _as_found(task: Task, one: Weighed) -> Rival:
+    values = {name: one.local[:, j] for j, name in enumerate(one.frame.names)}
+    return Rival(one.effects[-1], values)
+
+
+def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, float]) -> float:
+    """Cost of a record: its own, and that of each condition that none of those at hand has."""
+    minutes = cost[RECORD]
+    for name, value in choice.conditions.items():
+        if not np.isclose(np.asarray(stated[name], dtype=float), value).any():
+            minutes += cost.get(name, OTHERWISE)
+    return minutes
+
+
+def _order(purpose: Purpose):  # type: ignore[no-untyped-def]
+    """Key by which records are ranked; of two that add as much the cheaper one comes first."""
+
+    def key(priced: tuple[Worth, float]) -> tuple[float, float]:
+        worth, minutes = priced
+        gained = {"errors": worth.error, "power": worth.limit, "rivals": -worth.nats}[purpose]
+        return float(gained), minutes
+
+    return key
+
+
+def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) -> str:
+    said = []
+    if rivals:
+        said.append(
+            f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.told_apart:.0f} % "
+            f"(expected log likelihood ratio {worth.nats:.3g})"
+        )
+    if worth.errors:
+        name = min(worth.errors, key=lambda name: worth.errors[name])
+        said.append(f"the standard error of {name} falls by {100.0 * (1.0 - worth.errors[name]):.0f} %")
+    if worth.limits:
+        said.append(f"detection limits fall by {100.0 * (1.0 - worth.limit):.0f} % on average")
+    return f"{said_of(worth.choice, record)} ({minutes:g} min): {', '.join(said)}."
