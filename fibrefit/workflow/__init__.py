@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.confuse import Confused, confuse_study
     from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
-    from fibrefit.workflow.plan import Plan, plan_study
+    from fibrefit.workflow.plan import RecordPlan, plan_study
     from fibrefit.workflow.prediction.predict import Prediction, predict_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
     from fibrefit.workflow.sampling.sample import Sampled, sample_study
@@ -23,8 +23,8 @@ __all__ = [
     "Confused",
     "Discovery",
     "Fit",
-    "Plan",
     "Prediction",
+    "RecordPlan",
     "Sampled",
     "Simulation",
     "Sweep",
@@ -45,7 +45,7 @@ PARTS = {
     "confuse": ("Confused", "confuse_study"),
     "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
-    "plan": ("Plan", "plan_study"),
+    "plan": ("RecordPlan", "plan_study"),
     "prediction.predict": ("Prediction", "predict_study"),
     "prepare": ("model_of", "read_records", "task_of"),
     "sampling.sample": ("Sampled", "sample_study"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.design.plan import Rival, Worth, options_of, told_apart, worths
+from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
 from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.model.finding import Choice, said_of
 from fibrefit.discovery.search.search import Search
@@ -66,7 +66,7 @@ class Aim:
 
 
 @dataclass(frozen=True)
-class Plan(Saved):
+class RecordPlan(Saved):
     """The next records, the most useful first.
 
     Parameters
@@ -149,7 +149,7 @@ REMARKS = (
 )
 
 
-def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: Progress | None = None) -> Plan:
+def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: Progress | None = None) -> RecordPlan:
     """Rank the records that could be taken next by what they would add to those of a study, measured or planned.
 
     Parameters
@@ -194,7 +194,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
     priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
-    return Plan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
+    return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
 
 
 def _refuse(aim: Aim, rivals: Sequence[str], purpose: str) -> None:
@@ -223,7 +223,9 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
     return study.model_copy(update={"model": model, "parameters": parameters})
 
 
-def _rivals(study: Study, task: Task, search: Search, names: Sequence[str], fit: object, tell: Progress) -> list[Rival]:
+def _rivals(
+    study: Study, task: Task, search: Search, names: Sequence[str], fit: object, tell: Progress
+) -> list[Explanation]:
     """Rivals with the values they have in the records at hand; of their typical size where nothing is measured."""
     known = candidates_of(study, only=tuple(names))
     lacking = [name for name in names if name not in known]
@@ -238,16 +240,16 @@ def _rivals(study: Study, task: Task, search: Search, names: Sequence[str], fit:
     return [_as_found(task, found[effect]) for effect in effects]
 
 
-def _typical(task: Task, effect: type[Effect]) -> Rival:
+def _typical(task: Task, effect: type[Effect]) -> Explanation:
     local = np.asarray(task.problem.layout.local(task.start))
     values = {name: local[:, j] for j, name in enumerate(task.problem.layout.names)}
     sizes = {f"{effect.name}.{p.name}": np.full(len(local), p.typical) for p in effect.parameters}
-    return Rival(effect, values | sizes)
+    return Explanation(effect, values | sizes)
 
 
-def _as_found(task: Task, one: Weighed) -> Rival:
+def _as_found(task: Task, one: Weighed) -> Explanation:
     values = {name: one.local[:, j] for j, name in enumerate(one.frame.names)}
-    return Rival(one.effects[-1], values)
+    return Explanation(one.effects[-1], values)
 
 
 def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, float]) -> float:

@@ -97,7 +97,7 @@ def confusion(
     floor = np.array([effect.singular for effect in effects]) * most / SMALL
     for _ in range(ROUNDS):
         columns, targets = changed_values(frame, ground, local, strengths, sizes)
-        norms, unique, cosine = compared(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
+        norms, unique, cosine = likeness(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
@@ -171,9 +171,9 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
         frame, search.ground, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
     )
     grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
-    before = float(compared(grams, search.ground)[2][0, 1])
+    before = float(likeness(grams, search.ground)[2][0, 1])
     further = menu_grams(frame, search.ground, local, columns, targets, menu)
-    after = [float(compared(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
+    after = [float(likeness(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
     return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
@@ -252,7 +252,7 @@ def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]
     return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
 
 
-def compared(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def likeness(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Size of each effect's own change, its share of the whole change, and the cosines."""
     own, whole = projected(grams, len(ground.base), len(ground.each))
     norms = np.sqrt(np.maximum(np.diag(own), 0.0))

@@ -22,7 +22,7 @@ from fibrefit.discovery.design.distinguish import (
     UNIQUE,
     batches,
     changed_values,
-    compared,
+    likeness,
     menu_grams,
     menu_of,
     projected,
@@ -49,7 +49,7 @@ UNKNOWN = 1e-12
 
 
 @dataclass(frozen=True)
-class Rival:
+class Explanation:
     """An explanation with its values.
 
     Parameters
@@ -120,7 +120,7 @@ def options_of(task: Task) -> list[Choice]:
     return [*again, *menu_of(task)]
 
 
-def worths(search: Search, rivals: Sequence[Rival], choices: Sequence[Choice]) -> tuple[list[Worth], float]:
+def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[list[Worth], float]:
     """What each of some records would add, and the nats by which the records at hand tell the rivals apart.
 
     Noise counts as white, and inputs as known.
@@ -129,7 +129,7 @@ def worths(search: Search, rivals: Sequence[Rival], choices: Sequence[Choice]) -
     ----------
     search : Search
         With all effects whose detection limits count in one frame, see `laid_out`.
-    rivals : sequence of Rival
+    rivals : sequence of Explanation
         Two, or none.
     choices : sequence of Choice
     """
@@ -139,13 +139,13 @@ def worths(search: Search, rivals: Sequence[Rival], choices: Sequence[Choice]) -
     grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
     added = menu_grams(frame, ground, local, columns, targets, choices)
     errors = _errors(grams, len(ground.base), len(ground.each))
-    norms = compared(grams, ground)[0]
+    norms = likeness(grams, ground)[0]
     now, further = _apart(search, rivals, choices) if rivals else (float("nan"), [float("nan")] * len(choices))
     found = []
     for choice, gram, nats in zip(choices, added, further, strict=True):
         whole = np.concatenate([grams, gram[None]])
         after = _errors(whole, len(ground.base), len(ground.each))
-        norms_then, shown, _ = compared(whole, ground)
+        norms_then, shown, _ = likeness(whole, ground)
         limits = {
             effect: float(norms[i] / norms_then[i]) for i, (effect, _) in enumerate(strengths) if shown[i] > UNIQUE
         }
@@ -172,14 +172,16 @@ def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
     return np.where(size > 0.0, np.sqrt(np.maximum(np.diag(inverse), 0.0)) / safe, np.inf)
 
 
-def _apart(search: Search, rivals: Sequence[Rival], choices: Sequence[Choice]) -> tuple[float, list[float]]:
+def _apart(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[float, list[float]]:
     """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true."""
     first, second = rivals
     ways = [_missed(search, true, other, choices) for true, other in ((first, second), (second, first))]
     return min(ways[0][0], ways[1][0]), [min(pair) for pair in zip(ways[0][1], ways[1][1], strict=True)]
 
 
-def _missed(search: Search, true: Rival, other: Rival, choices: Sequence[Choice]) -> tuple[float, list[float]]:
+def _missed(
+    search: Search, true: Explanation, other: Explanation, choices: Sequence[Choice]
+) -> tuple[float, list[float]]:
     """Half of what a rival at its best still misses of a true model, in squares of the noise.
 
     The rival is fitted to what the true model says of the records at hand, without noise. Of a further record it is
@@ -226,7 +228,7 @@ def _readings(problem: Problem, local: np.ndarray, experiment: Experiment) -> di
     return {channel: readings[channel] for channel in problem.observations.measured}
 
 
-def _values(frame: Frame, task: Task, rival: Rival) -> np.ndarray:
+def _values(frame: Frame, task: Task, rival: Explanation) -> np.ndarray:
     """Values ``(n_record, n_local)`` of a frame that are those of a rival, the other one absent."""
     local = absent_values(frame, len(task.problem.layout.records))
     for j, name in enumerate(frame.names):

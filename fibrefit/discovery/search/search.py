@@ -188,10 +188,10 @@ class Search:
         """A parent with each of some effects, as far as the time goes."""
         plain = self.plain(parent)
         if self.gap(plain) > NEARLY:
-            # Of a sudden change slopes tell the instant; there are too many instants to be tried in plain squares.
-            sudden = [effect for effect in effects if effect.sudden]
-            found = self._from_plain_squares(parent, plain, [e for e in effects if not e.sudden], what)
-            found += self._sudden(parent, plain, sudden, what)
+            # There are too many instants, or frequencies, to be tried in plain squares: slopes tell which.
+            many = [effect for effect in effects if effect.sudden or getattr(effect, "carries", False)]
+            found = self._from_plain_squares(parent, plain, [one for one in effects if one not in many], what)
+            found += self._of_many_shapes(parent, plain, many, what)
         else:
             found = self._from_slopes(parent, effects, what)
         reached = {one.effects[-1] for one in found}
@@ -249,8 +249,10 @@ class Search:
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
 
-    def _sudden(self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
-        """A parent with each effect that sets in at once; the best is looked for from every instant, too."""
+    def _of_many_shapes(
+        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
+    ) -> list[Weighed]:
+        """A parent with each effect, by its slopes; the best of them is looked for from every shape, too."""
         found = self._from_slopes(parent, effects, what)
         best = max(found, key=lambda one: one.log, default=parent)
         if best.log <= parent.log:
