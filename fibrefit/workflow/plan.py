@@ -236,7 +236,7 @@ def _rivals(
         return [_typical(task, effect) for effect in effects]
     tell("fitting the rivals", None)
     search, base = begun(task, fit, effects, tell)  # type: ignore[arg-type]
-    found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals")}
+    found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
     return [_as_found(task, found[effect]) for effect in effects]
 
 

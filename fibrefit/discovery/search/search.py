@@ -25,6 +25,8 @@ PROMISING = 2.0
 """Cost over the lowest one, after some steps, up to which a candidate is refitted in full."""
 REFITTED = 4
 """Candidates that always are."""
+SHAPED = 2
+"""Effects of many shapes that are."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 UNPROMISING = -2.0
@@ -252,13 +254,13 @@ class Search:
     def _of_many_shapes(
         self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
     ) -> list[Weighed]:
-        """A parent with each effect, by its slopes; the best of them is looked for from every shape, too."""
-        found = self._from_slopes(parent, effects, what)
-        best = max(found, key=lambda one: one.log, default=parent)
-        if best.log <= parent.log:
-            return found
-        again = self._from_plain_squares(parent, plain, best.effects[-1:], what)
-        return [max([one, *again], key=lambda other: other.log) if one is best else one for one in found]
+        """A parent with each effect, by its slopes; the best of them are looked for from every shape, too."""
+        found = {one.effects[-1]: one for one in self._from_slopes(parent, effects, what)}
+        ranked = sorted(found, key=lambda effect: -found[effect].log)
+        best = [effect for effect in ranked[:SHAPED] if found[effect].log > parent.log]
+        for one in self._from_plain_squares(parent, plain, best, what):
+            found[one.effects[-1]] = max(found[one.effects[-1]], one, key=lambda other: other.log)
+        return list(found.values())
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""
