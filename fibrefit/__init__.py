@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
     from fibrefit.workflow.sweep import sweep_study as sweep
+    from fibrefit.workflow.together.series import series_study as series_of
 
 __all__ = [
     "batch",
@@ -57,6 +58,7 @@ __all__ = [
     "read_batch",
     "read_record",
     "sample",
+    "series_of",
     "simulate",
     "sweep",
 ]
@@ -78,6 +80,7 @@ _HOMES = {
     "predict": "fibrefit.workflow.prediction.predict:predict_study",
     "read_record": "fibrefit.records.read:read_record",
     "sample": "fibrefit.workflow.sampling.sample:sample",
+    "series_of": "fibrefit.workflow.together.series:series_study",
     "simulate": "fibrefit.workflow.simulate:simulate_study",
     "sweep": "fibrefit.workflow.sweep:sweep_study",
 }

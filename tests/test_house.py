@@ -21,13 +21,13 @@ FLOORS = {
     "fitting": 5,
     "sampling": 5,
     "discovery": 6,
-    "series": 6,
-    "store": 7,
-    "plots": 7,
-    "tables": 7,
-    "report": 7,
-    "workflow": 8,
-    "cli": 9,
+    "series": 7,
+    "store": 8,
+    "plots": 8,
+    "tables": 8,
+    "report": 8,
+    "workflow": 9,
+    "cli": 10,
 }
 
 #: Packages that only some of ours may import. Units live in core, next to the numbers they belong to.

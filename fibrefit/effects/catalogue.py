@@ -42,10 +42,13 @@ from fibrefit.effects.fibre.toe_region import ToeRegion
 from fibrefit.effects.functions_of_speed import (
     DampingPowerLaw,
     DampingSpeedCurve,
+    DampingSpeedExponent,
     FrictionPowerLaw,
     FrictionSpeedCurve,
+    FrictionSpeedExponent,
     StiffnessPowerLaw,
     StiffnessSpeedCurve,
+    StiffnessSpeedExponent,
 )
 from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
@@ -118,6 +121,7 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(Presliding),
     CatalogueEntry(FrictionSpeedCurve, sought=None),
     CatalogueEntry(FrictionPowerLaw, sought=None),
+    CatalogueEntry(FrictionSpeedExponent, sought=None),
     CatalogueEntry(Hardening),
     CatalogueEntry(ToeRegion),
     CatalogueEntry(MaxwellBranch),
@@ -125,8 +129,10 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(RateDependentStiffness),
     CatalogueEntry(StiffnessSpeedCurve, sought=None),
     CatalogueEntry(StiffnessPowerLaw, sought=None),
+    CatalogueEntry(StiffnessSpeedExponent, sought=None),
     CatalogueEntry(DampingSpeedCurve, sought=None),
     CatalogueEntry(DampingPowerLaw, sought=None),
+    CatalogueEntry(DampingSpeedExponent, sought=None),
     CatalogueEntry(Hysteresis),
     CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
     CatalogueEntry(Creep),

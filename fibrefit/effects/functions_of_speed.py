@@ -1,4 +1,4 @@
-"""Laws that go with speed: three things that a law changes, each as a fitted curve of speed and as a power of it."""
+"""Laws that go with speed: three things that a law changes, each as a curve, a power added, or a power by itself."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import jax.numpy as jnp
 
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, quantity
 
-SLOW, MEDIUM, TOP = 0.03, 0.12, 0.4
+SLOW, MEDIUM, TOP = 0.05, 0.2, 0.8
 """Speeds in m/s of the knots of a monotone curve."""
 REFERENCE = 0.1
 """Speed in m/s at which a power law is one."""
 SMOOTH = 1e-3
 """Speed in m/s below which a power law bends into a parabola: a root has no slope at rest."""
+LEAST = 0.05
+"""What a law with an added power leaves of the base law."""
 
 
 class FunctionOfSpeed(Effect):
@@ -31,7 +33,6 @@ class FunctionOfSpeed(Effect):
     """
 
     page: ClassVar[str] = ""
-    change: jax.Array = quantity("-", "relative change", 0.5)
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -40,12 +41,12 @@ class FunctionOfSpeed(Effect):
             cls.__doc__ = f"{law.rstrip()}{cls.page}{title}{source}"
 
     def relative(self, speed: jax.Array) -> jax.Array:
-        """A w, the relative change at a `speed` in m/s of either sign."""
+        """The relative change at a `speed` in m/s of either sign."""
         raise NotImplementedError
 
-    def above(self, value: jax.Array, floor: float) -> jax.Array:
-        """`value`, or what is left of the base law at the least where the change can get below that."""
-        return value
+    def factor(self, speed: jax.Array) -> jax.Array:
+        """What is changed, as a multiple of what it is without the law."""
+        return 1.0 + self.relative(speed)
 
 
 class CurveOfSpeed(FunctionOfSpeed):
@@ -53,13 +54,13 @@ class CurveOfSpeed(FunctionOfSpeed):
 
     page: ClassVar[
         str
-    ] = """ w a monotone cubic of the speed that is 0 at rest, 1 at 0.4 m/s and beyond, and has two knots between,
-at 0.03 and 0.12 m/s.
+    ] = """ w a monotone cubic of the speed that is 0 at rest, 1 at 0.8 m/s and beyond, and has two knots between,
+at 0.05 and 0.2 m/s.
 
 Parameters
 ----------
 change : () a pure number
-    A, relative change at 0.4 m/s; either sign.
+    A, relative change at 0.8 m/s; either sign.
 slow_share : () a pure number
     Value of w at the first knot over that at the second.
 medium_share : () a pure number
@@ -67,14 +68,15 @@ medium_share : () a pure number
 
 Valid range
 -----------
-Speeds to well above 0.12 m/s in the records; below, only one knot is told. Falls too, where A is negative.
+Speeds to well above 0.2 m/s in the records; below, only one knot is told. Falls too, where A is negative.
 
 Source
 ------
 Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
 """
-    slow_share: jax.Array = quantity("-", "change at 0.03 m/s over that at 0.12 m/s", 0.4, lower=0.0, upper=1.0)
-    medium_share: jax.Array = quantity("-", "change at 0.12 m/s over that at 0.4 m/s", 0.4, lower=0.0, upper=1.0)
+    change: jax.Array = quantity("-", "relative change at 0.8 m/s", 0.5)
+    slow_share: jax.Array = quantity("-", "change at 0.05 m/s over that at 0.2 m/s", 0.4, lower=0.0, upper=1.0)
+    medium_share: jax.Array = quantity("-", "change at 0.2 m/s over that at 0.8 m/s", 0.4, lower=0.0, upper=1.0)
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """A times the curve."""
@@ -98,39 +100,62 @@ Valid range
 Speeds of more than a decade in the records: otherwise A and p cannot be told apart.
 
 """
+    change: jax.Array = quantity("-", "relative change at 0.1 m/s", 0.5)
     exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0)
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """A times the power."""
         return self.change * power(speed, self.exponent)
 
-    def above(self, value: jax.Array, floor: float) -> jax.Array:
-        """The larger of the two: a power knows no limit."""
-        return jnp.maximum(value, floor)
+    def factor(self, speed: jax.Array) -> jax.Array:
+        """No less than `LEAST`: a power knows no limit."""
+        return jnp.maximum(1.0 + self.relative(speed), LEAST)
+
+
+class ScalingWithSpeed(FunctionOfSpeed):
+    """All of it goes with a power of speed."""
+
+    page: ClassVar[str] = """
+
+Parameters
+----------
+exponent : () a pure number
+    p; what is changed is unchanged at 0.1 m/s. Either sign.
+
+Valid range
+-----------
+Speeds of more than an octave in the records: otherwise p is not told from the value at 0.1 m/s.
+
+"""
+    exponent: jax.Array = quantity("-", "exponent", 0.3)
+
+    def relative(self, speed: jax.Array) -> jax.Array:
+        """The power, less one."""
+        return jnp.expm1(0.5 * self.exponent * jnp.log((speed**2 + SMOOTH**2) / (REFERENCE**2 + SMOOTH**2)))
 
 
 class _Friction(FunctionOfSpeed, GuideLaw):
     """The level of the guide's friction."""
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """F_c A w."""
-        return coulomb * self.above(self.relative(velocity), -0.95)
+        """What the law adds to F_c."""
+        return coulomb * (self.factor(velocity) - 1.0)
 
 
 class _Stiffness(FunctionOfSpeed, FibreLaw):
     """The stiffness of the fibre."""
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
-        """1 + A w."""
-        return 1.0 + self.relative(rate)
+        """Factor at that rate."""
+        return self.factor(rate)
 
 
 class _Damping(FunctionOfSpeed, FibreLaw):
     """The damping of the fibre."""
 
     def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
-        """1 + A w."""
-        return self.above(1.0 + self.relative(rate), 0.05)
+        """Factor at that rate."""
+        return self.factor(rate)
 
 
 class FrictionSpeedCurve(CurveOfSpeed, _Friction):
@@ -142,7 +167,7 @@ class FrictionSpeedCurve(CurveOfSpeed, _Friction):
     """
 
     name: ClassVar[str] = "guide.friction_speed_curve"
-    change: jax.Array = quantity("-", "relative change of friction at 0.4 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity("-", "relative change of friction at 0.8 m/s", 0.5, lower=-0.95, upper=20.0)
 
 
 class FrictionPowerLaw(PowerOfSpeed, _Friction):
@@ -170,7 +195,7 @@ class StiffnessSpeedCurve(CurveOfSpeed, _Stiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_speed_curve"
-    change: jax.Array = quantity("-", "relative change of stiffness at 0.4 m/s", 0.05, lower=-0.5, upper=3.0)
+    change: jax.Array = quantity("-", "relative change of stiffness at 0.8 m/s", 0.05, lower=-0.5, upper=3.0)
 
 
 class StiffnessPowerLaw(PowerOfSpeed, _Stiffness):
@@ -178,7 +203,7 @@ class StiffnessPowerLaw(PowerOfSpeed, _Stiffness):
 
     Law
     ---
-    Elastic tension ``k e (1 + A (|e'|/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
+    Elastic tension ``k e max(0.05, 1 + A (|e'|/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
 
     Source
     ------
@@ -199,7 +224,7 @@ class DampingSpeedCurve(CurveOfSpeed, _Damping):
     """
 
     name: ClassVar[str] = "fibre.damping_speed_curve"
-    change: jax.Array = quantity("-", "relative change of damping at 0.4 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity("-", "relative change of damping at 0.8 m/s", 0.5, lower=-0.95, upper=20.0)
 
 
 class DampingPowerLaw(PowerOfSpeed, _Damping):
@@ -216,6 +241,55 @@ class DampingPowerLaw(PowerOfSpeed, _Damping):
 
     name: ClassVar[str] = "fibre.damping_power_law"
     change: jax.Array = quantity("-", "relative change of damping at 0.1 m/s", 0.5, lower=-0.95, upper=20.0)
+
+
+class FrictionSpeedExponent(ScalingWithSpeed, _Friction):
+    """Friction of the guide in proportion to a power of speed.
+
+    Law
+    ---
+    Level of friction ``F_c (|v|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
+
+    Source
+    ------
+    Ostwald's law of flow, Kolloid-Zeitschrift 36 (1925).
+    """
+
+    name: ClassVar[str] = "guide.friction_speed_exponent"
+    exponent: jax.Array = quantity("-", "exponent of friction", 0.2, lower=-0.5, upper=2.0)
+
+
+class StiffnessSpeedExponent(ScalingWithSpeed, _Stiffness):
+    """Stiffness in proportion to a power of the rate of stretch.
+
+    Law
+    ---
+    Elastic tension ``k e (|e'|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
+
+    Source
+    ------
+    Power laws of strain rate for the modulus of polymer fibres, e.g. Ward and Sweeney, Mechanical Properties of Solid
+    Polymers (2012), ch. 11.
+    """
+
+    name: ClassVar[str] = "fibre.stiffness_speed_exponent"
+    exponent: jax.Array = quantity("-", "exponent of stiffness", 0.02, lower=-0.2, upper=0.5)
+
+
+class DampingSpeedExponent(ScalingWithSpeed, _Damping):
+    """Damping in proportion to a power of the rate of stretch.
+
+    Law
+    ---
+    Damping coefficient ``b (|e'|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
+
+    Source
+    ------
+    Fractional power dampers, e.g. Soong and Dargush, Passive Energy Dissipation Systems (1997), ch. 6.
+    """
+
+    name: ClassVar[str] = "fibre.damping_speed_exponent"
+    exponent: jax.Array = quantity("-", "exponent of damping", 0.3, lower=-1.0, upper=2.0)
 
 
 def monotone(speed: jax.Array, slow: jax.Array, medium: jax.Array) -> jax.Array:

@@ -11,11 +11,13 @@ from fibrefit.report.discovery import discovery_report
 from fibrefit.report.plan import plan_report
 from fibrefit.report.posterior import posterior_report
 from fibrefit.report.prediction import prediction_report
+from fibrefit.report.series import series_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
@@ -28,6 +30,7 @@ REPORTS: dict[type[Part], Callable[[Any], str]] = {
     SweepSummary: sweep_report,
     DistinguishSummary: distinguish_report,
     PlanSummary: plan_report,
+    SeriesSummary: series_report,
 }
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.sampling.sample import Sampled, sample_study
     from fibrefit.workflow.simulate import Simulation, simulate_study
     from fibrefit.workflow.sweep import Sweep, sweep_study
+    from fibrefit.workflow.together.series import SeriesResult, series_study
 
 __all__ = [
     "Confused",
@@ -26,6 +27,7 @@ __all__ = [
     "Prediction",
     "RecordPlan",
     "Sampled",
+    "SeriesResult",
     "Simulation",
     "Sweep",
     "confuse_study",
@@ -36,6 +38,7 @@ __all__ = [
     "predict_study",
     "read_records",
     "sample_study",
+    "series_study",
     "simulate_study",
     "sweep_study",
     "task_of",
@@ -51,6 +54,7 @@ PARTS = {
     "sampling.sample": ("Sampled", "sample_study"),
     "simulate": ("Simulation", "simulate_study"),
     "sweep": ("Sweep", "sweep_study"),
+    "together.series": ("SeriesResult", "series_study"),
 }
 
 

@@ -15,12 +15,20 @@ import numpy as np
 from tests.independent.laws import GRAVITY
 
 SPEED_OF_RATE_LAWS = 0.1
+SLOWEST = 1e-3
+"""Speed, m/s, below which powers of speed level off."""
 CREEP_OF_CAPSTAN = 1e-4
 PATIENCE = 60
 CLOSE = 1e-9
 """Change of velocity, m/s, at which a fixed point counts as found: it is closer still, since trials contract fast."""
 
 compiled = numba.njit(cache=True, fastmath=False, error_model="numpy")
+
+
+@compiled
+def power_of_speed(speed, exponent):
+    """Power of a speed over that of the rate laws."""
+    return ((speed**2 + SLOWEST**2) / (SPEED_OF_RATE_LAWS**2 + SLOWEST**2)) ** (0.5 * exponent)
 
 
 @compiled
@@ -40,11 +48,15 @@ def tension(stretch, rate, dashpot, loop, drive_speed, time, step, p):
         elastic *= 1.0 - p.toe_depth * math.exp(-stretch / p.toe_length)
     elastic *= 1.0 + p.stiffness_rate_factor * abs(rate) / SPEED_OF_RATE_LAWS
     elastic *= 1.0 + p.drive_speed_factor * abs(drive_speed) / SPEED_OF_RATE_LAWS
+    if p.stiffness_exponent != 0.0:
+        elastic *= power_of_speed(rate, p.stiffness_exponent)
     if p.fade != 0.0:
         elastic *= 1.0 - p.fade * (1.0 - math.exp(-time / p.fade_time))
     if stretch > p.kink_stretch:
         elastic += p.kink * (stretch - p.kink_stretch)
     factor = max(0.05, 1.0 + p.damping_rate_factor * abs(rate) / SPEED_OF_RATE_LAWS)
+    if p.damping_exponent != 0.0:
+        factor *= power_of_speed(rate, p.damping_exponent)
     if p.load_damping != 0.0:
         factor *= 1.0 + p.load_damping * p.stiffness * stretch / (p.mass * GRAVITY)
     total = elastic + share * p.damping * factor * rate
@@ -81,6 +93,8 @@ def level(direction, velocity, load, position, time, path, p):
         coulomb *= 1.0 + p.wear * path / (path + p.wear_path)
     if p.heating != 0.0:
         coulomb *= max(0.0, 1.0 - p.heating * time)
+    if p.friction_exponent != 0.0:
+        coulomb *= power_of_speed(velocity, p.friction_exponent)
     coulomb += p.load_coefficient * load
     if p.breakaway_excess != 0.0:
         coulomb += p.breakaway_excess * math.exp(-((velocity / p.stribeck_velocity) ** 2))

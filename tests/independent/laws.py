@@ -81,6 +81,10 @@ class Laws(NamedTuple):
     heating: float = 0.0
     eddy_coefficient: float = 0.0
     eddy_velocity: float = 0.2
+    # of a series
+    stiffness_exponent: float = 0.0
+    damping_exponent: float = 0.0
+    friction_exponent: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -161,7 +165,14 @@ OUTSIDE: dict[str, Hidden] = {
     "open.drive_speed_stiffness": Hidden({"drive_speed_factor": 0.02}, rigs=(DRIVE,), most=20.0),
 }
 
-EFFECTS = CATALOGUE | OUTSIDE
+OF_SPEED: dict[str, Hidden] = {
+    "fibre.stiffness_speed_exponent": Hidden({"stiffness_exponent": 0.02}, signed=True, most=5.0),
+    "fibre.damping_speed_exponent": Hidden({"damping_exponent": 0.3}, signed=True, most=3.0),
+    "guide.friction_speed_exponent": Hidden({"friction_exponent": 0.2}, signed=True, most=2.0),
+}
+"""Laws of speed that only a series is asked about."""
+
+EFFECTS = CATALOGUE | OUTSIDE | OF_SPEED
 
 CHAIN = "fibre.mass"
 """The one effect that needs a kernel of its own."""

@@ -10,6 +10,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
@@ -23,6 +24,7 @@ SUMMARIES: dict[str, type[Part]] = {
     "fibrefit/sweep/1": SweepSummary,
     "fibrefit/distinguish/1": DistinguishSummary,
     "fibrefit/plan/1": PlanSummary,
+    "fibrefit/series/1": SeriesSummary,
 }
 
 

@@ -13,7 +13,14 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-KINDS = {"fit": "Fit", "discovery": "Discovery", "posterior": "Posterior", "batch": "Batch", "sweep": "Sweep"}
+KINDS = {
+    "fit": "Fit",
+    "discovery": "Discovery",
+    "posterior": "Posterior",
+    "batch": "Batch",
+    "sweep": "Sweep",
+    "series": "Series",
+}
 """Word for each kind of result, by the middle of its schema."""
 
 MOST_ROWS = 12

@@ -1,0 +1,87 @@
+"""Each record as the others predict it, by each of the three models.
+
+Law
+---
+What a model says of a record beforehand is the difference of two marginal likelihoods, that of all records and that of
+the others. What it is wrong by is the gap with the parameters that the others found; only the record's own zero and
+start are its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.refit import Subset, refit
+from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.search.search import Search
+from fibrefit.problem.estimate.evidence import laplace
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.series.together.models import Own, kept_records, log_evidence
+
+STEPS = 15
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """How well a model predicts records it was not fitted to.
+
+    Parameters
+    ----------
+    gaps : (n_record,)
+        Normalised residual RMS of each record.
+    foresight : (n_record,)
+        Logarithm of the predictive density of each record, up to what all models share.
+    """
+
+    gaps: np.ndarray
+    foresight: np.ndarray
+
+    @property
+    def gap(self) -> float:
+        """Of all records, each counting alike."""
+        return float(np.sqrt(np.mean(self.gaps**2)))
+
+
+def left_out(search: Search, found: Weighed, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
+    """Predictions of a model whose parameters all records share."""
+    number, gaps, said = len(found.local), [], []
+    for r in range(number):
+        tell(r / number)
+        shared, without = _without(search.scales, found, r)
+        local = found.local.copy()
+        local[:, found.evidence.mode.unknowns.shared] = shared
+        gaps.append(_gap(search, found.frame, local, r))
+        said.append(found.evidence.log - without)
+    return LeftOut(np.array(gaps), np.array(said))
+
+
+def own_left_out(search: Search, own: Own) -> LeftOut:
+    """Predictions where each record has values of its own: of another the others tell no more than their mean."""
+    places, gaps, said = own.mode.unknowns.shared[own.mode.unknowns.scattering], [], []
+    number = len(own.local)
+    for r in range(number):
+        others = np.delete(own.local[:, places], r, axis=0)
+        local = own.local.copy()
+        local[:, places] = np.exp(np.log(np.maximum(others, 1e-300)).mean(axis=0))
+        gaps.append(_gap(search, own.frame, local, r))
+        said.append(log_evidence(own.mode) - log_evidence(own.mode, np.arange(number) != r))
+    return LeftOut(np.array(gaps), np.array(said))
+
+
+def _without(scales: Scales, found: Weighed, record: int) -> tuple[np.ndarray, float]:
+    """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing."""
+    kept = np.arange(len(found.local)) != record
+    at = found.evidence.mode
+    there = mode(at.unknowns, at.place, kept_records(scales, found.frame, kept.astype(float)), at.sigma)
+    evidence = laplace(there)
+    return at.unknowns.value(evidence.mean), evidence.log
+
+
+def _gap(search: Search, frame: Frame, local: np.ndarray, record: int) -> float:
+    only = np.where(np.arange(len(local)) == record, search.ground.whole, 0)
+    end = refit(frame, Subset((), search.ground.each), local, only, STEPS)
+    return float(np.sqrt(end.cost / search.base.frame.samples[record]))

@@ -1,0 +1,228 @@
+"""Three models of the same records: one set of parameters, parameters with a law of speed, parameters of each record.
+
+All are weighed in one noise. In the first two, records may differ by chance, as in a fit; in the third each record has
+values of its own about which nothing is known beforehand but their order of magnitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fibrefit.discovery.engine.candidates import absent_values, carried
+from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
+from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.forward_selection import Comparison, looked
+from fibrefit.discovery.search.inputs import relinearised
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import begun
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification
+from fibrefit.problem.estimate.gauss_newton import PosteriorMode, mode, place_of
+from fibrefit.problem.task import Task
+from fibrefit.series.together.laws import laws_on
+from fibrefit.series.together.search import SpeedSearch
+
+STARTS = 8
+PREFERRED = 5.0
+"""Logarithm of the Bayes factor from which a richer model is preferred: odds of 150 to one."""
+MOST_LAWS = 3
+SIMPLER = 1.0
+"""Nats within which the law with fewer parameters is taken."""
+
+Progress = Callable[[str, float | None], None]
+
+
+@dataclass(frozen=True)
+class Own:
+    """The model in which each record has parameters of its own.
+
+    Parameters
+    ----------
+    mode : PosteriorMode
+        Deviations of the records from the reference, with a standard deviation of `BASE_SD`.
+    log : float
+        Logarithm of the marginal likelihood.
+    frame : Frame
+    """
+
+    mode: PosteriorMode
+    log: float
+    frame: Frame
+
+    @property
+    def local(self) -> np.ndarray:
+        """Values of each record, ``(n_record, n_local)`` in SI units."""
+        return self.mode.local
+
+
+@dataclass(frozen=True)
+class ThreeModels:
+    """Three models of the same records, weighed in one noise.
+
+    Parameters
+    ----------
+    search : Search
+        With the scales they were weighed by.
+    before : Identification
+        Of constant parameters, in plain least squares.
+    constant : Weighed
+    law : Weighed
+        The most probable one with a law of speed, whether or not it is more probable than constant parameters.
+    own : Own
+    ranked : tuple of Weighed
+        All laws tried in the first round, the most probable first.
+    """
+
+    search: Search
+    before: Identification
+    constant: Weighed
+    law: Weighed
+    own: Own
+    ranked: tuple[Weighed, ...]
+
+
+def three_models(task: Task, seed: int = 0, tell: Progress = lambda what, share: None) -> ThreeModels:
+    """Fit the three models.
+
+    Parameters
+    ----------
+    task : Task
+        With constant parameters.
+    seed : int
+        Of the scatter of starts.
+    tell : callable
+        Told what is being done and the share that is finished.
+    """
+    laws = laws_on(task.problem.model.rig)
+    before = identify(task, STARTS, seed, whiten=False, progress=tell)
+    search, base = begun(task, before, [law.effect for law in laws], tell)
+    first = look = looked(SpeedSearch.of(search), base, "trying each law of speed")
+    while (found := _simplest(look)) and len(found.effects) < MOST_LAWS:
+        search, found = _about(look.search, found)
+        look = looked(SpeedSearch.of(search), found, "trying a further law of speed")
+    law = look.parent if look.parent.effects else look.found[0]
+    tell("weighing constant parameters, and parameters of each record", None)
+    scales = look.search.scales
+    constant = _constant(look.search, law, base)
+    return ThreeModels(look.search, before, constant, law, own_values(look.search, scales, law.frame), first.found)
+
+
+def _simplest(look: Comparison) -> Weighed | None:
+    """The most probable law, or one as good with fewer parameters; None where none is preferred to none."""
+    if not look.found or look.gain(look.found[0]) <= PREFERRED:
+        return None
+    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
+    return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
+
+
+def _about(search: Search, found: Weighed) -> tuple[Search, Weighed]:
+    """Errors of measured inputs found anew about a better model, where there are such inputs."""
+    anew = relinearised(search, found)
+    return (search, found) if anew is None else anew
+
+
+def _constant(search: Search, law: Weighed, base: Weighed) -> Weighed:
+    """Constant parameters in the noise and the frame of the law, from the best of two beginnings."""
+    local = carried(law.frame, law.local, base.frame, base.local)
+    blank = search.scales.without(law, ())
+    from_base = search.scales.weigh(law.frame, (), np.where(_of_laws(law.frame), blank.local, local))
+    return max(blank, from_base, key=lambda one: one.log)
+
+
+def _of_laws(frame: Frame) -> np.ndarray:
+    return np.array(["." in name for name in frame.names])
+
+
+def own_values(search: Search, scales: Scales, frame: Frame) -> Own:
+    """Each record with base parameters of its own.
+
+    Law
+    ---
+    ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
+    """
+    ground = search.ground
+    unknowns = unknowns_of(frame, ground, (), scales.reference)
+    held = unknowns.scattering
+    lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
+    lower[held] = upper[held] = 0.0
+    unknowns = replace(unknowns, lower=lower, upper=upper)
+    local = _alone(search, frame)
+    free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
+    eta = free.coordinate(local[:, unknowns.shared])[:, held]
+    start = place_of(unknowns, local, eta)
+    start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
+    sigma = np.full(len(held), BASE_SD)
+    found = mode(unknowns, start, kept_records(scales, frame, np.ones(len(local))), sigma)
+    return Own(found, log_evidence(found), frame)
+
+
+def _alone(search: Search, frame: Frame) -> np.ndarray:
+    """Values of each record fitted by itself, over horizons that grow."""
+    ground, own = search.ground, search.ground.subset(())
+    base = search.base
+    local = base.fit.local if base.frame is frame else None
+    blank = absent(frame, base.frame, base.fit.local) if local is None else local
+    found = blank.copy()
+    for r in range(len(blank)):
+        ends = []
+        for ladder, start in (
+            (ground.counts, _suggested(frame, blank, ground.data_start)),
+            (ground.counts[-1:], blank),
+        ):
+            for counts in ladder:
+                only = np.where(np.arange(len(blank)) == r, counts, 0)
+                end = refit(frame, own, np.repeat(start[r : r + 1], len(blank), axis=0), only)
+                start = end.local
+            ends.append(end)
+        found[r] = min(ends, key=lambda end: end.cost).local[r]
+    return found
+
+
+def absent(frame: Frame, source: Frame, local: np.ndarray) -> np.ndarray:
+    """Values of another frame in this one, all that it lacks at its null."""
+    return carried(frame, absent_values(frame, len(local)), source, local)
+
+
+def _suggested(frame: Frame, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
+    values = blank.copy()
+    for name, column in suggested.items():
+        values[:, frame.names.index(name)] = column
+    return values
+
+
+def kept_records(scales: Scales, frame: Frame, kept: np.ndarray) -> Callable[..., np.ndarray]:
+    """What a Gauss-Newton search asks of records, those with a nought in `kept` ``(n_record,)`` saying nothing."""
+    seen = scales.yardstick.on(frame)
+
+    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        return seen.grams(local, columns, targets, scales.ground.whole) * kept[:, None, None]
+
+    return gram
+
+
+def log_evidence(found: PosteriorMode, kept: np.ndarray | None = None) -> float:
+    """Laplace's evidence of records that share nothing, up to what all models of them share.
+
+    Parameters
+    ----------
+    found : PosteriorMode
+    kept : (n_record,) bool, optional
+        Those that say something; all by default.
+    """
+    n = len(found.unknowns.each)
+    precision = np.concatenate([np.zeros(n), found.sigma**-2.0])
+    said = np.ones(len(found.normal.blocks)) if kept is None else kept.astype(float)
+    blocks = found.normal.blocks * said[:, None, None] + np.diag(precision)
+    diagonal = np.diagonal(blocks, axis1=-2, axis2=-1)
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    inside = blocks / (scale[..., :, None] * scale[..., None, :]) + 1e-14 * np.eye(blocks.shape[-1])
+    log_det = np.linalg.slogdet(inside)[1] + 2.0 * np.log(scale).sum(axis=-1)
+    deviation = (found.place.eta / found.sigma) ** 2
+    cost = float(said @ (found.normal.costs + deviation.sum(axis=1)))
+    # A record that says nothing has a block of nothing but its prior, whose determinant its width takes away again.
+    return float(-0.5 * cost - 0.5 * log_det.sum() - len(blocks) * np.log(found.sigma).sum())

@@ -1,0 +1,208 @@
+"""Which of the three models serves a series, and what it says, in numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.problem.task import Task
+from fibrefit.series.population import Population, population
+from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of
+from fibrefit.series.together.left_out import LeftOut, left_out, own_left_out
+from fibrefit.series.together.models import PREFERRED, ThreeModels, three_models
+from fibrefit.series.together.speeds import span, speeds_of
+
+Answer = Literal["constant", "speed_law", "per_record"]
+POINTS = 60
+DRAWS = 400
+BAND = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Told:
+    """A parameter over speed, as the law says.
+
+    Parameters
+    ----------
+    law : SpeedLaw
+    speeds : (n_speed,) in m/s
+        Over the range the records cover.
+    values, low, high : (n_speed,) in SI units
+        With a band of 95 %.
+    """
+
+    law: SpeedLaw
+    speeds: np.ndarray
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True)
+class OwnValues:
+    """Base parameters of each record by itself.
+
+    Parameters
+    ----------
+    names : tuple of str
+    values, errors : (n_record, n_name) in SI units
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a series says together.
+
+    Parameters
+    ----------
+    answer : {"constant", "speed_law", "per_record"}
+    models : ThreeModels
+    left_out : mapping of answer to LeftOut
+    gaps : mapping of answer to float
+    told : tuple of Told
+        A curve for each law of the model with laws.
+    speeds : mapping of parameter to (n_record, 3) in m/s
+        See `speeds_of`.
+    own : OwnValues
+        About the model with constant parameters; about the law where that is preferred.
+    populations : mapping of parameter to Population
+    alike : tuple of str
+        Forms of the law that are not told from the one that was taken.
+    """
+
+    answer: Answer
+    models: ThreeModels
+    left_out: Mapping[Answer, LeftOut]
+    gaps: Mapping[Answer, float]
+    told: tuple[Told, ...]
+    speeds: Mapping[str, np.ndarray]
+    own: OwnValues
+    populations: Mapping[str, Population]
+    alike: tuple[str, ...]
+
+    @property
+    def best(self) -> Weighed:
+        """The model with shared parameters that serves best: with laws where they are preferred."""
+        return self.models.law if self.answer == "speed_law" else self.models.constant
+
+    @property
+    def logs(self) -> dict[Answer, float]:
+        """Logarithms of the Bayes factors over constant parameters."""
+        base = self.models.constant.log
+        return {"constant": 0.0, "speed_law": self.models.law.log - base, "per_record": self.models.own.log - base}
+
+
+def judged(task: Task, seed: int = 0, tell: Callable[[str, float | None], None] = lambda what, share: None) -> Verdict:
+    """Fit and compare the three models.
+
+    Parameters
+    ----------
+    task : Task
+        With constant parameters, of two records or more.
+    seed : int
+    tell : callable
+        Told what is being done and the share that is finished.
+    """
+    found = three_models(task, seed, tell)
+    search, what = found.search, "predicting each record from the others"
+    predicted: dict[Answer, LeftOut] = {
+        "constant": left_out(search, found.constant, lambda share: tell(what, share / 2)),
+        "speed_law": left_out(search, found.law, lambda share: tell(what, 0.5 + share / 2)),
+        "per_record": own_left_out(search, found.own),
+    }
+    cost = float(found.own.frame.costs(found.own.local, search.ground.whole).sum())
+    gaps: dict[Answer, float] = {
+        "constant": search.gap(search.plain(found.constant)),
+        "speed_law": search.gap(search.plain(found.law)),
+        "per_record": float(np.sqrt(cost / search.samples)),
+    }
+    answer = _answer(found, predicted)
+    motion = found.before.motion
+    speeds = speeds_of(motion, np.asarray(task.problem.observations.experiment.count))
+    own = own_values_about(found.law if answer == "speed_law" else found.constant, found, answer)
+    told = tuple(
+        _told(found.law, BY_EFFECT[effect.name], speeds) for effect in found.law.effects if parameter_of(effect)
+    )
+    pooled = {name: population(own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)}
+    return Verdict(
+        answer=answer,
+        models=found,
+        left_out=predicted,
+        gaps=gaps,
+        told=told,
+        speeds=speeds,
+        own=own,
+        populations={name: one for name, one in pooled.items() if one is not None},
+        alike=_alike(found),
+    )
+
+
+def _answer(found: ThreeModels, predicted: Mapping[Answer, LeftOut]) -> Answer:
+    """A law has to be more probable, and to predict records it has not seen better, than constant parameters."""
+    gain, own = found.law.log - found.constant.log, found.own.log - found.constant.log
+    foreseen = predicted["speed_law"].foresight.sum() - predicted["constant"].foresight.sum()
+    lawful = gain > PREFERRED and foreseen > 0.0
+    if own > max(gain if lawful else 0.0, 0.0) + PREFERRED:
+        return "per_record"
+    return "speed_law" if lawful else "constant"
+
+
+def _alike(found: ThreeModels) -> tuple[str, ...]:
+    """Other forms of the first law that are as probable within what tells explanations apart."""
+    if not found.law.effects:
+        return ()
+    first = found.law.effects[0]
+    mine = next((one.log for one in found.ranked if one.effects[-1] is first), np.inf)
+    return tuple(
+        one.effects[-1].name for one in found.ranked if one.effects[-1] is not first and one.log > mine - PREFERRED
+    )
+
+
+def own_values_about(best: Weighed, found: ThreeModels, answer: Answer) -> OwnValues:
+    """Base parameters that each record by itself asks for, the law of speed as all records have it.
+
+    Where each record has its own anyway, they are those; else one step from the mode, with the record's own matrix.
+    """
+    if answer == "per_record":
+        return _of_mode(found.own.mode.unknowns.scattering, found.own.mode, np.zeros(0))
+    return _of_mode(best.evidence.mode.unknowns.scattering, best.evidence.mode, best.evidence.mode.sigma)
+
+
+def _of_mode(scattering: np.ndarray, at: object, sigma: np.ndarray) -> OwnValues:
+    from fibrefit.problem.estimate.gauss_newton import PosteriorMode
+    from fibrefit.problem.estimate.schur import solved
+
+    assert isinstance(at, PosteriorMode)
+    unknowns, normal, n = at.unknowns, at.normal, len(at.unknowns.each)
+    inverse = solved(normal.blocks, np.broadcast_to(np.eye(normal.blocks.shape[-1]), normal.blocks.shape))
+    step = -np.einsum("rij,rj->ri", inverse, normal.pulls)[:, n:]
+    z = at.place.z[scattering] + at.place.eta + np.clip(step, -1.0, 1.0)
+    values = unknowns.reference[scattering] * np.exp(z)
+    relative = np.sqrt(np.maximum(np.einsum("rii->ri", inverse)[:, n:], 0.0))
+    return OwnValues(tuple(unknowns.names[k] for k in scattering), values, values * relative)
+
+
+def _told(found: Weighed, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> Told:
+    slow, fast = span(speeds[law.parameter])
+    over = np.geomspace(slow, fast, POINTS)
+    unknowns, place = found.evidence.mode.unknowns, found.evidence.mode.place
+    root = np.linalg.cholesky(found.evidence.spread + 1e-18 * np.eye(len(place.z)))
+    random = np.random.default_rng(0)
+    drawn = place.z + random.standard_normal((DRAWS, len(place.z))) @ root.T
+    drawn = np.clip(drawn, unknowns.lower, unknowns.upper)
+    best, *others = (_over(law, unknowns.names, unknowns.value(z), over) for z in (place.z, *drawn))
+    low, high = np.quantile(np.array(others), BAND, axis=0)
+    return Told(law, over, best, low, high)
+
+
+def _over(law: SpeedLaw, names: tuple[str, ...], values: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+    named = dict(zip(names, values.tolist(), strict=False))
+    return named[law.parameter] * factors(law, named, speeds)

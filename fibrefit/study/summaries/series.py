@@ -1,0 +1,129 @@
+"""The summary file of a series: what its records say together."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fibrefit.study.summaries.summaries import CheckSummary, Interval, ParameterSummary, Part, Provenance, Status
+
+Answer = Literal["constant", "speed_law", "per_record"]
+
+
+class RivalSummary(Part):
+    """One of the three models."""
+
+    log_bayes_factor: float = Field(description="Natural logarithm of the Bayes factor over constant parameters.")
+    gap: float = Field(description="Normalised residual RMS.")
+    gap_left_out: float = Field(description="The same of records that are predicted from the others.")
+    foresight: float = Field(
+        description="Logarithm of the predictive density of each record given the others, summed, over that of "
+        "constant parameters."
+    )
+    laws: tuple[str, ...] = Field(default=(), description="Effects that make parameters depend on speed.")
+    parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
+
+
+class LawSummary(Part):
+    """A law of speed that was tried on top of constant parameters."""
+
+    effect: str
+    parameter: str
+    form: str
+    log_bayes_factor: float
+    parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
+
+
+class SpeedCurveSummary(Part):
+    """A parameter over speed, as its law says."""
+
+    parameter: str
+    effect: str
+    form: str
+    unit: str
+    speeds: tuple[float, ...] = Field(description="In m/s.")
+    values: tuple[float, ...]
+    low: tuple[float, ...] = Field(description="Lower end of the 95 % band.")
+    high: tuple[float, ...]
+
+
+class PopulationSummary(Part):
+    """A parameter over the records, partially pooled."""
+
+    unit: str
+    mean: float
+    mean_interval_95: Interval
+    between_records: float = Field(description="Standard deviation between records; relative where `relative`.")
+    between_records_interval_95: Interval
+    relative: bool
+    new_record_interval_95: Interval = Field(description="Where the true value of one more record lies.")
+    chance: float = Field(description="Probability of values as different as these if records did not differ.")
+
+
+class OwnSummary(Part):
+    """What one record says by itself, and drawn to the others by as much as it is uncertain."""
+
+    value: float
+    std_error: float
+    shrunk: float | None = None
+    shrunk_error: float | None = None
+    unit: str
+
+
+class SeriesRecord(Part):
+    """One record of a series."""
+
+    speeds: dict[str, Interval] = Field(
+        description="By parameter: speeds in m/s between which 90 % of the samples lie that tell of it."
+    )
+    conditions: dict[str, float] = Field(default_factory=dict, description="In SI units.")
+    parameters: dict[str, OwnSummary]
+    gap_left_out: dict[Answer, float]
+
+
+class OutlierSummary(Part):
+    """A record that does not follow a trend."""
+
+    record: str
+    score: float = Field(description="Distance from the line of the others in standard deviations.")
+    chance: float
+
+
+class TrendSummary(Part):
+    """A parameter against a condition."""
+
+    parameter: str
+    condition: str
+    slope: float
+    slope_error: float
+    slope_interval_95: Interval
+    intercept: float
+    unit: str
+    condition_unit: str
+    between_records: float = Field(description="Standard deviation between records about the line, in `unit`.")
+    chance: float
+    chance_corrected: float = Field(description="Among all looks (Holm).")
+    records: int
+    outliers: tuple[OutlierSummary, ...] = ()
+
+
+class SeriesSummary(Part):
+    """``summary.json`` of a series."""
+
+    schema_name: Literal["fibrefit/series/1"] = Field(default="fibrefit/series/1", alias="schema")
+    status: Status
+    study: str
+    rig: str
+    answer: Answer
+    sentence: str
+    models: dict[Answer, RivalSummary]
+    laws: tuple[LawSummary, ...] = Field(description="Every law tried by itself, the most probable first.")
+    not_told_apart: tuple[str, ...] = Field(default=(), description="Laws as probable as the one that was taken.")
+    curves: tuple[SpeedCurveSummary, ...] = ()
+    population: dict[str, PopulationSummary] = Field(default_factory=dict)
+    records: dict[str, SeriesRecord]
+    trends: tuple[TrendSummary, ...] = ()
+    checks: tuple[CheckSummary, ...]
+    advice: tuple[str, ...] = ()
+    provenance: Provenance | None = None

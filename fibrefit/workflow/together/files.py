@@ -1,0 +1,261 @@
+"""A series as the files of a result: the summary, groups of ``result.h5``, tables, the study of the winning model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.series.population import Population
+from fibrefit.series.together.laws import BY_EFFECT, parameter_of
+from fibrefit.series.together.verdict import Told, Verdict
+from fibrefit.series.trends import Quantity, Trend
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study import Study
+from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.summaries import series as s
+from fibrefit.study.summaries.summaries import CheckSummary, ParameterSummary
+from fibrefit.workflow.fit_files import finite
+from fibrefit.workflow.together.conditions import by_record
+from fibrefit.workflow.together.words import BASE
+
+NOISE_LIKE = 1.1
+"""Gap up to which a model is taken to serve."""
+
+
+def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
+    """The three models."""
+    base = float(found.left_out["constant"].foresight.sum())
+    shared: dict[s.Answer, Weighed] = {"constant": found.models.constant, "speed_law": found.models.law}
+    told = {}
+    for name, log in found.logs.items():
+        model = shared.get(name)
+        told[name] = s.RivalSummary(
+            log_bayes_factor=log,
+            gap=found.gaps[name],
+            gap_left_out=found.left_out[name].gap,
+            foresight=float(found.left_out[name].foresight.sum()) - base,
+            laws=() if model is None else model.names,
+            parameters={} if model is None else parameters_of(model),
+        )
+    return told
+
+
+def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
+    """Shared values of a model with their errors."""
+    units = {name: declared.unit for name, declared in model.frame.declared.items()}
+    errors = model.errors
+    return {
+        name: ParameterSummary(
+            value=value,
+            std_error=finite(errors[name]),
+            interval_95=(value - 1.96 * errors[name], value + 1.96 * errors[name]) if finite(errors[name]) else None,
+            unit=units[name],
+            interval_kind="population" if "." not in name else "normal",
+        )
+        for name, value in model.shared.items()
+    }
+
+
+def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
+    """Every law that was tried by itself."""
+    base = found.models.constant.log
+    told = []
+    for one in found.models.ranked:
+        law = BY_EFFECT[one.effects[-1].name]
+        own = {name: value for name, value in _safe(one).items() if name.startswith(f"{law.effect.name}.")}
+        told.append(
+            s.LawSummary(
+                effect=law.effect.name,
+                parameter=law.parameter,
+                form=law.form,
+                log_bayes_factor=one.log - base,
+                parameters=own,
+            )
+        )
+    return tuple(told)
+
+
+def _safe(one: Weighed) -> dict[str, ParameterSummary]:
+    return parameters_of(one) if np.isfinite(one.evidence.z).all() else {}
+
+
+def speed_curve_summary(one: Told) -> s.SpeedCurveSummary:
+    """A parameter over speed."""
+    return s.SpeedCurveSummary(
+        parameter=one.law.parameter,
+        effect=one.law.effect.name,
+        form=one.law.form,
+        unit=BASE[one.law.parameter],
+        speeds=tuple(one.speeds.tolist()),
+        values=tuple(one.values.tolist()),
+        low=tuple(one.low.tolist()),
+        high=tuple(one.high.tolist()),
+    )
+
+
+def population_summary(one: Population, unit: str) -> s.PopulationSummary:
+    """A parameter over the records."""
+    return s.PopulationSummary(
+        unit=unit,
+        mean=one.mean,
+        mean_interval_95=one.mean_interval,
+        between_records=one.sd,
+        between_records_interval_95=one.sd_interval,
+        relative=one.logarithmic,
+        new_record_interval_95=one.new_record,
+        chance=one.chance,
+    )
+
+
+def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[Quantity]) -> dict[str, s.SeriesRecord]:
+    """What each record says."""
+    told = {}
+    for r, name in enumerate(names):
+        speeds = {
+            key: (float(rows[r, 0]), float(rows[r, 2]))
+            for key, rows in found.speeds.items()
+            if np.isfinite(rows[r]).all()
+        }
+        parameters = {}
+        for j, parameter in enumerate(found.own.names):
+            pooled = found.populations.get(parameter)
+            parameters[parameter] = s.OwnSummary(
+                value=float(found.own.values[r, j]),
+                std_error=float(found.own.errors[r, j]),
+                shrunk=None if pooled is None else finite(float(pooled.shrunk[r])),
+                shrunk_error=None if pooled is None else finite(float(pooled.shrunk_error[r])),
+                unit=BASE.get(parameter, "-"),
+            )
+        left = {key: float(one.gaps[r]) for key, one in found.left_out.items()}
+        told[name] = s.SeriesRecord(
+            speeds=speeds, conditions=by_record(conditions, r), parameters=parameters, gap_left_out=left
+        )
+    return told
+
+
+def trend_summary(one: Trend) -> s.TrendSummary:
+    """A parameter against a condition."""
+    return s.TrendSummary(
+        parameter=one.parameter,
+        condition=one.condition,
+        slope=one.slope,
+        slope_error=one.slope_error,
+        slope_interval_95=one.slope_interval,
+        intercept=one.intercept,
+        unit=one.unit,
+        condition_unit=one.condition_unit,
+        between_records=one.scatter,
+        chance=one.chance,
+        chance_corrected=one.corrected,
+        records=one.records,
+        outliers=tuple(s.OutlierSummary(record=o.record, score=o.score, chance=o.chance) for o in one.outliers),
+    )
+
+
+def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
+    """Whether the answer can be trusted."""
+    gap = found.gaps[found.answer]
+    foreseen = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
+    agree = (foreseen > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < 5.0
+    ends = _at_ends(found)
+    return (
+        CheckSummary(
+            name="the gap is noise",
+            passed=gap <= NOISE_LIKE,
+            says=f"Normalised residual RMS is {gap:.3g}; at most {NOISE_LIKE:g} is expected."
+            + ("" if gap <= NOISE_LIKE else " What is left is more than noise: run discover before you trust the law."),
+            statistic=gap,
+            threshold=NOISE_LIKE,
+            identifier="gap",
+            quantity="residual size",
+        ),
+        CheckSummary(
+            name="records left out agree",
+            passed=agree,
+            says=f"Laws of speed foretell records left out by {foreseen:.3g} nats more than constant parameters; the "
+            f"marginal likelihood has it {found.logs['speed_law']:.3g}.",
+            statistic=foreseen,
+            threshold=0.0,
+            identifier="left_out",
+            quantity="records left out",
+        ),
+        CheckSummary(
+            name="no parameter at a bound",
+            passed=not ends,
+            says="All: yes." if not ends else f"At a bound: {', '.join(ends)}. Another form of the law may be right.",
+            identifier="bounds",
+            quantity="distance of the parameters from their bounds",
+        ),
+    )
+
+
+def _at_ends(found: Verdict) -> list[str]:
+    unknowns, place = found.best.evidence.mode.unknowns, found.best.evidence.mode.place
+    hit = (place.z <= unknowns.lower + 1e-9) | (place.z >= unknowns.upper - 1e-9)
+    # Shares of a curve may well be all or nothing.
+    return [name for name, at in zip(unknowns.names, hit, strict=False) if at and not name.endswith("_share")]
+
+
+def winning_study(study: Study, found: Verdict) -> Study:
+    """Study of the winning model, beginning at its values; with each record's own where that is the answer."""
+    if found.answer == "per_record":
+        parameters = dict(study.parameters)
+        for j, name in enumerate(found.own.names):
+            table = parameters.get(name, ParameterTable())
+            middle = float(np.exp(np.log(found.own.values[:, j]).mean()))
+            parameters[name] = table.model_copy(update={"initial": f"{middle!r} {BASE[name]}", "shared": False})
+        return study.model_copy(update={"parameters": parameters})
+    best, parameters = found.best, dict(study.parameters)
+    units = {name: declared.unit for name, declared in best.frame.declared.items()}
+    for name, value in best.shared.items():
+        table = parameters.get(name, ParameterTable())
+        written = value if units[name] == "-" else f"{value!r} {units[name]}"
+        parameters[name] = table.model_copy(update={"initial": written})
+    added = [effect.name for effect in best.effects if parameter_of(effect)]
+    model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
+    return study.model_copy(update={"model": model, "parameters": parameters})
+
+
+def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, Variable]]:
+    """Groups of ``result.h5``: each record's values, the curves, the predictions of records left out."""
+    records: dict[str, Variable] = {"record": Variable(np.array(list(names), dtype=object), ("record",))}
+    for j, name in enumerate(found.own.names):
+        unit = BASE.get(name, "-")
+        records[name] = Variable(found.own.values[:, j], ("record",), unit, "Of the record by itself.")
+        records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, "Its standard error.")
+    left = {
+        f"{key}_{what}": Variable(getattr(one, what), ("record",), "-", "Of each record, predicted from the others.")
+        for key, one in found.left_out.items()
+        for what in ("gaps", "foresight")
+    }
+    curves = {
+        f"curve_{one.law.parameter}": {
+            "speed": Variable(one.speeds, ("speed",), "m/s", ""),
+            **{
+                key: Variable(getattr(one, key), ("speed",), BASE[one.law.parameter], one.law.effect.name)
+                for key in ("values", "low", "high")
+            },
+        }
+        for one in found.told
+    }
+    return {"records": records, "left_out": left, **curves}
+
+
+def tidy_rows(
+    names: Sequence[str], parameters: Sequence[Quantity], conditions: Sequence[Quantity]
+) -> list[dict[str, object]]:
+    """One row a record and parameter: value, error, unit and every condition in SI units."""
+    return [
+        {
+            "record": name,
+            "parameter": parameter.name,
+            "value": float(parameter.values[r]),
+            "std_error": float(parameter.errors[r]),
+            "unit": parameter.unit,
+            **{one.name if one.unit == "-" else f"{one.name} [{one.unit}]": float(one.values[r]) for one in conditions},
+        }
+        for r, name in enumerate(names)
+        for parameter in parameters
+    ]

@@ -1,0 +1,209 @@
+"""``series``: three models of the same records, which of them serves, and what the records say together."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from fibrefit.core.errors import StudyError
+from fibrefit.core.progress import Progress
+from fibrefit.series.together.laws import laws_on, parameter_of
+from fibrefit.series.together.verdict import Answer, Verdict, judged
+from fibrefit.series.trends import Quantity, Trend, trends_of_pairs
+from fibrefit.store import ResultDirectory
+from fibrefit.store.summary import provenance
+from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.workflow.outcome.result import AnyResult
+from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.tidy import write_table
+from fibrefit.workflow.together import files
+from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
+from fibrefit.workflow.together.words import BASE, answer_in_words
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from fibrefit.plots import Figures
+    from fibrefit.store.hdf5 import Variable
+
+FEWEST = 3
+"""Records of a series: with two, what is left out leaves one."""
+
+
+@dataclass(frozen=True, repr=False)
+class SeriesResult(AnyResult, Saved):
+    """A series that was asked whether one set of parameters serves all speeds.
+
+    Parameters
+    ----------
+    study : Study
+    names : tuple of str
+        Of the records.
+    verdict : Verdict
+    seed : int
+    seconds : float
+    """
+
+    study: Study
+    names: tuple[str, ...]
+    verdict: Verdict
+    seed: int
+    seconds: float
+
+    @property
+    def answer(self) -> Answer:
+        """``"constant"``, ``"speed_law"`` or ``"per_record"``."""
+        return self.verdict.answer
+
+    @property
+    def sentence(self) -> str:
+        """The answer in words and numbers."""
+        return answer_in_words(self.verdict)
+
+    @property
+    def status(self) -> Literal["ok", "suspect"]:
+        """``ok`` or ``suspect``, as the checks have it."""
+        return "ok" if all(check.passed for check in files.series_checks(self.verdict)) else "suspect"
+
+    @cached_property
+    def conditions(self) -> tuple[Quantity, ...]:
+        """Conditions that differ between records."""
+        return conditions_of_records(self.study, self.study.records)
+
+    @cached_property
+    def _with_speeds(self) -> tuple[Quantity, ...]:
+        """Conditions, and the speed at which each parameter was told."""
+        speeds = (replace(speed_condition(rows), name=f"speed of {name}") for name, rows in self.verdict.speeds.items())
+        return (*self.conditions, *speeds)
+
+    @cached_property
+    def parameters(self) -> tuple[Quantity, ...]:
+        """Base parameters of each record by itself."""
+        own = self.verdict.own
+        return tuple(
+            Quantity(name, BASE.get(name, "-"), own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)
+        )
+
+    @cached_property
+    def trends(self) -> tuple[Trend, ...]:
+        """Every parameter against every condition and its speed, the surest first."""
+        speeds = {y.name: speed_condition(self.verdict.speeds[y.name]) for y in self.parameters}
+        pairs = [(y, x) for y in self.parameters for x in (speeds[y.name], *self.conditions)]
+        return trends_of_pairs(self.names, pairs)
+
+    def summary(self) -> SeriesSummary:
+        """Content of ``summary.json``."""
+        found = self.verdict
+        inputs = self.study.input_files()
+        return SeriesSummary(
+            status=self.status,
+            study=self.study.name,
+            rig=self.study.kind,
+            answer=found.answer,
+            sentence=self.sentence,
+            models=files.rival_summaries(found),
+            laws=files.law_summaries(found),
+            not_told_apart=found.alike if found.answer == "speed_law" else (),
+            curves=tuple(map(files.speed_curve_summary, found.told)),
+            population={
+                name: files.population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()
+            },
+            records=files.record_summaries(found, self.names, self._with_speeds),
+            trends=tuple(map(files.trend_summary, self.trends)),
+            checks=files.series_checks(found),
+            advice=self._advice(),
+            provenance=provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.seconds),
+        )
+
+    def _advice(self) -> tuple[str, ...]:
+        said = []
+        if self.status != "ok":
+            said.append("Run discover: something besides speed may be missing.")
+        if self.answer == "speed_law":
+            said.append("Fit study.toml of this result, which holds the winning model: fibrefit fit DIR/study.toml.")
+        if self.answer == "per_record":
+            said.append("Look at the trends: a condition other than speed may order the values of the records.")
+        return tuple(said)
+
+    def groups(self) -> Mapping[str, Mapping[str, Variable]]:
+        """Arrays of ``result.h5``: each record's values, the curves, the predictions of records left out."""
+        return files.series_groups(self.verdict, self.names)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a record and base parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
+        from fibrefit.workflow.tidy import tidy_frame
+
+        return tidy_frame(files.tidy_rows(self.names, self.parameters, self._with_speeds))
+
+    def plot(self) -> Figures:
+        """``answer``: parameters over speed; ``trends``: over the conditions; ``population``."""
+        from fibrefit.plots.series import series_figures
+
+        return series_figures(self.summary())
+
+    def write(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model, the table and the figures."""
+        winner = files.winning_study(self.study, self.verdict)
+        write_parts(directory, self.summary(), self.groups(), winner)
+        write_table(directory.path / "table", self.to_dataframe())
+        write_figures(directory, self.plot)
+
+
+def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress | None = None) -> SeriesResult:
+    """Ask a series of records whether one set of parameters serves all of them, a law of speed, or neither.
+
+    Parameters
+    ----------
+    study : Study, str or pathlib.Path
+        With three records or more.
+    seed : int
+        Of the scatter of starts.
+    progress : callable, optional
+        Called with what is being done and the share that is finished.
+
+    Returns
+    -------
+    SeriesResult
+        With ``answer``, ``sentence``, ``summary()``, ``report()``, ``plot()`` and ``save(folder)``.
+
+    Raises
+    ------
+    StudyError
+        If there are too few records, or the model has a law of speed already, or none makes sense on the rig.
+    DataError
+        If a record is not understood.
+
+    Examples
+    --------
+    >>> found = fibrefit.series_of(fibrefit.example("drop_series"))
+    >>> found.answer, len(found.to_dataframe())
+    ('constant', 15)
+    """
+    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    study = as_study(study)
+    if len(study.records) < FEWEST:
+        do = "Add records; of a single one, fit says what it holds."
+        raise StudyError(str(study.source), f"{len(study.records)} records", f"a series of {FEWEST} or more", do)
+    tell("reading records", None)
+    task = task_of(study, read_records(study))
+    model = task.problem.model
+    if any(parameter_of(effect) for effect in model.effects):
+        do = "Leave it out: this command looks for it."
+        raise StudyError(str(study.source), "a model with a law of speed", "constant parameters", do)
+    if not laws_on(model.rig):
+        raise StudyError(str(study.source), f"the rig {study.kind}", "one with a fibre or a guide", "")
+    held = [slot.name for slot in task.problem.layout.slots if slot.name in BASE and not (slot.free and slot.shared)]
+    if held:
+        do = "Leave out fixed and shared of them: this command asks whether they are constant."
+        raise StudyError(str(study.source), f"{' and '.join(held)} fixed, or not shared", "free and shared", do)
+    names = tuple(trace.name for trace in task.traces)
+    return SeriesResult(study, names, judged(task, seed, tell), seed, time.perf_counter() - began)
+
+
+__all__ = ["SeriesResult", "series_study"]

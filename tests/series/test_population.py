@@ -1,0 +1,89 @@
+"""Partial pooling: closed forms at both ends, and that intervals hold as often as they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.series.population import population
+
+SERIES = 100
+#: Of so many series, an interval of 95 % holds in between these with a probability of 0.998 or more.
+LEAST, MOST = 0.87, 1.0
+
+
+def drawn(seed: int, tau: float, error: float, number: int = 6) -> tuple[np.ndarray, np.ndarray, float]:
+    """Values, errors, and the true value of one more record; the mean is 20 000."""
+    random = np.random.default_rng(seed)
+    errors = error * random.uniform(0.5, 2.0, number)
+    truth = 2e4 * np.exp(tau * random.standard_normal(number + 1))
+    values = truth[:-1] * (1.0 + errors * random.standard_normal(number))
+    return values, values * errors, float(truth[-1])
+
+
+def test_records_that_agree_give_their_weighted_mean() -> None:
+    errors = np.array([1.0, 2.0, 4.0])
+    found = population(np.array([100.0, 100.0, 100.0]), errors)
+    assert found is not None
+    assert found.mean == pytest.approx(100.0)
+    assert found.sd_interval[0] == 0.0
+    assert found.chance == pytest.approx(1.0)
+    # Little is known of the differences of three records: the mean is less sure than if there were none.
+    assert found.mean_interval[1] - 100.0 > 1.96 / np.sqrt(np.sum(errors**-2.0))
+
+
+def test_exact_values_give_students_interval() -> None:
+    values = np.exp(np.array([0.1, -0.2, 0.05, 0.3, -0.1]))
+    found = population(values, 1e-6 * values)
+    assert found is not None
+    logs = np.log(values)
+    half = 2.776445 * logs.std(ddof=1) / np.sqrt(5)
+    np.testing.assert_allclose(np.log(found.mean_interval), logs.mean() + np.array([-half, half]), rtol=0.02, atol=2e-3)
+    np.testing.assert_allclose(
+        found.sd_interval, logs.std(ddof=1) * np.sqrt(4.0 / np.array([11.143, 0.4844])), rtol=1e-3
+    )
+    np.testing.assert_allclose(found.shrunk, values, rtol=1e-6)
+
+
+def test_an_uncertain_record_is_drawn_to_the_others() -> None:
+    values, errors = np.array([100.0, 101.0, 99.0, 100.5, 130.0]), np.array([0.1, 0.1, 0.1, 0.1, 20.0])
+    found = population(values, errors)
+    assert found is not None
+    assert abs(found.shrunk[-1] - 100.0) < 3.0
+    assert found.shrunk_error[-1] < 3.0
+    np.testing.assert_allclose(found.shrunk[:-1], values[:-1], rtol=1e-3)
+
+
+def test_a_single_record_has_no_population() -> None:
+    assert population(np.array([1.0, np.nan]), np.array([0.1, np.nan])) is None
+
+
+def test_a_value_that_may_be_negative_is_told_as_it_is() -> None:
+    found = population(np.array([0.1, -0.2, 0.3]), np.array([0.1, 0.1, 0.1]))
+    assert found is not None
+    assert not found.logarithmic
+    assert found.mean_interval[0] < 0.0 < found.mean_interval[1]
+
+
+@pytest.mark.parametrize(("tau", "error"), [(0.01, 0.002), (0.05, 0.01), (0.01, 0.01)])
+def test_intervals_hold_as_often_as_they_say(tau: float, error: float) -> None:
+    held = np.zeros(3)
+    for seed in range(SERIES):
+        values, errors, further = drawn(seed, tau, error)
+        found = population(values, errors)
+        assert found is not None
+        pairs = ((found.mean_interval, 2e4), (found.sd_interval, tau), (found.new_record, further))
+        held += [low <= truth <= high for (low, high), truth in pairs]
+    assert (held >= LEAST * SERIES).all(), held
+    assert (held <= MOST * SERIES).all()
+
+
+def test_errors_that_are_told_too_small_are_found_out() -> None:
+    """The negative control: intervals without scatter between records miss far too often."""
+    missed = 0
+    for seed in range(SERIES):
+        values, errors, _ = drawn(seed, 0.05, 0.005)
+        weights = (values / errors) ** 2
+        middle, error = np.average(np.log(values), weights=weights), 1.0 / np.sqrt(weights.sum())
+        missed += abs(middle - np.log(2e4)) > 1.96 * error
+    assert missed > 0.4 * SERIES

@@ -1,0 +1,133 @@
+"""A series asked whether one set of parameters serves all speeds: a law that is there, and none where there is none."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import jsonschema
+import pandas
+import pytest
+from click.testing import CliRunner
+
+from fibrefit.cli.main import group
+from fibrefit.core.errors import StudyError
+from fibrefit.effects.functions_of_speed import DampingSpeedExponent
+from fibrefit.report.any import report_of
+from fibrefit.store.summary import read_summary
+from fibrefit.study import load_study
+from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.workflow.together.series import SeriesResult, series_study
+from tests.fitting import made
+
+LIFTS = (5e-3, 1e-2, 1.6e-2, 2e-2)
+EXPONENT = -0.31
+SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "series.schema.json"
+
+
+def asked(folder: Path, seed: int, effects: tuple = (), **values: float) -> SeriesResult:
+    study = made.study(folder, LIFTS)
+    made.write(folder, made.records(LIFTS, seed=seed, effects=effects, **values))
+    return series_study(study)
+
+
+@pytest.fixture(scope="module")
+def lawful(tmp_path_factory: pytest.TempPathFactory) -> SeriesResult:
+    """A series whose damping falls with a power of speed."""
+    name = DampingSpeedExponent.name.replace(".", "__")
+    return asked(tmp_path_factory.mktemp("lawful"), 7, (DampingSpeedExponent,), **{f"{name}__exponent": EXPONENT})
+
+
+@pytest.fixture(scope="module")
+def saved(lawful: SeriesResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its result on disk."""
+    return lawful.save(tmp_path_factory.mktemp("result") / "out")
+
+
+def test_the_law_is_found_and_preferred_on_records_left_out(lawful: SeriesResult) -> None:
+    assert lawful.answer == "speed_law"
+    assert lawful.verdict.models.law.names == (DampingSpeedExponent.name,)
+    found, error = (
+        getattr(lawful.verdict.best, key)[f"{DampingSpeedExponent.name}.exponent"] for key in ("shared", "errors")
+    )
+    assert abs(found - EXPONENT) < 4.0 * error
+    left = lawful.verdict.left_out
+    assert left["speed_law"].foresight.sum() > left["constant"].foresight.sum() + 5.0
+    assert left["speed_law"].gap < left["constant"].gap
+    assert lawful.verdict.gaps["speed_law"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_sentence_has_the_numbers(lawful: SeriesResult) -> None:
+    said = lawful.sentence
+    assert said.startswith("One set of parameters does not serve all speeds: damping falls from ")
+    for part in ("power law of exponent -0.3", "one model serves all 4 records", "stiffness and friction need no law"):
+        assert part in said, part
+
+
+def test_the_curve_holds_the_truth(lawful: SeriesResult) -> None:
+    (curve,) = lawful.verdict.told
+    truth = made.TRUTH["damping"] * (curve.speeds / 0.1) ** EXPONENT
+    inside = (curve.low <= truth * 1.02) & (truth * 0.98 <= curve.high)
+    assert inside[curve.speeds > 0.02].all()
+
+
+def test_the_result_is_for_programs_and_for_persons(lawful: SeriesResult, saved: Path) -> None:
+    content = json.loads((saved / "summary.json").read_text(encoding="utf-8"))
+    jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    assert content["answer"] == "speed_law"
+    assert content["models"]["constant"]["log_bayes_factor"] == 0.0
+    summary = read_summary(saved)
+    assert isinstance(summary, SeriesSummary)
+    text = report_of(summary)
+    assert text == lawful.report()
+    assert max(map(len, text.splitlines())) <= 80
+    with (saved / "table.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(LIFTS) * 3
+    assert float(rows[0]["lift [m]"]) == LIFTS[0]
+    pandas.testing.assert_frame_equal(
+        pandas.read_parquet(saved / "table.parquet"), pandas.read_csv(saved / "table.csv"), rtol=1e-8, check_dtype=False
+    )
+    assert {path.stem for path in (saved / "figures").glob("*.png")} == {"answer", "population", "trends"}
+
+
+def test_the_study_of_the_winning_model_begins_at_its_values(lawful: SeriesResult, saved: Path) -> None:
+    study = load_study(saved / "study.toml")
+    assert study.model.effects == (DampingSpeedExponent.name,)
+    initial = study.parameters[f"{DampingSpeedExponent.name}.exponent"].initial
+    assert initial == pytest.approx(lawful.verdict.best.shared[f"{DampingSpeedExponent.name}.exponent"])
+    with pytest.raises(StudyError, match="a model with a law of speed"):
+        series_study(study)
+
+
+def test_the_command_shows_a_result_again(saved: Path) -> None:
+    shown = CliRunner().invoke(group, ["show", str(saved)], standalone_mode=False)
+    assert shown.exit_code == 0, shown.output
+    assert "One set of parameters does not serve all speeds" in " ".join(shown.output.split())
+
+
+def test_where_there_is_no_law_none_is_preferred(tmp_path: Path) -> None:
+    found = asked(tmp_path, 8)
+    assert found.answer == "constant"
+    assert found.verdict.logs["speed_law"] < 0.0
+    assert "serves all 4 records" in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        ("[parameters.damping]\nshared = false", "damping fixed, or not shared"),
+        ("[parameters.damping]\nfixed = true\ninitial = '25 N s/m'", "damping fixed, or not shared"),
+    ],
+)
+def test_what_is_not_to_be_asked_is_refused(tmp_path: Path, more: str, match: str) -> None:
+    study = made.study(tmp_path, LIFTS, more)
+    made.write(tmp_path, made.records(LIFTS, seed=1))
+    with pytest.raises(StudyError, match=match):
+        series_study(study)
+
+
+def test_two_records_are_no_series(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="a series of 3 or more"):
+        series_study(made.study(tmp_path))
