@@ -23,7 +23,18 @@ NAMES = sorted(schemas.schemas())
 def test_there_is_one_for_every_kind_of_file() -> None:
     assert [
         f"{name}.schema.json"
-        for name in ("batch", "discovery", "fit", "posterior", "prediction", "series", "study", "sweep")
+        for name in (
+            "batch",
+            "discovery",
+            "distinguish",
+            "fit",
+            "plan",
+            "posterior",
+            "prediction",
+            "series",
+            "study",
+            "sweep",
+        )
     ] == NAMES
     assert sorted(path.name for path in schemas.FOLDER.iterdir()) == NAMES
 
