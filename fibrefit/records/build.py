@@ -126,7 +126,7 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
         notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
     numbers, outliers = _masked(column, base, si, notes)
     valid = numbers.reasons == 0
-    counts = {REASONS[c]: int(n) for c, n in zip(*np.unique(numbers.reasons[~valid], return_counts=True), strict=True)}
+    counts = {REASONS[c]: int(n) for c, n in enumerate(np.bincount(numbers.reasons)) if c and n}
     return Column(
         header=column.header,
         name=column.name,

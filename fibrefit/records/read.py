@@ -18,6 +18,7 @@ from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL, wrong_kind
 from fibrefit.records.files.archive import unpacked
+from fibrefit.records.files.block import read_long
 from fibrefit.records.files.decode import decode
 from fibrefit.records.files.keyed import without_keys
 from fibrefit.records.files.lvm import is_lvm, read_lvm
@@ -57,8 +58,7 @@ def read_table(path: str | Path, options: ReadOptions | None = None) -> Table:
         If an argument makes no sense.
     """
     path, options = Path(path), options or ReadOptions()
-    data = _bytes(path)
-    return build_table(_raw(data, path, options), path, hashlib.sha256(data).hexdigest(), options)
+    return build_table(*_read(path, options), options)
 
 
 def read_record(
@@ -142,7 +142,8 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
     kept = {role: column for role, column in found.items() if column.group == group}
     base = table.times[group]
     _check_units(base, kept, where)
-    rows = np.isfinite(base.time)
+    usable = np.isfinite(base.time)
+    rows = slice(None) if usable.all() else usable
     return Record(
         name=name or where,
         path=table.path,
@@ -157,6 +158,12 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
         scales={role: column.scale for role, column in kept.items() if column.scale is not None},
         history=tuple(_history(table, kept, group)),
     )
+
+
+def _read(path: Path, options: ReadOptions) -> tuple[Raw, Path, str]:
+    """Columns of a file, its path and the SHA-256 of its bytes, which are let go here."""
+    data = _bytes(path)
+    return _raw(data, path, options), path, hashlib.sha256(data).hexdigest()
 
 
 def _bytes(path: Path) -> bytes:
@@ -202,6 +209,9 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         from fibrefit.records.files.matlab import read_matlab
 
         return read_matlab(path, where, options.wanted)
+    long = read_long(data, where, options)
+    if long is not None:
+        return long
     text = decode(data, where)
     return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
 

@@ -168,14 +168,19 @@ def frozen(array: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     array : (n,) array
-        Any array; a copy is made where it does not own its data.
+        Any array; a copy is made where somebody else could still write to its data.
 
     Returns
     -------
     (n,) array
         Contiguous and read-only.
     """
-    fixed = np.array(array, copy=not array.flags.owndata or array.flags.writeable)
+    if not array.flags.writeable and array.base is None:
+        return array
+    owner = array if array.base is None else array.base
+    if isinstance(owner, np.ndarray) and not owner.flags.writeable and array.flags.c_contiguous:
+        return array
+    fixed = np.array(array)
     fixed.flags.writeable = False
     return fixed
 

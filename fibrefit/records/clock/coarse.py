@@ -20,6 +20,7 @@ from fibrefit.records.clock.base import (
     row_mask,
 )
 from fibrefit.records.clock.rates import round_rate
+from fibrefit.records.grammar.neighbours import typical
 
 #: Printed steps this coarse against the step itself do not tell single samples apart.
 _COARSE = 0.2
@@ -43,18 +44,19 @@ def shared_stamps(readings: Readings, readable: np.ndarray, times: np.ndarray) -
     return replace(readings, resolution=max(readings.resolution, float(np.median(steps[steps > 0]))))
 
 
-def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str]) -> bool:
+def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str], readable: np.ndarray) -> bool:
     """Whether the printed times leave open where single samples lie."""
     if resolution == 0:
         return False
     steps = np.round(np.diff(times) / resolution)
-    usual = float(np.median(steps[steps > 0]))
+    usual = typical(steps[steps > 0])
     if usual * _COARSE >= 1:
         return False
     if np.mean(steps == usual) < 0.8 and not (times.size < 20 and np.mean(steps == usual) >= 0.6):
         return True
     still = np.flatnonzero(steps == 0)
-    if sum(rows[i] != rows[i + 1] for i in still.tolist()) > max(3, MOST_OFF * steps.size):
+    alike = zip(readable[still].tolist(), readable[still + 1].tolist(), strict=True)
+    if sum(rows[i] != rows[j] for i, j in alike) > max(3, MOST_OFF * steps.size):
         return True
     # Equal steps with another now and then: missing or doubled rows, unless they come as regularly as rounding does.
     others = (np.flatnonzero(steps > usual), still)

@@ -7,6 +7,8 @@ import math
 
 import numpy as np
 
+from fibrefit.records.grammar.neighbours import typical
+
 #: Significant digits up to which a rate counts as one somebody has set.
 _ROUND_DIGITS = 4
 
@@ -87,4 +89,4 @@ def robust_step(times: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
     half = times.size // 2
     spans = counts[half:] - counts[:-half]
     steps = (times[half:] - times[:-half])[spans > 0] / spans[spans > 0]
-    return float(np.median(steps)), float(np.median(spans))
+    return typical(steps), typical(spans[spans > 0])

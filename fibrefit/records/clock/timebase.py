@@ -26,6 +26,7 @@ from fibrefit.records.clock.base import (
 )
 from fibrefit.records.clock.coarse import counted_from_coarse, shared_stamps, too_coarse
 from fibrefit.records.clock.rates import longest_forward, robust_step, round_rate
+from fibrefit.records.grammar.neighbours import typical
 
 #: Deviation of a stamp from an even grid, as a share of the step, below which it is late and not uneven.
 _JITTER = 0.25
@@ -90,7 +91,7 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
         raise DataError(readings.where, "the time never increases", "a time for each sample")
     _refuse_restart(readings, readable, times)
     readings = shared_stamps(readings, readable, times)
-    if too_coarse(times, readings.resolution, [readings.rows[i] for i in readable.tolist()]):
+    if too_coarse(times, readings.resolution, readings.rows, readable):
         return counted_from_coarse(readings, readable, header_rate, rate)
     base = _from_fine(readings, readable, header_rate if rate is None else rate)
     return _checked_against(base, readings, header_rate, rate)
@@ -99,7 +100,9 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
 def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray) -> None:
     """Refuse times that go back and run on from there, unless most rows are the same again."""
     steps = np.diff(times)
-    usual = float(np.median(steps[steps > 0]))
+    if steps.min() >= 0:
+        return
+    usual = typical(steps[steps > 0])
     for j in np.flatnonzero(steps < 0)[:100]:
         start = int(j) + 1
         overlap = int(np.count_nonzero(times[:start] >= times[start]))
@@ -120,7 +123,7 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     times, res, n = readings.times, readings.resolution, readings.times.size
     kept, conflicting = _forward_rows(readings, readable)
     steps = np.diff(times[kept])
-    usual = float(np.median(steps))
+    usual = typical(steps)
     near = steps[np.abs(steps - usual) <= max(2 * res, 0.05 * usual)]
     usual_step = float(near.mean()) if near.size else usual
     counts = np.concatenate([[0], np.cumsum(np.round(steps / usual_step))]).astype(int)
@@ -131,7 +134,7 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     rate = hint if agrees and hint is not None else round_rate(step, error) or 1 / step
     late = times[kept] - counts / rate
     tolerance = max(1.01 * res, 1e-6 / rate, rounding)
-    off = np.abs(late - np.median(late)) > tolerance
+    off = np.abs(late - typical(late)) > tolerance
     uniform = bool(off.sum() <= max(1, MOST_OFF * kept.size))
     notes: tuple[str, ...] = ()
     stamps = times
@@ -151,7 +154,7 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     good = ~off & ~alone
     time = np.full(n, np.nan)
     time[kept[good]] = stamps[kept[good]]
-    backward = np.setdiff1d(readable, kept)
+    backward = _others(readable, kept)
     lost = {
         UNREADABLE: np.isnan(times),
         BACKWARD: row_mask(backward, n) | conflicting,
@@ -177,11 +180,20 @@ def _forward_rows(readings: Readings, readable: np.ndarray) -> tuple[np.ndarray,
     if kept.size < 3:
         raise DataError(readings.where, "fewer than 3 rows whose time increases", "a time for each sample")
     row_at = dict(zip(readings.times[kept].tolist(), kept.tolist(), strict=True))
-    for row in np.setdiff1d(readable, kept).tolist():
+    for row in _others(readable, kept).tolist():
         twin = row_at.get(float(readings.times[row]))
         if twin is not None and readings.rows[twin] != readings.rows[row]:
             conflicting[twin] = True
     return kept[~conflicting[kept]], conflicting
+
+
+def _others(rows: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Rows that are not among those kept."""
+    if rows.size == kept.size:
+        return rows[:0]
+    left = np.zeros(int(rows[-1]) + 1, bool)
+    left[rows], left[kept] = True, False
+    return np.flatnonzero(left)
 
 
 def _alone(counts: np.ndarray, off: np.ndarray) -> np.ndarray:

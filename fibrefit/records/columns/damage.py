@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.records.grammar.neighbours import neighbourhood
+from fibrefit.records.grammar.neighbours import neighbourhood, typical
 
 #: A number this large, and this much larger than the rest of its column, is no measured value.
 _ABSURD, _ABSURD_RATIO = 1e9, 1e4
@@ -25,6 +25,9 @@ _CHANCE = 1e-4
 
 #: Share of changes of slope beyond one step of the readings that makes them noise.
 _BEYOND_ROUNDING = 0.25
+
+#: Stretches of a long record that are looked at, and their length in samples.
+_PARTS, _PART = 20, 5000
 
 #: Shortest run of equal readings that is looked at.
 _SHORTEST = 4
@@ -84,7 +87,7 @@ def absurd(values: np.ndarray) -> np.ndarray:
     present = size[np.isfinite(size)]
     if present.size < 3:
         return np.zeros(values.size, bool)
-    usual = float(np.quantile(present, 0.5))
+    usual = typical(present)
     huge = (size >= _ABSURD) & (size > _ABSURD_RATIO * max(usual, 1e-300))
     nines = (size >= _NINES) & np.isin(size, _nines(float(present.max())))
     rest = size[~huge & ~nines & np.isfinite(size)]
@@ -155,6 +158,7 @@ def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
     """Whether readings scatter from sample to sample."""
+    run = _parts(run)
     steps = np.abs(np.diff(run))
     second = np.diff(run, 2)
     second = second[second != 0]
@@ -167,6 +171,14 @@ def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
     return bool(turns >= 0.55 and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= 0.6)
+
+
+def _parts(run: np.ndarray) -> np.ndarray:
+    """Stretches from all over a long record, which tell whether it is noisy as well as the whole."""
+    if run.size <= _PARTS * _PART:
+        return run
+    starts = np.linspace(0, run.size - _PART, _PARTS).astype(int)
+    return np.concatenate([run[start : start + _PART] for start in starts.tolist()])
 
 
 def _share_of_equals(lengths: np.ndarray) -> float:
@@ -219,6 +231,6 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
         return np.zeros(0, int)
     middle, spread = neighbourhood(run)
     apart = np.abs(run - middle)
-    scatter = 1.4826 * float(np.median(apart))
+    scatter = 1.4826 * typical(apart)
     far = apart > _LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
     return rows[1:-1][far[1:-1]]

@@ -51,7 +51,7 @@ def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[
 def _heading(column: RawColumn) -> Heading:
     present = column.numbers.values[np.isfinite(column.numbers.values)]
     two_valued = False
-    if present.size >= _ENOUGH:
+    if present.size >= _ENOUGH and len(set(present[:_ENOUGH].tolist())) <= 2:
         low, high = present.min(), present.max()
         two_valued = bool(low < high and ((present == low) | (present == high)).all())
     return Heading(column.header, column.name, column.unit, column.clock, column.number, two_valued)

@@ -304,6 +304,19 @@ def _layout(text: Text, rows: Rows, header: Header) -> dict[str, Any]:
     }
 
 
+def below_note(numbers: Sequence[int], first: str) -> str:
+    """Sentence on lines below a table, which are left out.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Their numbers in the file.
+    first : str
+        The first of them.
+    """
+    return f'{line_numbers(numbers)} below the table {are(len(numbers))} left out ("{first.strip()[:30]}").'
+
+
 def _line_notes(rows: Rows, lines: Sequence[str]) -> list[str]:
     notes = []
     if rows.unplaced:
@@ -312,8 +325,7 @@ def _line_notes(rows: Rows, lines: Sequence[str]) -> list[str]:
     if rows.stray:
         notes.append(f"{line_numbers(rows.stray)} above the table: numbers, taken for part of the header.")
     if rows.below:
-        shown = lines[rows.below[0] - 1].strip()[:30]
-        notes.append(f'{line_numbers(rows.below)} below the table {are(len(rows.below))} left out ("{shown}").')
+        notes.append(below_note(rows.below, lines[rows.below[0] - 1]))
     if rows.cut:
         notes.append("The file ends without an end of line: its last value may be cut short.")
     return notes

@@ -98,7 +98,10 @@ def _candidates(tail: list[str], delimiter: str | None, mark: str | None) -> lis
     found = []
     tabs = sum("\t" in line for line in tail) > len(tail) / 2
     quotes = any('"' in line for line in tail)
-    for separator in NAMES if delimiter is None else (delimiter,):
+    # Separators that do not occur split alike: one of them stands for all.
+    present = [sign for sign in NAMES if any(sign in line for line in tail)]
+    absent = [sign for sign in NAMES if sign not in present][:1]
+    for separator in (*present, *absent) if delimiter is None else (delimiter,):
         if separator == WHITESPACE and tabs and delimiter is None:
             continue
         for decimal in (".", ",") if mark is None else (mark,):

@@ -12,7 +12,7 @@ import re
 
 import numpy as np
 
-from fibrefit.records.grammar.neighbours import neighbourhood
+from fibrefit.records.grammar.neighbours import neighbourhood, typical
 from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
 
@@ -89,7 +89,7 @@ def oddly_written(numbers: Numbers) -> np.ndarray:
     # digits, spend fewer decimals on larger numbers.
     sizes = np.abs(np.where(candidates & (numbers.values != 0), numbers.values, 1.0))
     decades = np.floor(np.log10(sizes))
-    groups = [candidates & (decades == decade) for decade in np.unique(decades[candidates])]
+    groups = [candidates & (decades == decade) for decade in sorted(set(decades[candidates].tolist()))]
     groups = [group for group in groups if group.sum() >= _FEWEST]
     if len({_usual(shapes[group]) for group in groups}) <= 1:
         return _odd_among(numbers, candidates)
@@ -112,8 +112,7 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
 
 
 def _usual(shapes: np.ndarray) -> int:
-    values, counts = np.unique(shapes, return_counts=True)
-    return int(values[np.argmax(counts)])
+    return int(np.bincount(shapes).argmax())
 
 
 def _mark_lost(numbers: Numbers) -> np.ndarray:
@@ -147,9 +146,9 @@ def _outliers_explained(numbers: Numbers) -> np.ndarray:
         return found
     run = values[good]
     middle, spread = neighbourhood(run)
-    floor = max(1.4826 * float(np.median(np.abs(run - middle))), numbers.resolution)
-    scatter = np.maximum(spread, floor)
-    for k in np.flatnonzero(np.abs(run - middle) > _FAR * scatter):
+    apart = np.abs(run - middle)
+    scatter = np.maximum(spread, max(1.4826 * typical(apart), numbers.resolution))
+    for k in np.flatnonzero(apart > _FAR * scatter):
         limit = _NEAR * scatter[k]
         text = numbers.texts[good[k]]
         found[good[k]] = any(abs(value - middle[k]) <= limit for value in _one_character_away(text, numbers.mark))
@@ -178,8 +177,10 @@ def masked_with(numbers: Numbers, where: np.ndarray, reason: str) -> Numbers:
     Returns
     -------
     Numbers
-        A copy.
+        A copy; the same where nothing is masked.
     """
+    if not where.any():
+        return numbers
     fresh = where & (numbers.reasons == 0)
     return Numbers(
         np.where(where, np.nan, numbers.values),

@@ -78,10 +78,12 @@ class Numbers:
     @property
     def resolution(self) -> float:
         """What the last printed digit is worth: in the finest number, or in the largest with an exponent."""
-        shapes = self.shapes[self.shapes >= 0]
+        shapes = self.shapes
+        if shapes.size and shapes.min() < 0:
+            shapes = shapes[shapes >= 0]
         if not shapes.size:
             return 0.0
-        if (shapes < EXPONENT).all():
+        if shapes.max() < EXPONENT:
             return float(10.0 ** -int((shapes % EMPTY_WHOLE).max()))
         largest = float(np.nanmax(np.abs(self.values)))
         return float(10.0 ** (np.floor(np.log10(largest)) - int((shapes % EMPTY_WHOLE).max()))) if largest else 0.0
