@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -22,27 +24,38 @@ What a file does not say can be said for it:
 @click.command("inspect")
 @click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True)
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Such as units.force=kN, repeatable.")
-@click.option("--force", is_flag=True, help="Replace an earlier inspection in DIR.")
+@click.option("--force", is_flag=True, help="Replace an earlier inspection in DIR, or the study at --write.")
 @click.option(
-    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder for the pictures [results/inspect_NAME-HASH]."
+    "--out",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Folder for pictures; on a terminal they are drawn without it too [results/inspect_NAME-HASH].",
 )
+@click.option("--write", metavar="STUDY", type=click.Path(path_type=Path), help="Write what was understood as a study.")
+@click.option("--rig", metavar="KIND", help="Kind of rig of the study at --write: fibre_mass, pulley_drive, ...")
 @with_terminal
-def command(
-    terminal: Terminal, files: tuple[str, ...], overrides: tuple[str, ...], force: bool, out: Path | None
-) -> int:
+def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage."""
     from fibrefit.store.directory import ResultDirectory, default_directory
+    from fibrefit.study.written import split_overrides
 
+    overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
     if out is not None:
         ResultDirectory(out, force=force).check()
     from fibrefit.workflow.inspection import inspect
 
     bare = not any(is_study(file) for file in files)
-    found = inspect(files, overrides) if bare else inspect(study_from(files, None, overrides))
+    reading = overrides if write is None else split_overrides(overrides)[0]
+    found = inspect(files, reading) if bare else inspect(study_from(files, None, overrides))
     terminal.answer(found.report(), found.document())
     if bare and any(each.verdict != "understood" for each in found.seen):
         terminal.remark(HINT)
-    if found.tables:
+    if write is not None:
+        from fibrefit.workflow.inspected_study import write_study
+
+        write_study(found, write, options["rig"], overrides, force=force)
+        terminal.remark(f"\nThe study is in {write}.")
+    if found.tables and (out is not None or (sys.stdout.isatty() and write is None)):
         # A folder named after its content may be written again: it will hold the same.
         folder = out or default_directory(f"inspect {found.name}", found.content())
         found.save(folder, force=force or out is None)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from fibrefit.core.paths import is_folder
+
 if TYPE_CHECKING:
     from fibrefit.study import Study
 
@@ -138,7 +140,7 @@ def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]
 
 def is_study(file: str) -> bool:
     """Whether a word of the command line names a study rather than a record."""
-    return Path(file).is_dir() or Path(file).suffix.lower() == ".toml"
+    return is_folder(Path(file)) or Path(file).suffix.lower() == ".toml"
 
 
 @contextmanager

@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import click
 
+from fibrefit.core.paths import printable
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -71,7 +73,7 @@ def say(text: str, *, err: bool = True, newline: bool = True) -> None:
     newline : bool
         Whether the line ends with it.
     """
-    click.echo(harmless(text), err=err, nl=newline)
+    click.echo(harmless(printable(text)), err=err, nl=newline)
 
 
 def say_document(document: Any) -> None:

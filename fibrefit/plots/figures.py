@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import base64
-import io
 from html import escape
 
 from matplotlib.figure import Figure
 
 from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.plots.save import png_of
 
 
 class Figures(dict[str, Figure]):
@@ -41,7 +41,5 @@ class Figures(dict[str, Figure]):
 
 
 def _embedded(name: str, figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    content = base64.b64encode(buffer.getvalue()).decode()
+    content = base64.b64encode(png_of(figure)).decode()
     return f'<p><img alt="{escape(name)}" style="max-width: 100%" src="data:image/png;base64,{content}"></p>'

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 LONGEST = 80
 
@@ -39,11 +40,18 @@ def save_figures(figures: Mapping[str, Figure], folder: Path, stop: Callable[[],
     for path, figure in zip(paths, figures.values(), strict=True):
         if stop():
             break
-        drawn = io.BytesIO()
-        figure.savefig(drawn, format="png")
-        path.write_bytes(drawn.getbuffer())
+        path.write_bytes(png_of(figure))
         written.append(path)
     return written
+
+
+def png_of(figure: Figure) -> bytes:
+    """A figure as PNG, its texts as they stand: a heading of a file may hold half a formula."""
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png")
+    return drawn.getvalue()
 
 
 def file_names(names: list[str]) -> list[str]:

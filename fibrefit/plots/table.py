@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.paths import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
@@ -46,7 +47,7 @@ def table_figure(what: Table | Record) -> Figure:
     matplotlib.figure.Figure
         Masked samples are marked at the foot of each panel, missing ones shaded.
     """
-    name = what.path.name if isinstance(what, Table) else what.name
+    name = printable(what.path.name if isinstance(what, Table) else what.name)
     curves = _of_table(what) if isinstance(what, Table) else _of_record(what)
     shown = curves[:MOST]
     figure = new_figure(TOP + BOTTOM + max(len(shown), 1) * (HEIGHT + GAP) - GAP)

@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import shown_path
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
@@ -52,7 +53,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     DataError
         If a named column is not there, or the times are not understood.
     """
-    where = path.name
+    where = shown_path(path.name)
     channels = options.declared(where)
     headings = headings_of(raw.columns, options.units)
     named = named_roles(channels, headings, raw.aside, where)
@@ -138,6 +139,7 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
         group=group,
         outliers=tuple(map(int, outliers)),
         scale=None if scale is None else scale[0],
+        number=column.number,
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fibrefit.core.paths import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import Gap, TimeBase
 from fibrefit.records.grammar.phrases import count
@@ -37,7 +38,7 @@ def describe(what: Table | Record) -> list[str]:
 
 
 def _of_table(table: Table) -> list[str]:
-    lines = _wrapped(f"{table.path.name}: {_layout(table)}")
+    lines = _wrapped(f"{printable(table.path.name)}: {_layout(table)}")
     for number, base in enumerate(table.times):
         members = [column for column in table.columns if column.group == number]
         if len(table.times) > 1:

@@ -12,6 +12,7 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import read_plain_file, shown_path
 from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
@@ -28,8 +29,6 @@ from fibrefit.records.grammar.phrases import count
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
-
-_LONGEST_PATH = 260
 
 #: A unit of each kind, for messages.
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
@@ -130,7 +129,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
     DataError
         As for `read_record`.
     """
-    where = table.path.name
+    where = shown_path(table.path.name)
     for doubt in table.doubts.values():
         raise doubt
     found = {role: table.columns[place] for role, place in table.roles.items() if role in ROLES and role != "time"}
@@ -162,31 +161,13 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
 
 def _read(path: Path, options: ReadOptions) -> tuple[Raw, Path, str]:
     """Columns of a file, its path and the SHA-256 of its bytes, which are let go here."""
-    data = _bytes(path)
+    data = read_plain_file(path, "a measurement file", DataError)
     return _raw(data, path, options), path, hashlib.sha256(data).hexdigest()
-
-
-def _bytes(path: Path) -> bytes:
-    """Content of a regular file: a pipe or a device may never end."""
-    try:
-        if path.exists() and not path.is_file() and not path.is_dir():
-            raise DataError(str(path), "a device or a pipe", "a measurement file", "Save its content to a file first.")
-        return path.read_bytes()
-    except OSError as error:
-        raise DataError(shown_path(path), error.strerror or "cannot be read", "a measurement file") from None
-    except ValueError:
-        raise DataError(shown_path(path), "a path with a NUL", "a measurement file") from None
-
-
-def shown_path(path: Path) -> str:
-    """Path in signs that can be printed, and not without end."""
-    text = str(path).encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
-    return text if len(text) <= _LONGEST_PATH else f"{text[:100]}...{text[-100:]}"
 
 
 def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     """Columns of a file, by the reader its first bytes call for."""
-    where = shown_path(Path(path.name))
+    where = shown_path(path.name)
     packed = data
     data, name = unpacked(data, path.name, where)
     if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
@@ -254,7 +235,7 @@ def _in_unit(column: Column) -> str:
 
 def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
     base = table.times[group]
-    said = [f"Read from {table.path.name}; time: {base.source}."]
+    said = [f"Read from {shown_path(table.path.name)}; time: {base.source}."]
     said += [f'{role}: column "{column.header}" {_in_unit(column)}.' for role, column in kept.items()]
     for reason, rows in base.lost.items():
         said.append(f"{count(len(rows), 'row')} left out: {reason}.")

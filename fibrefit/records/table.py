@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import printable
 from fibrefit.core.scale import Scale
 from fibrefit.records.clock.base import TimeBase
 
@@ -43,6 +44,8 @@ class Column:
         Rows of single samples far from their neighbours; they are valid.
     scale : Scale or None
         What one unit of the column was declared to be worth.
+    number : int
+        Which of the file's columns it is, counted from 1; 0 where a file has no order of columns.
     """
 
     header: str
@@ -55,6 +58,7 @@ class Column:
     group: int = 0
     outliers: tuple[int, ...] = ()
     scale: Scale | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +122,7 @@ class Table:
         """Everything that was understood, ready for `json.dumps`; without the samples themselves."""
         return {
             "schema": SCHEMA,
-            "file": self.path.name,
+            "file": printable(self.path.name),
             "sha256": self.sha256,
             "layout": dict(self.layout),
             "roles": {role: self.columns[place].header for role, place in self.roles.items()},

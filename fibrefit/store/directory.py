@@ -42,7 +42,7 @@ def default_directory(study_name: str, *content: str, parent: Path = Path("resul
         The same for the same run.
     """
     slug = re.sub(r"[^\w]+", "_", study_name.lower()).strip("_")[:60] or "study"
-    digest = hashlib.sha256("\0".join(content).encode()).hexdigest()
+    digest = hashlib.sha256("\0".join(content).encode(errors="backslashreplace")).hexdigest()
     return parent / f"{slug}-{digest[:8]}"
 
 

@@ -32,7 +32,7 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write `content` to `path`; text as UTF-8.
+    """Write `content` to `path`; text as UTF-8, what that lacks as escapes.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
         All of it.
     """
     with whole(path) as temporary:
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+        temporary.write_bytes(content.encode(errors="backslashreplace") if isinstance(content, str) else content)
 
 
 def synchronise(path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
 from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
@@ -19,6 +20,9 @@ from fibrefit.study.quantity import Unit, shown
 from fibrefit.study.rigs.catalogue import STUDIES
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
+
+#: Bytes of a file's name that file systems take.
+_LONGEST_NAME = 255
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
@@ -50,7 +54,7 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
     (0.005, 3.1)
     """
     source = Path(path)
-    if source.is_dir():
+    if is_folder(source):
         source = source / "study.toml"
     return _study(_read_toml(source), source, overrides)
 
@@ -106,16 +110,13 @@ def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[
 
 def _read_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file."""
+    near = "" if is_plain_file(path) or not is_folder(path.parent) else _nearest(path)
+    data = read_plain_file(path, "a study file", StudyError, near)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
         return tomllib.loads(text.replace("\r\n", "\n"))
-    except FileNotFoundError:
-        near = did_you_mean(path.name, [p.name for p in path.parent.glob("*.toml")])
-        raise StudyError(str(path), "no such file", "a study file", near) from None
-    except OSError as error:
-        raise StudyError(str(path), error.strerror or "cannot be read", "a study file", "") from None
     except UnicodeDecodeError as error:
-        line = path.read_bytes()[: error.start].count(b"\n") + 1
+        line = data[: error.start].count(b"\n") + 1
         raise StudyError(f"{path}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(path, str(error), text.count("\n") + 1) from None
@@ -123,6 +124,11 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise StudyError(str(path), "a number of thousands of digits", "numbers a person can read", "") from None
     except RecursionError:
         raise StudyError(str(path), "nested too deeply", "a study file", "") from None
+
+
+def _nearest(path: Path) -> str:
+    """Study file of nearly the same name in the folder."""
+    return did_you_mean(path.name, [printable(p.name) for p in path.parent.glob("*.toml")])
 
 
 def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
@@ -233,12 +239,15 @@ def _check_records(study: Study, place: Places) -> None:
 
 
 def _check_file(path: Path, named: str, where: str) -> None:
-    if path.is_file():
+    if is_plain_file(path):
         return
     folder = path.parent
+    if "\0" in named or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
+        raise StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
     if not folder.is_dir():
         raise StudyError(where, f'no folder for "{named}"', f"{folder} to exist", "")
     if path.exists():
-        raise StudyError(where, f'"{named}" is a folder', "a file with measured data", "")
-    near = did_you_mean(path.name, [other.name for other in folder.iterdir()])
+        what = "a folder" if path.is_dir() else "a device or a pipe"
+        raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
+    near = did_you_mean(path.name, [printable(other.name) for other in folder.iterdir()])
     raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.paths import is_folder, printable
 from fibrefit.core.shown import Card
 from fibrefit.study import Study, load_study
 
@@ -169,17 +170,17 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
     if isinstance(what, Study):
         return Inspection(what.name, _records_of(what), what)
     paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
-    if len(paths) == 1 and (paths[0].is_dir() or paths[0].suffix.lower() == ".toml"):
+    if len(paths) == 1 and (is_folder(paths[0]) or paths[0].suffix.lower() == ".toml"):
         study = load_study(paths[0], overrides)
         return Inspection(study.name, _records_of(study), study)
-    return Inspection(paths[0].stem, _bare(paths, overrides))
+    return Inspection(printable(paths[0].stem), _bare(paths, overrides))
 
 
 def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
     from fibrefit.study.reading import reading_of
 
     arguments = reading_of(overrides)
-    return tuple(_seen(file, arguments) for file in files)
+    return tuple(seen_in(file, arguments) for file in files)
 
 
 def _records_of(study: Study) -> tuple[Seen, ...]:
@@ -188,19 +189,27 @@ def _records_of(study: Study) -> tuple[Seen, ...]:
         if record.file is None:
             seen.append(Seen([f"{record.label}: planned, not measured yet.", *_conditions(record)], {"file": None}))
             continue
-        one = _seen(study.path_of(record.file), study.reading(record))
+        one = seen_in(study.path_of(record.file), study.reading(record))
         seen.append(Seen([*one.lines, *_conditions(record)], one.understood, one.table, one.refusal))
     return tuple(seen)
 
 
-def _seen(path: Path, arguments: dict[str, Any]) -> Seen:
-    """What was understood of a file, and what still keeps it from being used as a record."""
+def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
+    """What was understood of a file, and what still keeps it from being used as a record.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    arguments : dict
+        What it does not say itself, as `fibrefit.records.ReadOptions` takes it.
+    """
     from fibrefit.records import ReadOptions, describe, read_table, record_of
 
     try:
         table = read_table(path, ReadOptions(**arguments))
     except FibrefitError as error:
-        return Seen(_wrapped(f"Not understood: {error}"), {"file": path.name, "refused": str(error)}, refusal=error)
+        return Seen(_wrapped(f"Not understood: {error}"), {"file": printable(path.name), "refused": str(error)}, refusal=error)
     lines, understood = describe(table), table.understood
     try:
         record_of(table, channels=arguments["channels"])
@@ -246,7 +255,8 @@ def _plain(value: Any) -> str:
 
 def _named(tables: Sequence[Table]) -> dict[str, Table]:
     """Tables by the name of their file, with its folder where names alone would not tell them apart."""
-    stems = [table.path.stem for table in tables]
+    stems = [printable(table.path.stem) for table in tables]
     return {
-        stem if stems.count(stem) == 1 else str(table.path): table for stem, table in zip(stems, tables, strict=True)
+        stem if stems.count(stem) == 1 else printable(str(table.path)): table
+        for stem, table in zip(stems, tables, strict=True)
     }

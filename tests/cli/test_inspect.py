@@ -24,12 +24,12 @@ def written(fibrefit: Run) -> Run:
 
 
 def test_a_record(written: Run) -> None:
-    done = written("inspect", "plain.csv")
+    done = written("inspect", "plain.csv", "--out", "seen")
     assert done.code == 0
     for part in ("plain.csv: 20 rows", "2000 Hz", '"force [N]" is the force', '"position [mm]" is the position'):
         assert part in done.out
-    assert "Pictures are in results/inspect_plain-" in done.err
-    (figure,) = Path("results").glob("inspect_plain-*/figures/*.png")
+    assert "Pictures are in seen/figures" in done.err
+    (figure,) = Path("seen/figures").glob("*.png")
     assert figure.read_bytes().startswith(b"\x89PNG")
     (file,) = written("inspect", "plain.csv", "--json").document["files"]
     assert file["times"][0]["rate_hz"] == 2000.0
@@ -107,3 +107,62 @@ def test_files_of_the_same_name_have_a_picture_each(written: Run) -> None:
         Path(folder, "a.csv").write_text(PLAIN)
     assert written("inspect", "one/a.csv", "two/a.csv", "--out", "kept").code == 0
     assert len(list(Path("kept/figures").iterdir())) == 2
+
+
+def test_nothing_is_drawn_that_nobody_asked_for(written: Run) -> None:
+    assert written("inspect", "plain.csv").code == 0
+    assert not Path("results").exists()
+
+
+def test_the_study_that_was_understood_can_be_written(written: Run) -> None:
+    Path("volts.csv").write_text(PLAIN.replace("force [N]", "U1"))
+    scale = 'channels.force={ column = "U1", unit = "V", scale = "-200 N/V" }'
+    done = written("inspect", "volts.csv", "--set", scale, "--set", "rig.weight_mass=3 kg", "--write", "new/study.toml")
+    assert done.code == 0
+    assert "The study is in new/study.toml" in done.err
+    text = Path("new/study.toml").read_text()
+    assert "# inclination = " in text
+    assert "weight_mass" in text.partition("# Still")[0]
+    refused = written("inspect", "new/study.toml")
+    assert refused.code == 4
+    assert "no inclination" in refused.err
+    again = written("inspect", "new/study.toml", "--set", "rig.inclination=90 deg")
+    assert again.code == 0
+    assert "scaled by -200 N/V; -2.5" in again.out
+    assert written("inspect", "plain.csv", "--write", "new/study.toml").code == 2
+
+
+def test_no_study_is_written_of_what_is_not_understood(written: Run) -> None:
+    done = written("inspect", "no_units.csv", "--write", "study.toml")
+    assert done.code == 2
+    assert "cannot be used as a record yet" in done.err
+    assert not Path("study.toml").exists()
+
+
+def test_what_its_own_messages_ask_for_can_be_said(written: Run) -> None:
+    Path("timeless.csv").write_text("force [N];position [mm]\n" + "".join(f"{12 + i};{i / 10}\n" for i in range(30)))
+    assert 'sampling_rate = "2 kHz" under [files]' in " ".join(written("inspect", "timeless.csv").out.split())
+    for told in ("files.sampling_rate=2 kHz", 'files.sampling_rate="2 kHz"'):
+        assert "2000 Hz" in written("inspect", "timeless.csv", "--set", told, "--set", "files.delimiter=;").out
+
+
+@pytest.mark.parametrize("name", ["\udcff.csv", "a" * 230 + ".csv"])
+def test_names_no_encoding_has_and_long_ones(written: Run, name: str) -> None:
+    Path(name).write_text(PLAIN)
+    assert written("inspect", name, "--out", "kept").code == 0
+
+
+def test_a_heading_that_is_half_a_formula_can_be_drawn(written: Run) -> None:
+    Path("formula.csv").write_text(PLAIN.replace("force", "$\\badmacro{F$"))
+    assert written("inspect", "formula.csv", "--out", "kept").code == 0
+
+
+def test_a_pipe_and_a_name_too_long_are_refused(written: Run) -> None:
+    import os
+
+    os.mkfifo("pipe.csv")
+    os.mkfifo("pipe.toml")
+    assert written("inspect", "pipe.csv").code == 3
+    assert written("inspect", "/dev/zero").code == 3
+    assert written("inspect", "pipe.toml").code == 4
+    assert written("inspect", "a" * 300 + ".csv").code == 3

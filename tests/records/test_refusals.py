@@ -174,7 +174,7 @@ def test_channels_at_different_times(write) -> None:
 
 
 def test_missing_file(tmp_path) -> None:
-    with pytest.raises(DataError, match="No such file or directory; expected a measurement file"):
+    with pytest.raises(DataError, match="no such file; expected a measurement file"):
         read_record(tmp_path / "none.csv")
     with pytest.raises(DataError, match="expected a measurement file"):
         read_record(tmp_path)

@@ -59,7 +59,7 @@ def test_mistakes_are_explained(folder: Path, old: str, new: str, says: str) -> 
 def test_a_missing_table_is_named(folder: Path) -> None:
     path = write(folder, TABLE)
     (folder / "series.csv").unlink()
-    with pytest.raises(StudyError, match=r"series.csv: No such file"):
+    with pytest.raises(StudyError, match=r"series.csv: no such file"):
         load_study(path)
 
 

@@ -1,0 +1,83 @@
+"""Files a user names: read where they are plain files, and called by names that can be printed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fibrefit.core.errors import FibrefitError
+
+_LONGEST = 260
+
+def printable(text: str) -> str:
+    """Text without what no encoding has: bytes of a file's name that are no text, and NUL.
+
+    Parameters
+    ----------
+    text : str
+        Such as the name of a file.
+
+    Returns
+    -------
+    str
+        The same with escapes in their place.
+    """
+    return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
+
+
+def shown_path(path: str | Path) -> str:
+    """Path for messages: in signs that can be printed, and not without end."""
+    text = printable(str(path))
+    return text if len(text) <= _LONGEST else f"{text[:100]}...{text[-100:]}"
+
+
+def is_plain_file(path: Path) -> bool:
+    """Whether a path names a file that can be read to its end; False for what no file can be called."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path names a folder; False for what no folder can be called."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str = "") -> bytes:
+    """Content of a file.
+
+    Parameters
+    ----------
+    path : Path
+        A file; a pipe or a device, which may never end, is refused.
+    what : str
+        What is expected, for messages.
+    error : type
+        Class of the error.
+    do : str
+        What the message tells a person to do where there is no such file.
+
+    Returns
+    -------
+    bytes
+        All of it.
+
+    Raises
+    ------
+    FibrefitError
+        Of class `error`, if it cannot be read.
+    """
+    where = shown_path(path)
+    try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise error(where, "a device or a pipe", what, "Save its content to a file first.")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise error(where, "no such file", what, do) from None
+    except OSError as refused:
+        raise error(where, refused.strerror or "cannot be read", what) from None
+    except ValueError:
+        raise error(where, "a name with a NUL, which no file has", what) from None

@@ -1,0 +1,114 @@
+"""A study from what was understood of bare files: channels, units and how to read them, with what is left to state."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.study.overrides import apply_overrides
+from fibrefit.study.quantity import Unit
+from fibrefit.study.rigs.catalogue import STUDIES
+from fibrefit.study.study import SCHEMA
+from fibrefit.study.toml import to_toml
+
+#: Keys of a study that tell how files are read; the others are what a person states of the rig and the records.
+READING = ("channels", "units", "files")
+
+
+@dataclass(frozen=True, slots=True)
+class Understood:
+    """What a study has to say of one file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    channels : mapping of str to (str or mapping)
+        Column by role, with unit and scale where they were declared.
+    units : mapping of str to str
+        Unit by role, where the file does not say it.
+    """
+
+    path: Path
+    channels: Mapping[str, Any] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+def split_overrides(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Overrides that tell how files are read, and all others."""
+    reading = [override for override in overrides if override.split("=")[0].strip().split(".")[0] in READING]
+    return reading, [override for override in overrides if override not in reading]
+
+
+def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequence[str], folder: Path) -> str:
+    """Study file of bare records.
+
+    Parameters
+    ----------
+    files : sequence of Understood
+        At least one.
+    kind : str or None
+        Kind of the rig; None takes the one whose channels are there.
+    overrides : sequence of str
+        As on the command line; they go into the study.
+    folder : Path
+        Where the study will stand; its files are named from there.
+
+    Returns
+    -------
+    str
+        TOML, with a remark for every constant that has to be stated yet.
+
+    Raises
+    ------
+    UsageError
+        If the kind of rig is not known.
+    """
+    kind = kind or _kind(files)
+    if kind not in STUDIES:
+        raise UsageError("--rig", f'"{kind}"', f"one of {', '.join(STUDIES)}", did_you_mean(kind, STUDIES))
+    usual = files[0]
+    raw: dict[str, Any] = {
+        "schema": SCHEMA,
+        "name": usual.path.stem,
+        "rig": {"kind": kind},
+        "channels": dict(usual.channels),
+        "units": dict(usual.units),
+        "records": [_record(one, usual, folder) for one in files],
+    }
+    said: dict[str, Any] = {}
+    apply_overrides(said, [override for override in overrides if override.startswith("files.")])
+    raw = {key: value for key, value in (raw | said).items() if value not in ({}, [])}
+    raw["records"] = raw.pop("records")  # last, as in every study
+    apply_overrides(raw, [o for o in overrides if not o.startswith(("files.", "channels.", "units."))])
+    return to_toml(raw) + _missing(raw, kind)
+
+
+def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
+    record: dict[str, Any] = {"file": Path(os.path.relpath(one.path.resolve(), folder.resolve())).as_posix()}
+    own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
+    return record | ({"channels": own} if own else {})
+
+
+def _kind(files: Sequence[Understood]) -> str:
+    """Rig whose channels the files hold."""
+    roles = {role for one in files for role in one.channels}
+    return "pulley_drive" if "drive" in roles else "inverted_pendulum" if "angle" in roles else "fibre_mass"
+
+
+def _missing(raw: Mapping[str, Any], kind: str) -> str:
+    """Remarks on the constants that have to be stated."""
+    fields = STUDIES[kind].model_fields["records"].annotation.__args__[0].model_fields  # type: ignore[union-attr]
+    needed = [
+        (name, next(unit.example for unit in info.metadata if isinstance(unit, Unit)), info.description)
+        for name, info in fields.items()
+        if isinstance(info.json_schema_extra, dict) and info.json_schema_extra.get("x-needed")
+    ]
+    stated = set(raw["rig"]) | set.intersection(*(set(record) for record in raw["records"]))
+    lines = [f'# {name} = "{example}"  # {what}' for name, example, what in needed if name not in stated]
+    head = "\n# Still to be stated, under [rig] or in each record, with the values of the rig in place of these:\n"
+    return head + "\n".join(lines) + "\n" if lines else ""
