@@ -37,7 +37,7 @@ SOLE_IMPORTERS = {
     "optimistix": {"fitting"},
     "emcee": {"sampling"},
     "jinja2": {"report"},
-    "pandas": {"tables", "workflow"},
+    "pandas": {"tables", "workflow", "records.files.block"},
     "xarray": {"tables"},
     "pydantic": {"study"},
     "pint": {"core.units"},

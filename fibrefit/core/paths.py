@@ -8,6 +8,7 @@ from fibrefit.core.errors import FibrefitError
 
 _LONGEST = 260
 
+
 def printable(text: str) -> str:
     """Text without what no encoding has: bytes of a file's name that are no text, and NUL.
 

@@ -209,7 +209,9 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
     try:
         table = read_table(path, ReadOptions(**arguments))
     except FibrefitError as error:
-        return Seen(_wrapped(f"Not understood: {error}"), {"file": printable(path.name), "refused": str(error)}, refusal=error)
+        return Seen(
+            _wrapped(f"Not understood: {error}"), {"file": printable(path.name), "refused": str(error)}, refusal=error
+        )
     lines, understood = describe(table), table.understood
     try:
         record_of(table, channels=arguments["channels"])
