@@ -35,7 +35,7 @@ def report_error(error: FibrefitError | str, hint: str, code: int, args: Sequenc
     int
         `code`.
     """
-    say(" ".join(filter(None, [f"error: {error}", hint])))
+    say(" ".join(filter(None, [f"error: {error}", *getattr(error, "__notes__", ()), hint])))
     _answer_in_json(error, code, args)
     return code
 
@@ -55,7 +55,7 @@ def explain_fault(error: Exception, args: Sequence[str]) -> int:
     trace = "".join(traceback.format_exception(error))
     kept = _log(trace, args)
     what = str(error).strip().partition("\n")[0] or "no message"
-    message = f"fault in the program: {type(error).__name__}: {what}"
+    message = " ".join([f"fault in the program: {type(error).__name__}: {what}", *getattr(error, "__notes__", ())])
     say(f"{message} The traceback is in {kept}." if kept else message)
     if kept is None or {"-v", "--verbose"} & set(args):
         say(trace)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import importlib
 import os
@@ -12,7 +13,10 @@ import click
 
 from fibrefit.cli.failure import explain_fault, report_error, report_interruption
 from fibrefit.cli.terminal import say
-from fibrefit.core.errors import FibrefitError, did_you_mean
+from fibrefit.core.errors import FibrefitError, UsageError, did_you_mean
+
+#: What a disk says that has no room, or may not be written.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 #: Every command and what its line in the help says; the module of the same name is imported when it is called.
 COMMANDS = {
@@ -108,6 +112,12 @@ def run(args: Sequence[str]) -> int:
         return report_error(error.format_message(), help_line, error.exit_code, args)
     except FibrefitError as error:
         return report_error(error, "", error.exit_code, args)
+    except OSError as error:
+        if error.errno not in FULL:
+            return explain_fault(error, args)
+        where = str(error.filename or "a file")
+        full = UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
+        return report_error(full, "", full.exit_code, args)
     except (click.Abort, KeyboardInterrupt) as error:
         return report_interruption(error, args)
     except Exception as error:

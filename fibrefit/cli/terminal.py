@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import click
 
+from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import printable
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -73,13 +74,27 @@ def say(text: str, *, err: bool = True, newline: bool = True) -> None:
     newline : bool
         Whether the line ends with it.
     """
-    click.echo(harmless(printable(text)), err=err, nl=newline)
+    _write(harmless(printable(text)), err, newline)
 
 
 def say_document(document: Any) -> None:
     """Write one JSON document to stdout; it is all ASCII, with whatever steers a terminal escaped."""
     text = json.dumps(document, indent=1, allow_nan=False)
-    click.echo(text.replace("\x7f", "\\u007f"))
+    _write(text.replace("\x7f", "\\u007f"), err=False)
+
+
+def _write(text: str, err: bool, newline: bool = True) -> None:
+    try:
+        click.echo(text, err=err, nl=newline)
+    except BrokenPipeError:
+        raise  # whoever read it has stopped; the entry point knows
+    except OSError as error:
+        if not err:
+            why = error.strerror or "no reason given"
+            raise UsageError(
+                "the answer", f"cannot be written to stdout: {why}", "room for it", "The result itself is whole."
+            ) from None
+        # Where nothing can be said, the work goes on all the same.
 
 
 def harmless(text: str) -> str:

@@ -5,6 +5,7 @@ A piece of work is a function and an argument that can be pickled. What it raise
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -12,7 +13,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, NamedTuple
 
@@ -138,7 +139,7 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator
     Raises
     ------
     UsageError
-        If `distributed` is not installed, or nobody answers.
+        If `distributed` is not installed, nobody answers, or the scheduler is lost on the way.
     """
     try:
         from distributed import Client, as_completed
@@ -153,10 +154,29 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator
         raise UsageError(
             f"--scheduler {scheduler}", message, "a running Dask scheduler", "Check its address."
         ) from None
+    # What it logs when a connection is lost is said in our own words.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         futures = {client.submit(work, argument, pure=False): n for n, argument in enumerate(arguments)}
         for future in as_completed(list(futures), loop=client.loop):
-            failed = future.exception()
-            yield Done(futures[future], None if failed else future.result(), failed)
+            # A cluster keeps what somebody still holds.
+            number = futures.pop(future)
+            yield _gathered(number, future)
+    except (CancelledError, OSError):
+        raise UsageError(
+            f"--scheduler {scheduler}", "was lost during the run", "a scheduler that stays", "Start one and go on."
+        ) from None
     finally:
         client.close()
+
+
+def _gathered(number: int, future: Any) -> Done:
+    """Outcome of a piece of work on a cluster, which begins it anew on another worker where one dies."""
+    from distributed import KilledWorker
+
+    failed = future.exception()
+    if isinstance(failed, CancelledError):
+        raise failed
+    if isinstance(failed, KilledWorker):
+        failed = ProcessDiedError("each worker that was at it died, most likely for want of memory")
+    return Done(number, None if failed else future.result(), failed)
