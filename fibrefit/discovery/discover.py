@@ -12,7 +12,7 @@ from fibrefit.discovery.model.finding import Finding, Unexplained
 from fibrefit.discovery.search.search import Progress
 from fibrefit.discovery.search.setup import begun
 from fibrefit.effects.law import Effect
-from fibrefit.fitting.checks import CONVERGED
+from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.task import Task
@@ -76,7 +76,10 @@ def _broken(before: Identification) -> str:
     return " ".join(
         check.says
         for check in before.checks
-        if check.fatal and not check.passed and not (check.name == CONVERGED and (check.statistic or 0.0) <= astray)
+        if check.fatal
+        and not check.passed
+        and check.identifier != EXPLAINED
+        and not (check.name == CONVERGED and (check.statistic or 0.0) <= astray)
     )
 
 

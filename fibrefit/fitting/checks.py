@@ -25,12 +25,15 @@ AGREEMENT = 0.1
 """Difference between solvers in standard errors."""
 UNEXPLAINED = 0.005
 """Share of the variance of a signal: seven per cent of its rms."""
+USELESS = 0.05
+"""Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
 STARTS = 0.8
 FEW = 2
 """Starts that have to end in a minimum that leaves only noise."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger."""
 CONVERGED = "the solver converged"
+EXPLAINED = "explained_share"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -193,6 +196,8 @@ def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
     shares = {name: _unexplained(gap) for name, gap in gaps.items() if np.isfinite(gap.explained)}
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
+    # A driving force is not simulated: the balance it is told by knows the acceleration badly.
+    useless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
     passed = share <= UNEXPLAINED
     says = f"Of no signal is more than {100.0 * UNEXPLAINED:g} % of the variance left beyond its noise."
     if not passed:
@@ -200,8 +205,25 @@ def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
             f"{100.0 * share:.2g} % of the variance of the {worst} is left beyond its noise; at most "
             f"{100.0 * UNEXPLAINED:g} % passes. So much may be taken up by the values: they may mislead."
         )
-    named: dict[str, Any] = {"identifier": "explained_share", "quantity": "share of the signal that is explained"}
-    return Check("the signal is explained", passed, says, share, UNEXPLAINED, **named)
+        if useless:
+            says += f" Beyond {100.0 * USELESS:g} % they are of no use: a fault in what the study states is likelier."
+    named: dict[str, Any] = {"identifier": EXPLAINED, "quantity": "share of the signal that is explained"}
+    return Check("the signal is explained", passed, says, share, UNEXPLAINED, fatal=useless, **named)
+
+
+def exchanged() -> Check:
+    """What is said of records whose force is the smoother one, and which the model does not explain."""
+    says = (
+        "Force and position look exchanged: the position is rougher than the force, of which it is the double integral."
+    )
+    return Check(
+        "force and position are in their places",
+        False,
+        f"{says} Exchange their columns under [channels], or their headings.",
+        fatal=True,
+        identifier="exchanged_channels",
+        quantity="columns of force and position",
+    )
 
 
 def _unexplained(gap: ChannelGap) -> float:

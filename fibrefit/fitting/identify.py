@@ -26,6 +26,7 @@ from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
+from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
@@ -151,6 +152,8 @@ def _concluded(
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
+    explained = judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap})
+    swapped = not explained.passed and look_exchanged(task.traces)
     agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
@@ -164,7 +167,8 @@ def _concluded(
         *judge.inputs_within_noise(best.input_errors),
         *sound.values(),
         *best.checks,
-        judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap}),
+        explained,
+        *((judge.exchanged(),) if swapped else ()),
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )

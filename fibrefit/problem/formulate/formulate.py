@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from fibrefit.core.errors import DataError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
+from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.formulate.starting import Starting, starting_fibre_mass
 from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
 from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
@@ -34,6 +36,8 @@ WINDOW = 0.1
 """Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
 EXACT = Noise(0.0, 0.0, 0.0, 0)
 EFFECT_SPREAD = 5.0
+EXCHANGED = "force and position look exchanged, as the position is rougher than the force"
+EXCHANGE_THEM = "Exchange the columns of force and position under [channels], or their headings."
 FIRST_SIZE = 0.1
 """Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
 
@@ -65,7 +69,10 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
-    starting = STARTING[model.rig.kind](traces, stated)
+    try:
+        starting = STARTING[model.rig.kind](traces, stated)
+    except DataError as error:
+        raise _exchange_told(error, traces) from None
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     return Task(
@@ -79,6 +86,13 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         noise_given=given,
         units={channel: ROLES[channel] for channel in model.rig.channels},
     )
+
+
+def _exchange_told(error: DataError, traces: Sequence[Trace]) -> DataError:
+    """The error, with the likeliest reason where force and position stand in each other's place."""
+    if not look_exchanged(traces):
+        return error
+    return DataError(error.where, f"{error.got}: {EXCHANGED}", error.expected, EXCHANGE_THEM)
 
 
 def stated_of(record: object) -> dict[str, float]:
