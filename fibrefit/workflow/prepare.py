@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.effects.catalogue import select_effects
@@ -13,6 +16,9 @@ from fibrefit.records import Record, read_record
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
+
+ALIKE = 1e-3
+"""Part of the steps from sample to sample below which two signals are the same, written with other digits."""
 
 
 def model_of(study: Study) -> Model:
@@ -36,9 +42,44 @@ def read_records(study: Study) -> tuple[Record, ...]:
     DataError
         If a file is not understood.
     StudyError
-        If a record is planned only and has no file.
+        If a record is planned only and has no file, or is there twice.
     """
-    return tuple(_read(study, record) for record in study.records)
+    records = tuple(_read(study, record) for record in study.records)
+    refuse_copies(records, str(study.source))
+    return records
+
+
+def refuse_copies(records: Sequence[Record], where: str) -> None:
+    """Refuse one measurement that is listed as several: copies would make the error bars too small.
+
+    Two measurements differ by their noise, whatever their names and headings; what is alike to `ALIKE` of its own steps
+    from sample to sample, in every channel, is one.
+
+    Raises
+    ------
+    StudyError
+        Naming both.
+    """
+    for one, other in combinations(records, 2):
+        if _alike(one, other):
+            raise StudyError(
+                where, f'records "{one.name}" and "{other.name}" hold the same data', "each measurement once",
+                "Take one of the two off the list: a copy is no further evidence.",
+            )  # fmt: skip
+
+
+def _alike(one: Record, other: Record) -> bool:
+    if one.channels.keys() != other.channels.keys() or len(one.time) != len(other.time):
+        return False
+    pairs = [(np.asarray(one.channels[name]), np.asarray(other.channels[name])) for name in one.channels]
+    return bool(pairs) and all(_equal(a, b) for a, b in pairs)
+
+
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    both = np.isfinite(a) & np.isfinite(b)
+    if not both.any():
+        return False
+    return bool(np.max(np.abs(a[both] - b[both])) <= ALIKE * np.std(np.diff(a[both])))
 
 
 def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:

@@ -1,4 +1,4 @@
-"""A batch on a real Dask cluster whose workers and scheduler are killed: nothing twice, and the same table bit for bit."""
+"""A batch on a Dask cluster whose workers and scheduler are killed: nothing twice, the same table bit for bit."""
 
 from __future__ import annotations
 

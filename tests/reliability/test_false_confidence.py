@@ -1,0 +1,111 @@
+"""What would be believed wrongly: copies of one record, channels in each other's place, numbers off by a factor."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fibrefit.core.check import status_by
+from fibrefit.core.errors import DataError, StudyError
+from fibrefit.fitting import checks
+from fibrefit.fitting.result import ChannelGap
+from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
+from fibrefit.problem.formulate import formulate as whole
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
+
+SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
+FILE = "drop_10mm_90deg.csv"
+
+
+def study_of(folder: Path, *files: str) -> Path:
+    """A study of some files, under one set of conditions."""
+    head = (SERIES / "study.toml").read_text("utf-8").partition("[[records]]")[0]
+    records = [f'[[records]]\nfile = "{file}"\nlift = "10 mm"\ninclination = "90 deg"\n' for file in files]
+    (folder / "study.toml").write_text(head + "\n".join(records), "utf-8")
+    return folder
+
+
+def written(folder: Path, name: str, *, digits: int | None = None, noise: float = 0.0) -> str:
+    """A copy of a record under another name; with other digits, or measured anew."""
+    lines = (SERIES / FILE).read_text("utf-8").splitlines()
+    if digits is not None or noise:
+        draws = np.random.default_rng(3).normal(size=(len(lines), 2)) * noise
+        rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
+        lines[1:] = [
+            ",".join(f"{value:.{digits or 12}f}" for value in (t, f + more[0], x + more[1] / 100))
+            for (t, f, x), more in zip(rows, draws, strict=False)
+        ]
+    (folder / name).write_text("\n".join(lines) + "\n", "utf-8")
+    return name
+
+
+@pytest.mark.parametrize("digits", [None, 7])
+def test_one_record_under_several_names_is_refused(tmp_path: Path, digits: int | None) -> None:
+    shutil.copy(SERIES / FILE, tmp_path / "r0.csv")
+    names = [written(tmp_path, f"r{i}.csv", digits=digits) for i in (1, 2, 3)]
+    with pytest.raises(StudyError, match=r'records "r0.csv" and "r1.csv" hold the same data.*Take one of the two off'):
+        read_records(load_study(study_of(tmp_path, "r0.csv", *names)))
+
+
+def test_a_test_that_was_repeated_is_two_records(tmp_path: Path) -> None:
+    """The same conditions, the same motion, another noise: the negative control."""
+    shutil.copy(SERIES / FILE, tmp_path / "r0.csv")
+    name = written(tmp_path, "r1.csv", noise=0.05)
+    assert len(read_records(load_study(study_of(tmp_path, "r0.csv", name)))) == 2
+
+
+def traces(study: Path, exchanged: bool) -> list[Trace]:
+    """Bare traces of a study's records."""
+    found = []
+    for record in read_records(load_study(study)):
+        channels = {name: np.asarray(record.channels[name]) for name in ("force", "position")}
+        if exchanged:
+            channels = {"force": channels["position"], "position": channels["force"]}
+        found.append(Trace(record.name, np.asarray(record.time), channels, {}, {}))
+    return found
+
+
+@pytest.mark.parametrize("name", ["drop_series", "drive_series", "guided_axis", "second_fibre", "lubricated_guide"])
+def test_force_and_position_are_told_apart_on_every_rig(name: str) -> None:
+    study = SERIES.with_name(name)
+    right, wrong = traces(study, False), traces(study, True)
+    assert not any(look_exchanged([trace]) for trace in right)
+    assert all(look_exchanged([trace]) for trace in wrong)
+
+
+def test_roughness_does_not_hang_on_units_nor_on_damage() -> None:
+    times = np.arange(4000) / 2000.0
+    values = np.sin(40.0 * times)
+    assert roughness(times, 1e3 * values + 7.0) == pytest.approx(roughness(times, values), rel=1e-9)
+    assert math.isnan(roughness(times, np.full(4000, 3.0)))
+    damaged = np.where(np.arange(4000) % 50 == 0, np.nan, values)
+    assert roughness(times, damaged) == pytest.approx(roughness(times, values), rel=0.01)
+
+
+def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    refusal = DataError("a.csv", "the record does not fall by its lift", "a weight that falls", "Check lift.")
+    wrong, right = traces(SERIES, True), traces(SERIES, False)
+    told = whole._exchange_told(refusal, wrong)
+    assert "force and position look exchanged" in str(told)
+    assert "under [channels]" in told.do
+    assert whole._exchange_told(refusal, right) is refusal
+
+
+@pytest.mark.parametrize(
+    ("explained", "status"), [(0.999, "ok"), (0.98, "suspect"), (0.94, "failed"), (-3.0, "failed")]
+)
+def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
+    gap = ChannelGap(10.0, 0.4, "N", explained)
+    check = checks.signal_explained({"force": gap})
+    assert status_by([check]) == status
+    assert ("of no use" in check.says) == (status == "failed")
+
+
+def test_exchanged_channels_fail_a_fit() -> None:
+    assert status_by([checks.exchanged()]) == "failed"
