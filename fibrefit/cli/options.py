@@ -47,8 +47,17 @@ def study_options(command: Command) -> Command:
 
 
 def result_options(command: Command) -> Command:
-    """Give a command ``--out``, ``--force`` and ``--seed``."""
+    """Give a command ``--out``, ``--force``, ``--seed`` and ``--figures``."""
     for option in (
+        click.option(
+            "--figures",
+            metavar="FORMATS",
+            default="png",
+            show_default=True,
+            expose_value=False,
+            callback=_keep_formats,
+            help="Figures as png, pdf, svg, several with commas, or none.",
+        ),
         click.option(
             "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all random numbers."
         ),
@@ -59,6 +68,13 @@ def result_options(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def _keep_formats(context: click.Context, parameter: click.Parameter, text: str) -> None:
+    """Tell all that is written from now on as which files figures are asked for."""
+    from fibrefit.core.formats import FIGURES, figure_formats
+
+    FIGURES.set(figure_formats(text))
 
 
 def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:

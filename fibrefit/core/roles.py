@@ -15,3 +15,6 @@ ROLES: dict[str, str] = {
 
 STATES: dict[str, str] = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
 """SI unit of each state of a rig that residuals and curves are drawn over."""
+
+TURNING: dict[str, str] = {"position": "rad", "speed": "rad/s"}
+"""The units of those that are angles, on a rig that turns."""

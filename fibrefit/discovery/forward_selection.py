@@ -352,7 +352,9 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> Round:
     sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
     sentence = f"{sentence}{_changes(parent, chosen)}".strip()
     left = before if not parent.effects else left_by(search, parent)
-    return Round(added, *gaps, where.places(left), ranking, f"{where.in_words(left)}. {sentence}")
+    left_with = tuple(left_by(search, one).residuals for one in look.found[:COMPARED])
+    told = f"{where.in_words(left)}. {sentence}"
+    return Round(added, *gaps, where.places(left), ranking, told, left.residuals, left_with)
 
 
 def left_by(search: Search, weighed: Weighed) -> Left:

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
-from fibrefit.problem.diagnose.phases import HELD, PHASES, Motion
+from fibrefit.core.phases import HELD, PHASES
+from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
 SPECTRUM_RATIO = 1.25

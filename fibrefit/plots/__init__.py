@@ -8,9 +8,17 @@ from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fit import fit_figures
 from fibrefit.plots.plan import plan_figures
-from fibrefit.plots.posterior import band_figures, corner_figures, posterior_figures, prior_figures, trace_figures
+from fibrefit.plots.posterior import (
+    band_figures,
+    corner_figures,
+    posterior_figures,
+    prior_figures,
+    saved_posterior_figures,
+    trace_figures,
+)
 from fibrefit.plots.prediction import prediction_figures
 from fibrefit.plots.save import file_names, save_figures
+from fibrefit.plots.shrink import small_png
 from fibrefit.plots.simulated import simulation_figures
 from fibrefit.plots.table import table_figure
 
@@ -28,7 +36,9 @@ __all__ = [
     "prediction_figures",
     "prior_figures",
     "save_figures",
+    "saved_posterior_figures",
     "simulation_figures",
+    "small_png",
     "table_figure",
     "trace_figures",
 ]

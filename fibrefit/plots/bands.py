@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from fibrefit.plots.lines import MOST, draw_line, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
-    BLACK,
+    FINAL,
+    GREY,
     MEASURED,
-    ORANGE,
     RESIDUAL,
     SIMULATED,
+    SKY,
     SMALL,
     label,
     legend,
@@ -24,7 +25,7 @@ from fibrefit.plots.style import (
     title,
 )
 
-LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 13.0, 10.0, 4.5
+LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 17.0, 10.0, 4.5
 TALL, LOW = 33.0, 25.0
 
 
@@ -70,7 +71,8 @@ def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold
     heights = [TALL, LOW] * len(channels)
     figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
     axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
-    title(figure, heading, beside)
+    inside = " and ".join(f"{100 * channel.covered:.1f} % ({channel.name})" for channel in channels)
+    title(figure, f"{heading}: {inside} of the samples lie inside the band", beside)
     for number, channel in enumerate(channels):
         _readings(axes[2 * number], channel)
         _around(axes[2 * number + 1], channel)
@@ -94,9 +96,9 @@ def _around(axes: Axes, channel: Banded) -> None:
     middle = channel.model[1]
     measured, model, predicted = channel.measured - middle, channel.model - middle, channel.predicted - middle
     unit, worth = readable_unit(predicted, channel.unit)
-    draw_line(axes, channel.times, measured / worth, **RESIDUAL)
-    _band(axes, channel.times, predicted[[0, 2]] / worth, ORANGE, 0.35, "new measurements")
-    _band(axes, channel.times, model[[0, 2]] / worth, BLACK, 0.8, "model")
+    draw_line(axes, channel.times, measured / worth, **(RESIDUAL | {"color": SKY}))
+    _band(axes, channel.times, predicted[[0, 2]] / worth, GREY, 0.35, "new measurements")
+    _band(axes, channel.times, model[[0, 2]] / worth, FINAL, 0.8, "model")
     # A switch that comes a sample earlier or later makes a spike, which says nothing of the rest.
     reach = 1.25 * float(np.nanquantile(np.abs(measured), 0.999)) / worth if np.isfinite(measured).any() else 1.0
     axes.set_ylim(-reach, reach)

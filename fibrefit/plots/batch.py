@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, ORANGE, SMALL, VERMILLION, label, legend, new_figure, stack, title
+from fibrefit.plots.style import BLACK, BLUE, ORANGE, PURPLE, SMALL, label, legend, new_figure, stack, title
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import BatchItem
 
-ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 15.0, 12.0, 5.0
+ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 18.0, 12.0, 5.0
 MOST_NAMED = 30
 """Items whose names are written below the axis."""
-STATES = {"ok": BLUE, "suspect": ORANGE, "failed": VERMILLION}
+STATES = {"ok": BLUE, "suspect": ORANGE, "failed": PURPLE}
 
 
 def batch_figures(items: Mapping[str, BatchItem]) -> Figures:
@@ -33,7 +33,8 @@ def _figure(items: Mapping[str, BatchItem], free: Mapping[str, str]) -> Figure:
     below = BOTTOM + (1.2 * max(min(len(name), 40) for name in items) if named else 0.0)
     heights = [ROW] * (len(free) + 1)
     figure = new_figure(TOP + below + sum(heights) + GAP * (len(heights) - 1))
-    title(figure, f"{len(items)} identifications", "bars: twice the standard error")
+    usable = sum(item.status in ("ok", "suspect") for item in items.values())
+    title(figure, f"{usable} of {len(items)} identifications can be used", "bars: twice the standard error; below: gap")
     axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
     numbers = np.arange(1, len(items) + 1)
     for panel, (name, unit) in zip(axes, free.items(), strict=False):
@@ -67,6 +68,6 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
 def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> None:
     gaps = np.array([np.nan if item.gap is None else item.gap for item in items.values()])
     axes.axhline(1.0, color="0.5", linewidth=0.4)
-    axes.plot(numbers, gaps, ".", color=BLUE, markersize=3)
+    axes.plot(numbers, gaps, ".", color=BLACK, markersize=3)
     axes.set_ylim(bottom=0.0)
     label(axes, y="residual RMS / noise")

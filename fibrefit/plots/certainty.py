@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib import colormaps
@@ -10,10 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit, spelt
-from fibrefit.plots.style import GREY, KINDS, SMALL, USUAL, label, new_figure, place, title
-
-if TYPE_CHECKING:
-    from fibrefit.fitting.result import Estimate, Identification
+from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, label, new_figure, place, title
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 Z_95 = 1.959964
 METHODS = {
@@ -28,9 +26,7 @@ LETTER = 1.3
 """Width of a small letter, in mm, not less."""
 
 
-def correlation_figure(
-    names: tuple[str, ...], covariance: np.ndarray, heading: str = "Correlation of the estimates"
-) -> Figure:
+def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: str = "") -> Figure:
     """Correlation of all free values, as colours and numbers; empty where the data do not determine a value.
 
     Parameters
@@ -38,6 +34,7 @@ def correlation_figure(
     names : tuple of str
     covariance : (n_free, n_free)
     heading : str
+        Which two are correlated most, unless said.
     """
     correlation = correlations(covariance)
     number = len(names)
@@ -45,7 +42,7 @@ def correlation_figure(
     longest = max(len(name) for name in names)
     left = 12.0 + min(LETTER * longest, 70.0)
     figure = new_figure(side + 22.0, width=max(left + side + 26.0, 90.0))
-    title(figure, heading)
+    title(figure, heading or _strongest(names, correlation))
     axes = place(figure, left, 9.0, side, side)
     shown = np.ma.masked_invalid(np.where(np.tri(number, k=-1, dtype=bool), correlation, np.nan))
     image = axes.imshow(shown, cmap=colormaps["RdBu_r"], vmin=-1.0, vmax=1.0)
@@ -59,6 +56,16 @@ def correlation_figure(
     figure.colorbar(image, cax=bar, ticks=[-1, -0.5, 0, 0.5, 1])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure
+
+
+def _strongest(names: tuple[str, ...], correlation: np.ndarray) -> str:
+    """Which two values trade places most."""
+    below = np.where(np.tri(len(names), k=-1, dtype=bool), np.abs(correlation), np.nan)
+    if not np.isfinite(below).any():
+        return "No two estimates are determined"
+    i, j = np.unravel_index(int(np.nanargmax(below)), below.shape)
+    value = f"{correlation[i, j]:.2f}".replace("-", "\N{MINUS SIGN}")
+    return f"{_short(names[i])} and {_short(names[j])} are correlated most: {value}"
 
 
 def correlations(covariance: np.ndarray) -> np.ndarray:
@@ -86,58 +93,73 @@ def _numbers(axes: Axes, correlation: np.ndarray) -> None:
                 axes.text(j, i, said, ha="center", va="center", fontsize=5.0, color=colour)
 
 
-def errors_figure(found: Identification) -> Figure:
-    """95 % intervals of the shared parameters by every method; the one that is reported stands out."""
-    estimates = [estimate for estimate in found.estimates if estimate.record is None and estimate.free]
-    height, gap, top, bottom, left = 16.0, 10.0, 12.0, 11.0, 36.0
+def errors_figure(estimates: Mapping[str, ParameterSummary], method: str, inflation: float | None) -> Figure:
+    """95 % intervals of the shared parameters by every method; the one that is reported stands out.
+
+    Parameters
+    ----------
+    estimates : mapping of str to ParameterSummary
+    method : str
+        The one that is reported.
+    inflation : float or None
+        Median ratio of the reported standard errors to those under white noise.
+    """
+    height, gap, top, bottom, left = 16.0, 10.0, 15.0, 11.0, 36.0
     figure = new_figure(top + bottom + len(estimates) * (height + gap) - gap, width=126.0)
-    title(figure, "Error bars by method", f"reported / i.i.d. standard error: {found.inflation:.3g}")
+    times = "" if inflation is None else f" are {inflation:.2g} times those under white noise"
+    title(figure, f"The reported error bars{times}" if times else "Error bars by method", "95 % intervals by method")
     up = figure.get_size_inches()[1] * 25.4
-    for row, estimate in enumerate(estimates):
+    for row, (name, estimate) in enumerate(estimates.items()):
         axes = place(figure, left, up - top - height - row * (height + gap), 84.0, height)
-        _intervals(axes, estimate, found.method)
+        _intervals(axes, name, estimate, method)
     return figure
 
 
-def _intervals(axes: Axes, estimate: Estimate, chosen: str) -> None:
+def _intervals(axes: Axes, name: str, estimate: ParameterSummary, chosen: str) -> None:
     rows = [
         (words, estimate.value - Z_95 * error, estimate.value + Z_95 * error, method == chosen)
         for method, words in METHODS.items()
-        if np.isfinite(error := estimate.std_errors.get(method, np.nan))
+        if (error := estimate.std_errors.get(method)) is not None
     ]
-    if np.isfinite(estimate.plain_error):
+    if estimate.plain_error is not None and estimate.plain_value is not None:
         reach = Z_95 * estimate.plain_error
         rows.append(("not whitened (OLS)", estimate.plain_value - reach, estimate.plain_value + reach, False))
-    if estimate.interval_kind == "profile likelihood":
+    if estimate.interval_kind == "profile likelihood" and estimate.interval_95 is not None:
         rows = [(*row[:3], False) for row in rows] + [("profile", *estimate.interval_95, True)]
     unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)
     for i, (words, low, high, reported) in enumerate(rows):
-        colour, marker = KINDS[0] if reported else (GREY, "o")
+        colour, marker = (BLUE, "o") if reported else (GREY, "o")
         width = 1.8 if reported else 0.9
         axes.plot([low / worth, high / worth], [i, i], color=colour, linewidth=width, solid_capstyle="butt")
         centre = estimate.plain_value if words == "not whitened (OLS)" else estimate.value
-        axes.plot(centre / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
+        axes.plot((centre or 0.0) / worth, i, marker=marker, color=colour, markersize=4.0 if reported else 3.0)
     axes.set_yticks(range(len(rows)), [f"{row[0]} (reported)" if row[3] else row[0] for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.margins(x=0.08)
-    label(axes, x=axis_label(estimate.name, unit))
+    label(axes, x=axis_label(name, unit))
     if not rows:
         axes.text(0.5, 0.5, "not determined", transform=axes.transAxes, ha="center", va="center", fontsize=USUAL)
 
 
-def each_figure(estimates: list[Estimate]) -> Figure:
-    """Values that each record has for itself, with their 95 % intervals: one row a parameter."""
-    names = list(dict.fromkeys(estimate.name for estimate in estimates))
-    records = list(dict.fromkeys(str(estimate.record) for estimate in estimates))
-    height, gap, top, left, room = 26.0, 5.0, 12.0, 18.0, 159.0
+def each_figure(estimates: Mapping[tuple[str, str], ParameterSummary]) -> Figure:
+    """Values that each record has for itself, with their 95 % intervals: one row a parameter.
+
+    Parameters
+    ----------
+    estimates : mapping of (name, record) to ParameterSummary
+    """
+    names = list(dict.fromkeys(name for name, _ in estimates))
+    records = list(dict.fromkeys(record for _, record in estimates))
+    height, gap, top, left, room = 26.0, 5.0, 15.0, 18.0, 159.0
     flat = LETTER * sum(len(record) + 3 for record in records) < room
     bottom = 7.0 if flat else 5.0 + LETTER * min(max(len(record) for record in records), 40)
     figure = new_figure(top + bottom + len(names) * (height + gap) - gap)
-    title(figure, "One value for each record")
+    words = [name.replace("_", " ") for name in names]
+    title(figure, f"Each record has its own {' and '.join(words)}", "bars: 95 % intervals; dashed: mean of all records")
     up = figure.get_size_inches()[1] * 25.4
     for row, name in enumerate(names):
         axes = place(figure, left, up - top - height - row * (height + gap), room, height)
-        _by_record(axes, [e for e in estimates if e.name == name], records)
+        _by_record(axes, name, {record: one for (other, record), one in estimates.items() if other == name}, records)
         last = row == len(names) - 1
         turned: dict = {} if flat else {"rotation": 70, "ha": "right", "rotation_mode": "anchor"}
         axes.set_xticks(range(len(records)), records if last else [""] * len(records), **turned)
@@ -145,16 +167,16 @@ def each_figure(estimates: list[Estimate]) -> Figure:
     return figure
 
 
-def _by_record(axes: Axes, estimates: list[Estimate], records: list[str]) -> None:
-    values = np.array([estimate.value for estimate in estimates])
-    unit, worth = readable_unit(values, estimates[0].unit)
-    places = [records.index(str(estimate.record)) for estimate in estimates]
-    limits = np.array([estimate.interval_95 for estimate in estimates])
+def _by_record(axes: Axes, name: str, estimates: Mapping[str, ParameterSummary], records: list[str]) -> None:
+    values = np.array([estimate.value for estimate in estimates.values()])
+    unit, worth = readable_unit(values, next(iter(estimates.values())).unit)
+    places = [records.index(record) for record in estimates]
+    limits = np.array([estimate.interval_95 or (np.nan, np.nan) for estimate in estimates.values()])
     bars = np.abs(np.where(np.isfinite(limits), limits, values[:, None]) - values[:, None]).T / worth
-    colour, marker = KINDS[0]
+    colour, marker = BLUE, "o"
     axes.errorbar(
         places, values / worth, yerr=bars, linestyle="none", marker=marker, markersize=3.5, color=colour,
         linewidth=0.9, capsize=2.0, capthick=0.6,
     )  # fmt: skip
     axes.axhline(float(np.mean(values)) / worth, color=GREY, linewidth=0.5, linestyle=(0, (3, 3)), zorder=0)
-    label(axes, y=axis_label(estimates[0].name.rpartition(".")[2], spelt(unit)))
+    label(axes, y=axis_label(name.rpartition(".")[2], spelt(unit)))

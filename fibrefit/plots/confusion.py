@@ -23,5 +23,8 @@ def confusion_figures(found: Confusion) -> Figures:
     Figures
     """
     names = tuple(direction.effect for direction in found.directions)
-    heading = "Confounding: |cosine| of sensitivities (1: not separable)"
+    worst = max(found.pairs(0.0), key=lambda pair: pair[2], default=None)
+    heading = "No two effects can be compared"
+    if worst is not None:
+        heading = f"{worst[0]} and {worst[1]} are told apart least: |cosine| of sensitivities {worst[2]:.2f}"
     return Figures({"confusion": correlation_figure(names, found.cosine, heading)})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLACK, BLUE, SMALL, VERMILLION, label, new_figure, place, title
+from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 
-LEFT, BOTTOM, TOP, GAP = 20.0, 14.0, 14.0, 2.0
-CELL, WIDEST = 30.0, 178.0
+CELL, WIDEST = 33.0, 178.0
+LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 17.0, 24.0
 BINS = 36
+SMOOTH = 1.1
+"""Width of the smoothing of the contours, in bins: they are then those of the density and not of chance."""
 MOST_DRAWS = 20000
 LEVELS = (0.5, 0.9)
 """Shares of the draws inside the contours."""
@@ -47,38 +51,95 @@ class Drawn:
         step = -(-len(self.values) // MOST_DRAWS)
         return self.values[::step] / worth, unit, worth
 
+    @property
+    def short(self) -> str:
+        """The last part of a dotted name, without its record."""
+        return self.name if self.name.startswith("noise.") else self.name.partition("[")[0].rpartition(".")[2]
 
-def corner_figure(drawn: list[Drawn], probability: float) -> Figure:
-    """Histograms on the diagonal, contours of equal density below it.
+
+def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
+    """Histograms on the diagonal, contours of equal density below it, by the library corner.
 
     Parameters
     ----------
     drawn : list of Drawn
     probability : float
-        Of the equal-tailed interval that is shaded.
+        Of the equal-tailed interval that is marked and told above each histogram.
+
+    Source
+    ------
+    Foreman-Mackey, J. Open Source Software 1(2), 24 (2016).
     """
-    count = len(drawn)
-    cell = min(CELL, (WIDEST - LEFT - GAP * count) / count)
-    side = count * (cell + GAP)
-    figure = new_figure(BOTTOM + side + TOP, width=max(LEFT + side + 5.0, 90.0))
-    levels = " and ".join(f"{100 * level:.0f} %" for level in LEVELS)
-    title(figure, "Posterior", f"contours: {levels};  shaded: {100 * probability:g} %;  cross: fit")
+    # The library asks for pyplot, which nothing else needs.
+    import corner
+
+    side = min(CELL * len(drawn), WIDEST - LEFT - RIGHT)
+    width = max(LEFT + side + RIGHT, 110.0)
+    figure = new_figure(BOTTOM + side + TOP, width=width)
     shown = [one.shown for one in drawn]
-    for row in range(count):
-        for column in range(row + 1):
-            axes = place(figure, LEFT + column * (cell + GAP), BOTTOM + (count - 1 - row) * (cell + GAP), cell, cell)
-            axes.set_xlim(*_reach(shown[column][0]))
-            if row == column:
-                _histogram(axes, shown[row][0], probability)
-            else:
-                _cloud(axes, shown[column][0], shown[row][0])
-                _mark_fit(axes, drawn[column], drawn[row], shown[column][2], shown[row][2])
-            _ticks(axes, row == count - 1, column == 0 and row > 0)
-            if row == count - 1:
-                label(axes, x=axis_label(_short(drawn[column].name), shown[column][1]))
-            if column == 0 and row > 0:
-                label(axes, y=axis_label(_short(drawn[row].name), shown[row][1]))
+    tails = (0.5 - 0.5 * probability, 0.5, 0.5 + 0.5 * probability)
+    fitted = [
+        None if one.fitted is None else one.fitted / worth for one, (_, _, worth) in zip(drawn, shown, strict=True)
+    ]
+    corner.corner(
+        np.column_stack([values for values, *_ in shown]),
+        bins=BINS,
+        range=[_reach(values) for values, *_ in shown],
+        labels=[axis_label(one.short, unit) for one, (_, unit, _) in zip(drawn, shown, strict=True)],
+        label_kwargs={"fontsize": USUAL},
+        smooth=SMOOTH,
+        quantiles=tails,
+        levels=LEVELS,
+        color=POSTERIOR,
+        truths=fitted,
+        truth_color=FINAL,
+        plot_datapoints=False,
+        fill_contours=True,
+        hist_kwargs={"linewidth": 0.8},
+        contour_kwargs={"linewidths": 0.6},
+        fig=figure,
+    )
+    across, up = figure.get_size_inches() * 25.4
+    figure.subplots_adjust(LEFT / across, BOTTOM / up, (LEFT + side) / across, (BOTTOM + side) / up, 0.06, 0.06)
+    _tidy(figure, drawn, shown, tails)
+    levels = " and ".join(f"{100 * level:.0f} %" for level in LEVELS)
+    beside = f"contours hold {levels} of the draws; dashed: median and {100 * probability:g} % interval; black: the fit"
+    title(figure, _heading(drawn), beside)
     return figure
+
+
+def _heading(drawn: Sequence[Drawn]) -> str:
+    """Which two values trade places most."""
+    if len(drawn) < 2:
+        return f"Posterior of the {drawn[0].short.replace('_', ' ')}"
+    correlation = np.corrcoef([one.values for one in drawn])
+    below = np.where(np.tri(len(drawn), k=-1, dtype=bool), np.abs(np.nan_to_num(correlation)), -1.0)
+    i, j = np.unravel_index(int(below.argmax()), below.shape)
+    names = [drawn[int(k)].short.replace("_", " ") for k in (i, j)]
+    value = f"{correlation[i, j]:.2f}".replace("-", "\N{MINUS SIGN}")
+    return f"Posterior: {names[0]} and {names[1]} are correlated most, {value}"
+
+
+def _tidy(
+    figure: Figure, drawn: Sequence[Drawn], shown: Sequence[tuple[np.ndarray, str, float]], tails: tuple[float, ...]
+) -> None:
+    """Small ticks, no empty panels, and above each histogram its median and interval."""
+    panels = np.array(figure.axes).reshape(len(drawn), len(drawn))
+    for (row, column), axes in np.ndenumerate(panels):
+        if column > row:
+            figure.delaxes(axes)
+            continue
+        _ticks(axes, row == len(drawn) - 1, column == 0 and row > 0)
+        if row == column:
+            low, middle, high = np.quantile(shown[row][0], tails)
+            axes.set_title(_told(low, middle, high), fontsize=SMALL - 0.5, pad=3)
+
+
+def _told(low: float, middle: float, high: float) -> str:
+    """Median with its interval, to two digits of the interval."""
+    spread = max(high - low, 1e-12 * abs(middle), 1e-300)
+    decimals = min(max(0, 1 - math.floor(math.log10(0.5 * spread))), 12)
+    return f"{middle:.{decimals}f}\n{low:.{decimals}f} to {high:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _reach(values: np.ndarray) -> tuple[float, float]:
@@ -90,58 +151,12 @@ def _reach(values: np.ndarray) -> tuple[float, float]:
     return float(low - slack), float(high + slack)
 
 
-def _histogram(axes: Axes, values: np.ndarray, probability: float) -> None:
-    heights, edges = np.histogram(values, BINS, axes.get_xlim())
-    axes.stairs(heights, edges, color=BLACK, linewidth=0.8)
-    low, high = np.quantile(values, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability])
-    axes.axvspan(low, high, facecolor=BLUE, alpha=0.18, edgecolor="none")
-    axes.axvline(float(np.median(values)), color=BLUE, linewidth=0.8)
-    axes.set_ylim(0.0, 1.1 * max(heights.max(), 1))
-    axes.spines["left"].set_visible(False)
-
-
-def _cloud(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    axes.set_ylim(*_reach(y))
-    heights, across, up = np.histogram2d(x, y, BINS, (axes.get_xlim(), axes.get_ylim()))
-    smooth = _blurred(heights)
-    levels = _levels(smooth)
-    centres = (0.5 * (across[1:] + across[:-1]), 0.5 * (up[1:] + up[:-1]))
-    if len(levels) < len(LEVELS):
-        axes.plot(x, y, ",", color=BLUE, alpha=0.3)
-        return
-    axes.contourf(*centres, smooth.T, levels=[*levels, smooth.max() * 1.001], colors=[BLUE, BLUE], alpha=0.25)
-    axes.contour(*centres, smooth.T, levels=levels, colors=BLACK, linewidths=0.5)
-
-
-def _blurred(heights: np.ndarray) -> np.ndarray:
-    """A histogram evened out a little, so that its contours are those of the density and not of chance."""
-    kernel = np.exp(-0.5 * (np.arange(-3, 4) / 1.1) ** 2)
-    kernel /= kernel.sum()
-    for axis in (0, 1):
-        heights = np.apply_along_axis(np.convolve, axis, heights, kernel, mode="same")
-    return heights
-
-
-def _levels(heights: np.ndarray) -> list[float]:
-    """Heights of the contours that hold the shares of `LEVELS`, ascending; fewer where the draws are too few."""
-    ordered = np.sort(heights.ravel())[::-1]
-    held = np.cumsum(ordered) / max(ordered.sum(), 1e-300)
-    found = {float(ordered[min(int(np.searchsorted(held, share)), ordered.size - 1)]) for share in LEVELS}
-    return sorted(level for level in found if level > 0.0)
-
-
-def _mark_fit(axes: Axes, across: Drawn, up: Drawn, x_worth: float, y_worth: float) -> None:
-    if across.fitted is not None and up.fitted is not None:
-        axes.plot(across.fitted / x_worth, up.fitted / y_worth, "x", color=VERMILLION, markersize=4, clip_on=True)
-
-
 def _ticks(axes: Axes, x: bool, y: bool) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(3, prune="both"))
-    axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
-    axes.tick_params(labelbottom=x, labelleft=y, left=y, labelsize=SMALL - 1.0)
+    if y or axes.get_ylabel():
+        axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
+    axes.ticklabel_format(useOffset=False)
+    axes.tick_params(labelsize=SMALL - 1.0, width=0.5, length=2.0, labelbottom=x, labelleft=y)
     axes.tick_params(axis="x", labelrotation=30.0)
-
-
-def _short(name: str) -> str:
-    """The last part of a dotted name, without its record."""
-    return name if name.startswith("noise.") else name.partition("[")[0].rpartition(".")[2]
+    for spine in axes.spines.values():
+        spine.set_linewidth(0.5)

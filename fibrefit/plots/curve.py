@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,9 +11,7 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, PALE, SKY, SMALL, label, legend, new_figure, place, title
-
-if TYPE_CHECKING:
-    from fibrefit.discovery.model.finding import FreeCurve
+from fibrefit.study.summaries.discovery import FreeCurve
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 16.0, 5.0, 17.0, 11.0, 14.0
 LARGE, STAYS, GAP = 58.0, 12.0, 2.0
@@ -39,13 +36,13 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     best, others = curves[0], curves[1:]
     rows = -(-len(others) // COLUMNS)
     figure = new_figure(TOP + LARGE + GAP + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
-    title(figure, "What is missing, as a curve", f"gap (residual RMS / noise) with it: {best.gap_after:.2f}")
+    beside = f"with it, the gap (residual RMS / noise) is {best.gap_after:.2f}"
+    title(figure, f"What is missing looks like {best.says}", beside)
     across, up = figure.get_size_inches() * 25.4
     width = across - LEFT - RIGHT
     axes = place(figure, LEFT, up - TOP - LARGE, width, LARGE)
     _curve(axes, best)
     axes.tick_params(labelbottom=False)
-    axes.text(0.0, 1.02, best.says, transform=axes.transAxes, fontsize=SMALL, color="0.25", ha="left", va="bottom")
     legend(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     _stays(place(figure, LEFT, up - TOP - LARGE - GAP - STAYS, width, STAYS), axes, best)
     small = (width - (COLUMNS - 1) * BETWEEN) / COLUMNS
@@ -54,16 +51,17 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
         bottom = BOTTOM + (rows - 1 - row) * (SMALL_HEIGHT + ABOVE)
         panel = place(figure, LEFT + column * (small + BETWEEN), bottom, small, SMALL_HEIGHT)
         _curve(panel, curve)
-        label(panel, x=axis_label(curve.variable, readable_unit(curve.knots, curve.unit)[0]))
+        label(panel, x=axis_label(curve.variable, readable_unit(np.array(curve.knots), curve.unit)[0]))
         heading = "\n".join(textwrap.wrap(f"{curve.says}: gap {curve.gap_after:.2f}", WIDEST))
         panel.text(0.0, 1.04, heading, transform=panel.transAxes, fontsize=SMALL, color="0.25", ha="left", va="bottom")
     return figure
 
 
 def _curve(axes: Axes, curve: FreeCurve) -> None:
-    across, up = readable_unit(curve.knots, curve.unit)[1], readable_unit(curve.heights, curve.height_unit)
-    knots, heights = curve.knots / across, curve.heights / up[1]
-    half = SURE * np.where(np.isfinite(curve.errors), curve.errors, np.inf) / up[1]
+    across = readable_unit(np.array(curve.knots), curve.unit)[1]
+    up = readable_unit(np.array(curve.heights), curve.height_unit)
+    knots, heights = np.divide(curve.knots, across), np.divide(curve.heights, up[1])
+    half = SURE * np.array([np.inf if error is None else error for error in curve.std_errors]) / up[1]
     reach = ROOM * float(np.ptp(heights)) or 1.0
     lowest, highest = float(heights.min()) - reach, float(heights.max()) + reach
     low, high = np.maximum(heights - half, lowest), np.minimum(heights + half, highest)
@@ -74,7 +72,7 @@ def _curve(axes: Axes, curve: FreeCurve) -> None:
     axes.plot(knots, heights, color=BLUE, linewidth=1.0, marker="o", markersize=2.2, zorder=3, label="height at a knot")
     axes.set_xlim(float(knots[0]), float(knots[-1]))
     # Where no record has been, the band is as wide as anything: it does not set the scale.
-    seen = (curve.seconds > 0.0) | (half == half.min())
+    seen = (np.array(curve.seconds) > 0.0) | (half == half.min())
     least, most = min(0.0, float(low[seen].min())), max(0.0, float(high[seen].max()))
     axes.set_ylim(least - 0.05 * (most - least), most + 0.05 * (most - least))
     label(axes, y=axis_label("height", up[0]))
@@ -82,12 +80,12 @@ def _curve(axes: Axes, curve: FreeCurve) -> None:
 
 def _stays(axes: Axes, above: Axes, curve: FreeCurve) -> None:
     """How long the motion stays near each knot; at rest it does so longer than anywhere else by far."""
-    unit, across = readable_unit(curve.knots, curve.unit)
-    knots = curve.knots / across
+    unit, across = readable_unit(np.array(curve.knots), curve.unit)
+    knots = np.divide(curve.knots, across)
     axes.bar(knots, curve.seconds, width=float(knots[1] - knots[0]), color="0.72", edgecolor="white", linewidth=0.3)
     axes.sharex(above)
     axes.tick_params(labelbottom=True)
-    if curve.seconds.any():
+    if any(curve.seconds):
         axes.set_yscale("log")
         axes.yaxis.set_major_formatter("{x:g}")
         axes.minorticks_off()

@@ -8,7 +8,8 @@ from html import escape
 from matplotlib.figure import Figure
 
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.plots.save import png_of
+from fibrefit.plots.save import figure_file
+from fibrefit.plots.style import caption_of
 
 
 class Figures(dict[str, Figure]):
@@ -41,5 +42,6 @@ class Figures(dict[str, Figure]):
 
 
 def _embedded(name: str, figure: Figure) -> str:
-    content = base64.b64encode(png_of(figure)).decode()
-    return f'<p><img alt="{escape(name)}" style="max-width: 100%" src="data:image/png;base64,{content}"></p>'
+    content = base64.b64encode(figure_file(figure)).decode()
+    said = escape(caption_of(figure) or name)
+    return f'<p><img alt="{said}" style="max-width: 100%" src="data:image/png;base64,{content}"></p>'

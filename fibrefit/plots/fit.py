@@ -1,66 +1,78 @@
-"""Figures of an identification."""
+"""Figures of a fit, drawn from what it saved."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from matplotlib.figure import Figure
 
+from fibrefit.core.arrays import Groups
+from fibrefit.core.phases import PHASES, TAUT
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import Fitted
-from fibrefit.plots.records import compared_figure
+from fibrefit.plots.overview import overview_figure
+from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
-from fibrefit.problem.diagnose.phases import PHASES, TAUT
-
-if TYPE_CHECKING:
-    from fibrefit.fitting.result import Identification
+from fibrefit.study.summaries.summaries import FitSummary
 
 MOST_RECORDS = 24
 """Records that get a figure of their own; of a longer series those that are explained worst."""
 
 
-def fit_figures(found: Identification) -> Figures:
-    """All figures of an identification.
+def fit_figures(summary: FitSummary, groups: Groups) -> Figures:
+    """All figures of a fit.
 
     Parameters
     ----------
-    found : Identification
+    summary : FitSummary
+        Content of ``summary.json``.
+    groups : Groups
+        Content of ``result.h5``.
 
     Returns
     -------
     Figures
-        A dict. ``record <name>``: measured against simulated with the residual under it. ``snaps``: the first contacts.
-        ``starts``: where the search began and ended. ``correlation`` and ``errors``: uncertainty of the values.
-        ``each``: values that every record has for itself.
+        A dict. ``overview``: verdict, records, residuals and values on one page. ``record <name>``: measured against
+        simulated with the residual under it. ``snaps``: the first contacts. ``starts``: where the search began and
+        ended. ``correlation`` and ``errors``: uncertainty of the values. ``each``: values that every record has for
+        itself.
     """
-    fitted = Fitted(found)
-    figures = Figures({f"record {fitted.records[r]}": record_figure(fitted, r) for r in _chosen(fitted)})
+    fitted = Fitted.of(summary, groups)
+    figures = Figures({"overview": overview_figure(summary, fitted)})
+    figures |= {f"record {fitted.records[r]}": record_figure(fitted, r) for r in fitted.worst(MOST_RECORDS)}
     for number, figure in enumerate(snap_figures(fitted, TAUT)):
         figures["snaps" if number == 0 else f"snaps {number + 1}"] = figure
-    units = {estimate.name: estimate.unit for estimate in found.estimates}
-    if found.starts.names:
-        figures["starts"] = starts_figure(found.starts, units)
-    if len(found.values) > 1:
-        figures["correlation"] = correlation_figure(found.problem.layout.free_names, found.covariance)
-    if any(estimate.record is None and estimate.free for estimate in found.estimates):
-        figures["errors"] = errors_figure(found)
-    if own := [estimate for estimate in found.estimates if estimate.record is not None and estimate.free]:
+    return Figures(figures | certainty_figures(summary, groups))
+
+
+def certainty_figures(summary: FitSummary, groups: Groups) -> dict[str, Figure]:
+    """Figures of the search and of the uncertainty of the values, as far as there is any."""
+    figures, shared = {}, {name: one for name, one in summary.parameters.items() if one.free}
+    if len(groups["starts"]["parameter"].values):
+        units = {name: one.unit for name, one in summary.parameters.items()}
+        figures["starts"] = starts_figure(groups["starts"], units)
+    estimate = groups["estimate"]
+    if len(estimate["value"].values) > 1:
+        names = tuple(map(str, estimate["parameter"].values))
+        figures["correlation"] = correlation_figure(names, estimate["covariance"].values)
+    if shared:
+        figures["errors"] = errors_figure(shared, summary.error_method or "", summary.error_inflation)
+    own = {
+        (name, record): one for record, of in summary.records.items() for name, one in of.parameters.items() if one.free
+    }
+    if own:
         figures["each"] = each_figure(own)
     return figures
 
 
 def record_figure(fitted: Fitted, record: int) -> Figure:
     """One record, with the phases of its motion on top."""
-    phase = fitted.phase(record)
+    phase, channels = fitted.phase(record), fitted.compared(record)
     phases = {name: phase == index for index, name in enumerate(PHASES) if (phase == index).any()}
-    return compared_figure(fitted.records[record], fitted.conditions(record), fitted.compared(record), phases)
+    heading = f"{fitted.records[record]}: the model leaves {left_in_words(channels)} the noise"
+    return compared_figure(heading, fitted.conditions(record), channels, phases, fitted.motion_ends(record))
 
 
-def _chosen(fitted: Fitted) -> list[int]:
-    gaps = fitted.found.record_gaps
-    worst = sorted(
-        range(len(fitted.records)), key=lambda r: -max(gap.ratio for gap in gaps[fitted.records[r]].values())
-    )
-    return sorted(worst[:MOST_RECORDS])
+def left_in_words(channels: list[Compared]) -> str:
+    """What is left of each channel: ``1.02 (force) and 0.98 (position) times``."""
+    return f"{' and '.join(f'{one.gap:.2f} ({one.name})' for one in channels)} times"

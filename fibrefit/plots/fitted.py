@@ -1,43 +1,73 @@
-"""What an identification holds, cut into records and channels for drawing; plain NumPy."""
+"""A saved fit, cut into records and channels for drawing: its summary and the groups of its ``result.h5``."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
+from fibrefit.core.arrays import Groups
+from fibrefit.core.phases import HELD, REST
 from fibrefit.core.units import format_quantity
 from fibrefit.plots.quantities import spelt
 from fibrefit.plots.records import Compared
-
-if TYPE_CHECKING:
-    from fibrefit.fitting.result import Identification
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap
 
 CONDITIONS = ("lift", "inclination", "added_mass")
 """Conditions worth a word beside a record's name."""
+MARGIN = 0.15
+"""Rest that is shown on either side of a motion, as a share of it."""
+MOST = 0.9
+"""Share of a record from which all of it is shown: it is not worth cutting."""
+AXES = ("record", "sample", "time")
 
 
 class Fitted:
-    """Records of an identification.
+    """Records and one model of them.
 
     Parameters
     ----------
-    found : Identification
+    groups : Groups
+        ``observed_data``, ``constant_data``, and the predictions and the motion of the model.
+    gap : Gap
+    record_gaps : mapping of record to Gap
+    stage : str
+        End of the names of the model's groups.
     """
 
-    def __init__(self, found: Identification) -> None:
-        data = found.problem.observations
-        self.found = found
-        self.records: tuple[str, ...] = found.problem.layout.records
-        self.channels: tuple[str, ...] = found.problem.model.rig.channels
-        self.counts = np.asarray(data.experiment.count)
-        self._times = np.asarray(data.experiment.times)
-        self._conditions = {name: np.asarray(values) for name, values in data.experiment.conditions.items()}
-        self._units = {condition.name: condition.unit for condition in found.problem.model.rig.conditions}
-        self._measured = {
-            name: np.where(np.asarray(data.weight[name]) > 0.0, np.asarray(data.measured[name]), np.nan)
-            for name in self.channels
+    def __init__(self, groups: Groups, gap: Gap, record_gaps: Mapping[str, Gap], stage: str = "") -> None:
+        observed = groups["observed_data"]
+        self.gap, self.record_gaps = gap, record_gaps
+        self.records: tuple[str, ...] = tuple(map(str, observed["record"].values))
+        self.channels: tuple[str, ...] = tuple(name for name in gap.channels if name in observed)
+        self.counts = groups["constant_data"]["samples"].values.astype(int)
+        self.phases = groups[f"motion{stage}"]["phase"].values.astype(int)
+        self.states = {
+            name.replace("_", " "): one
+            for name, one in groups[f"motion{stage}"].items()
+            if name not in (*AXES, "phase")
         }
+        self._times = observed["time"].values
+        self._measured = {name: observed[name].values for name in self.channels}
+        self._simulated = {name: groups[f"predictions{stage}"][name].values for name in self.channels}
+        self._errors = {
+            name: one.values
+            for name in self.channels
+            if (one := groups[f"predictions{stage}"].get(f"{name}_error")) is not None
+        }
+        self._conditions = {name: groups["constant_data"].get(name) for name in CONDITIONS}
+
+    @classmethod
+    def of(cls, summary: FitResultSummary, groups: Groups) -> Fitted:
+        """The model a fit, or a search, ends with."""
+        return cls(groups, summary.gap, {name: one.gap for name, one in summary.records.items()})
+
+    @classmethod
+    def before(cls, summary: DiscoverySummary, groups: Groups) -> Fitted:
+        """The model a search begins with."""
+        assert summary.before is not None
+        return cls(groups, summary.before.gap, summary.before.records, "_before")
 
     def times(self, record: int) -> np.ndarray:
         """Instants ``(n_time,)`` of a record, in s."""
@@ -45,33 +75,55 @@ class Fitted:
 
     def phase(self, record: int) -> np.ndarray:
         """Phase ``(n_time,)`` of the simulated motion of a record."""
-        return self.found.motion.phase[record, : self.counts[record]]
+        return self.phases[record, : self.counts[record]]
+
+    def noise(self, record: int, channel: str) -> float:
+        """Noise rms of a channel in a record, in SI units; NaN where it is not known."""
+        noise = self.record_gaps[self.records[record]].channels[channel].noise
+        return float("nan") if noise is None else noise
 
     def compared(self, record: int) -> list[Compared]:
         """Channels of a record."""
-        count, name = self.counts[record], self.records[record]
+        span = slice(0, self.counts[record])
         return [
             Compared(
-                channel,
-                self.found.gap[channel].unit,
+                name,
+                self.gap.channels[name].unit,
                 self.times(record),
-                self._measured[channel][record, :count],
-                self.found.readings[channel][record, :count],
-                self.found.record_gaps[name][channel].noise,
+                self._measured[name][record, span],
+                self._simulated[name][record, span],
+                self.noise(record, name),
+                self._errors[name][record, span] if name in self._errors else None,
             )
-            for channel in self.channels
+            for name in self.channels
         ]
+
+    def residuals(self, channel: str) -> np.ndarray:
+        """Measured minus simulated over the noise, ``(n_record, n_time)``; NaN where nothing counts."""
+        noise = np.array([self.noise(r, channel) for r in range(len(self.records))])
+        return (self._measured[channel] - self._simulated[channel]) / noise[:, None]
+
+    def worst(self, most: int) -> list[int]:
+        """Records that are explained worst, in their order."""
+        sizes = [max(gap.ratio or 0.0 for gap in self.record_gaps[name].channels.values()) for name in self.records]
+        return sorted(sorted(range(len(sizes)), key=lambda r: -sizes[r])[:most])
 
     def conditions(self, record: int) -> str:
         """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
         said = []
-        for name in CONDITIONS:
-            values = self._conditions.get(name)
-            if values is not None and values[record] != 0.0:
-                said.append(
-                    f"{name.replace('_', ' ')} {spelt(format_quantity(float(values[record]), self._units[name]))}"
-                )
+        for name, told in self._conditions.items():
+            if told is not None and told.values[record] != 0.0:
+                value = spelt(format_quantity(float(told.values[record]), told.unit))
+                said.append(f"{name.replace('_', ' ')} {value}")
         return ", ".join(said)
 
-    def _shown(self, condition: str, value: float) -> str:
-        return spelt(format_quantity(value, self._units[condition]))
+    def motion_ends(self, record: int) -> tuple[float, float]:
+        """Begin and end of what is worth seeing of a record: its motion, with some rest on either side."""
+        times, phase = self.times(record), self.phase(record)
+        moving = np.flatnonzero(~np.isin(phase, (HELD, REST)))
+        if not moving.size:
+            return float(times[0]), float(times[-1])
+        first, last = float(times[moving[0]]), float(times[moving[-1]])
+        margin = MARGIN * max(last - first, 1e-9)
+        ends = max(first - margin, float(times[0])), min(last + margin, float(times[-1]))
+        return ends if ends[1] - ends[0] < MOST * (times[-1] - times[0]) else (float(times[0]), float(times[-1]))

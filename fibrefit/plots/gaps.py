@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, USUAL, VERMILLION, label, legend, new_figure, place, title
-
-if TYPE_CHECKING:
-    from fibrefit.discovery.model.finding import Candidate, Finding
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, USUAL, label, legend, new_figure, place, title
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
 TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
 NUMBERS = 26.0
@@ -31,30 +28,35 @@ WIDE = 8.0
 Pair = tuple[float, float]
 
 
-def gap_figure(finding: Finding) -> Figure:
+def gap_figure(summary: DiscoverySummary) -> Figure:
     """A row for each record and one for all; a column for each channel, and one for records that were left out.
 
     Parameters
     ----------
-    finding : Finding
+    summary : DiscoverySummary
     """
-    before, after = finding.before, finding.after
-    names = [*before.record_gaps, "all records"]
-    columns: dict[str, dict[str, Pair]] = {}
-    for channel in before.gap:
-        columns[channel] = {
-            name: (gap[channel].ratio, after.record_gaps[name][channel].ratio)
-            for name, gap in before.record_gaps.items()
-        } | {"all records": (before.gap[channel].ratio, after.gap[channel].ratio)}
-    if finding.held_out:
-        columns["left out"] = {held.record: (held.gap_before, held.gap_after) for held in finding.held_out}
+    after = {name: one.gap for name, one in summary.records.items()} | {"all records": summary.gap}
+    changed = bool(summary.added) and summary.before is not None
+    before = {**summary.before.records, "all records": summary.before.gap} if changed and summary.before else after
+    names, channels = list(after), list(summary.gap.channels)
+    columns: dict[str, dict[str, Pair]] = {
+        channel: {
+            name: (before[name].channels[channel].ratio or 0.0, after[name].channels[channel].ratio or 0.0)
+            for name in names
+        }
+        for channel in channels
+    }
+    if summary.held_out:
+        columns["left out"] = {held.record: (held.gap_before, held.gap_after) for held in summary.held_out}
     left = 5.0 + LETTER * min(max(map(len, names)), LONGEST)
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
-    changed, noise = after is not before, after.expected_gap
+    noise = summary.expected_gap or 1.0
+    totals = before["all records"].total or 0.0, summary.gap.total or 0.0
+    said = f"falls from {totals[0]:.2f} to {totals[1]:.2f}" if changed else f"is {totals[1]:.2f}"
     title(
         figure,
-        "Gap (residual RMS / noise) before and after" if changed else "Gap (residual RMS / noise)",
-        f"{noise:.3g} is expected",
+        f"The gap of all records {said}; {noise:.2f} is expected of noise alone",
+        "gap: RMS of measured minus simulated over that of the noise; left out: predicted from the other records",
     )
     across, up = figure.get_size_inches() * 25.4
     width = (across - left - RIGHT - BETWEEN * (len(columns) - 1)) / len(columns)
@@ -62,7 +64,7 @@ def gap_figure(finding: Finding) -> Figure:
         axes = place(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
         _pairs(axes, [pairs.get(name) for name in names], changed, noise)
         axes.set_yticks(range(len(names)), [_cut(name) for name in names] if i == 0 else [""] * len(names))
-        label(axes, x=f"{column} / noise" if column in before.gap else "left out (predicted from the others) / noise")
+        label(axes, x=f"{column} / noise" if column in channels else "left out / noise")
         if i == 0:
             legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
@@ -75,9 +77,9 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float
     axes.axvline(noise, color=GREY, linewidth=0.6)
     if changed:
         axes.hlines(rows, np.minimum(before, after), np.maximum(before, after), color=GREY, linewidth=0.8, zorder=1)
-        axes.plot(before, rows, linestyle="none", marker="s", markersize=4.0, color=VERMILLION, label="before")
+        axes.plot(before, rows, linestyle="none", marker="s", markersize=4.0, color=FIRST, label="before")
     axes.plot(
-        after, rows, linestyle="none", marker="o", markersize=4.0, color=BLUE, label="after" if changed else "gap"
+        after, rows, linestyle="none", marker="o", markersize=4.0, color=FINAL, label="after" if changed else "gap"
     )
     largest = float(np.max(np.maximum(before, after)))
     if largest > WIDE:
@@ -110,15 +112,17 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     others = len(ranking) - len(shown)
-    title(figure, "Gap with each effect added", f"and {others} more that leave a larger gap" if others else "")
+    best = min(shown, key=lambda one: one.gap_after)
+    said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
+    title(figure, said, f"and {others} more that leave a larger gap" if others else "")
     across, up = figure.get_size_inches() * 25.4
     axes = place(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
     beside = 1.0 + (NUMBERS - RIGHT) / (across - left - NUMBERS)
     gaps = np.array([candidate.gap_after for candidate in shown])
-    colours = [BLUE if candidate.effect == added else "0.72" for candidate in shown]
+    colours = [FINAL if candidate.effect == added else "0.72" for candidate in shown]
     axes.barh(range(len(shown)), gaps, height=0.68, color=colours)
     axes.axvline(noise, color=GREY, linewidth=0.6)
-    axes.axvline(gap_before, color=VERMILLION, linewidth=0.9)
+    axes.axvline(gap_before, color=FIRST, linewidth=0.9)
     reach = BEYOND * max(gap_before, noise)
     axes.set_xlim(0.0, reach)
     axes.set_ylim(len(shown) - 0.5, -0.5)
@@ -126,7 +130,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     axes.tick_params(axis="y", length=0)
     over = axes.get_xaxis_transform()
     axes.text(noise, 1.01, "noise ", transform=over, fontsize=SMALL, color="0.35", ha="right", va="bottom")
-    axes.text(gap_before, 1.01, " without", transform=over, fontsize=SMALL, color=VERMILLION, ha="left", va="bottom")
+    axes.text(gap_before, 1.01, " without", transform=over, fontsize=SMALL, color=FIRST, ha="left", va="bottom")
     axes.text(beside, 1.01, "evidence", transform=axes.transAxes, fontsize=SMALL, color="0.35", ha="right", va="bottom")
     for row in np.flatnonzero(gaps > reach).tolist():
         axes.text(reach, row, f"{gaps[row]:.3g} ", fontsize=SMALL, color="0.25", ha="right", va="center")

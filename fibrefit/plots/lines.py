@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from fibrefit.plots.style import VERMILLION
+from fibrefit.plots.style import MASKED
 
 MOST = 6000
 """Samples beyond which a line is drawn by its extremes: more than a figure has dots across."""
@@ -49,6 +49,6 @@ def mark_masked(axes: Axes, times: np.ndarray, masked: np.ndarray) -> None:
     step = float(np.median(np.diff(times)))
     spans = [(times[a] - 0.5 * step, times[b - 1] - times[a] + step) for a, b in change.reshape(-1, 2)]
     axes.broken_barh(
-        spans, (0.0, 0.03), transform=axes.get_xaxis_transform(), facecolor=VERMILLION, edgecolor=VERMILLION,
+        spans, (0.0, 0.03), transform=axes.get_xaxis_transform(), facecolor=MASKED, edgecolor=MASKED,
         linewidth=0.8, zorder=4, label=f"masked ({int(masked.sum())})",
     )  # fmt: skip

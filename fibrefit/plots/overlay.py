@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.corner import Drawn
 from fibrefit.plots.quantities import axis_label
-from fibrefit.plots.style import BLUE, ORANGE, SMALL, label, new_figure, place, title
+from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, label, new_figure, place, title
 
 if TYPE_CHECKING:
     from fibrefit.sampling.posterior import Prior
@@ -37,7 +37,9 @@ def overlay_figure(drawn: list[Drawn], priors: list[Prior], shares: list[float])
     """
     rows = -(-len(drawn) // ACROSS) or 1
     figure = new_figure(TOP + rows * (CELL + BOTTOM))
-    title(figure, "Prior and posterior", "orange: prior;  blue: posterior")
+    widest = max((share for share in shares if np.isfinite(share)), default=0.0)
+    said = "The prior matters" if widest >= PRIOR_MATTERS else "The records, not the prior, determine every value"
+    title(figure, f"{said}: posterior / prior width is {100 * widest:.2g} % at most", "orange: prior;  blue: posterior")
     for number, (one, prior, share) in enumerate(zip(drawn, priors, shares, strict=True)):
         row, column = divmod(number, ACROSS)
         bottom = BOTTOM + (rows - 1 - row) * (CELL + BOTTOM)
@@ -50,12 +52,12 @@ def _overlay(axes: Axes, one: Drawn, prior: Prior, share: float) -> None:
     values, unit, worth = one.shown
     ends = _ends(values, prior, share, worth)
     heights, edges = np.histogram(values, BINS, ends, density=True)
-    axes.stairs(heights, edges, color=BLUE, fill=True, alpha=0.35)
+    axes.stairs(heights, edges, color=POSTERIOR, fill=True, alpha=0.35)
     grid = np.linspace(*ends, 400)
     if prior.proper:
         # The slope of the distribution function is the density, in whatever unit.
         density = np.diff(prior.cdf(grid * worth)) / np.diff(grid)
-        axes.plot(0.5 * (grid[1:] + grid[:-1]), density, color=ORANGE, linewidth=1.2)
+        axes.plot(0.5 * (grid[1:] + grid[:-1]), density, color=PRIOR, linewidth=1.2)
         said = f"posterior / prior width {100 * share:.2g} %" if np.isfinite(share) else ""
     else:
         said = "improper prior"

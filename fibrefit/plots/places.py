@@ -2,55 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from fibrefit.discovery.residuals.where import phase_shares
-from fibrefit.plots.style import KINDS, SMALL, label, legend, new_figure, place, title
-
-if TYPE_CHECKING:
-    from fibrefit.discovery.model.finding import Place
-    from fibrefit.fitting.result import Identification
+from fibrefit.core.arrays import Array
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.style import GREEN, ORANGE, PURPLE, SKY, SMALL, label, legend, new_figure, place, title
+from fibrefit.study.summaries.discovery import Place
 
 TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
 LETTER = 1.25
 LEAST_ROWS = 4
+CHANNELS = (GREEN, PURPLE, ORANGE, SKY)
 ROOM = 0.09
 """Room of a number, as a share of the axis; of places closer than that only the larger one has its number."""
 
 
-def places_figure(found: Identification, places: Sequence[Place]) -> Figure:
+def places_figure(first: Fitted, places: Sequence[Place], group: Mapping[str, Array]) -> Figure:
     """Shares of the gap by phase on the left, the stretches that hold most of it on the right.
 
     Parameters
     ----------
-    found : Identification
-        Of the model the search began with.
+    first : Fitted
+        The model the search began with.
     places : sequence of Place
+    group : mapping of str to Array
+        ``phase_shares`` of ``result.h5``.
     """
-    records = found.problem.layout.records
+    records = first.records
     height = ROW * max(len(records), LEAST_ROWS)
     figure = new_figure(TOP + BOTTOM + height)
-    title(figure, "Where the first model goes wrong", "share of the gap beyond noise")
+    shares = {
+        (str(channel), str(phase)): float(group["share"].values[c, p])
+        for c, channel in enumerate(group["channel"].values)
+        for p, phase in enumerate(group["phase"].values)
+    }
+    beside = "shares of the gap beyond noise: by phase, and in the stretches that hold most of it"
+    title(figure, _heading(shares), beside)
     across = figure.get_size_inches()[0] * 25.4
     axes = place(figure, 26.0, BOTTOM, SHARES, height)
-    channels = found.problem.model.rig.channels
-    _phases(axes, phase_shares(found), channels)
+    channels = first.channels
+    _phases(axes, shares, channels)
     left = 26.0 + SHARES + BETWEEN + LETTER * max(map(len, records))
-    _times(place(figure, left, BOTTOM, across - left - RIGHT, height), found, places, channels)
+    _times(place(figure, left, BOTTOM, across - left - RIGHT, height), first, places)
     return figure
+
+
+def _heading(shares: dict[tuple[str, str], float]) -> str:
+    (channel, phase), share = max(shares.items(), key=lambda one: one[1])
+    if share <= 0.0:
+        return "The first model leaves no more than noise in any phase"
+    return f"The first model goes wrong in the {channel} while {phase}: {100 * share:.0f} % of the gap"
 
 
 def _phases(axes: Axes, shares: dict[tuple[str, str], float], channels: Sequence[str]) -> None:
     there = {phase for (_, phase), share in shares.items() if share > 0.0}
     phases = [phase for phase in dict.fromkeys(phase for _, phase in shares) if phase in there or not there]
     base = np.zeros(len(phases))
-    for channel, (colour, _) in zip(channels, KINDS, strict=False):
+    for channel, colour in zip(channels, CHANNELS, strict=False):
         widths = np.array([shares[channel, phase] for phase in phases])
         axes.barh(range(len(phases)), widths, left=base, height=0.66, color=colour, label=channel)
         base += widths
@@ -63,20 +76,19 @@ def _phases(axes: Axes, shares: dict[tuple[str, str], float], channels: Sequence
     legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.0)
 
 
-def _times(axes: Axes, found: Identification, places: Sequence[Place], channels: Sequence[str]) -> None:
-    records = found.problem.layout.records
-    times = np.asarray(found.problem.observations.experiment.times)
-    counts = np.asarray(found.problem.observations.experiment.count)
-    for r, count in enumerate(counts):
-        axes.plot(times[r, [0, count - 1]], [r, r], color="0.8", linewidth=0.8, zorder=0)
-    colours = dict(zip(channels, KINDS, strict=False))
-    first, last = float(times[:, 0].min()), float(times[np.arange(len(counts)), counts - 1].max())
+def _times(axes: Axes, model: Fitted, places: Sequence[Place]) -> None:
+    records, channels = model.records, model.channels
+    ends = [(float(times[0]), float(times[-1])) for times in map(model.times, range(len(records)))]
+    for r, end in enumerate(ends):
+        axes.plot(end, [r, r], color="0.8", linewidth=0.8, zorder=0)
+    colours = dict(zip(channels, CHANNELS, strict=False))
+    first, last = min(end[0] for end in ends), max(end[1] for end in ends)
     labelled: list[tuple[int, int, float]] = []
     for spot in places:
         r, c = records.index(spot.record), channels.index(spot.channel)
         height = 0.4 / len(channels)
         low = r - 0.2 + c * height
-        axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel][0])
+        axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel])
         y, side = (low - 0.03, "bottom") if c == 0 else (low + height + 0.05, "top")
         middle = 0.5 * (spot.from_s + spot.to_s)
         if any((r, c) == other[:2] and abs(middle - other[2]) < ROOM * (last - first) for other in labelled):

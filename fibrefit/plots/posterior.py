@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fibrefit.core.arrays import Array, Groups
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.corner import Drawn, corner_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.overlay import overlay_figure
 from fibrefit.plots.traces import Way, traces_figure
+from fibrefit.study.summaries.summaries import PosteriorSummary
 
 if TYPE_CHECKING:
     from fibrefit.sampling.posterior import Posterior
@@ -45,6 +47,44 @@ def posterior_figures(posterior: Posterior, bands: Mapping[str, Bands]) -> Figur
     figures |= prior_figures(posterior)
     figures |= band_figures(posterior, bands, records[:MOST_RECORDS])
     return figures
+
+
+def saved_posterior_figures(summary: PosteriorSummary, groups: Groups) -> Figures:
+    """Figures of a saved posterior: ``corner`` and ``record <name>``.
+
+    Parameters
+    ----------
+    summary : PosteriorSummary
+        Content of ``summary.json``.
+    groups : Groups
+        Content of ``result.h5``.
+    """
+    names = [name for name in summary.parameters if name in groups["posterior"]][:MOST_VALUES]
+    known = {name: summary.parameters[name] for name in names}
+    drawn = [Drawn(n, one.unit, groups["posterior"][n].values.ravel(), one.fitted) for n, one in known.items()]
+    figures = Figures({"corner": corner_figure(drawn, summary.interval_probability)})
+    observed, predicted = groups["observed_data"], groups["posterior_predictive"]
+    channels = [name for name in observed if f"{name}_model" in predicted]
+    for r, record in enumerate(map(str, observed["record"].values[:MOST_RECORDS])):
+        there = np.any([np.isfinite(observed[channel].values[r]) for channel in channels], axis=0)
+        span = slice(0, int(np.flatnonzero(there)[-1]) + 1)
+        figures[f"record {record}"] = bands_figure(
+            record, [_saved_band(observed, predicted, channel, (r, span)) for channel in channels]
+        )
+    return figures
+
+
+def _saved_band(
+    observed: Mapping[str, Array], predicted: Mapping[str, Array], channel: str, at: tuple[int, slice]
+) -> Banded:
+    return Banded(
+        channel,
+        observed[channel].unit,
+        observed["time"].values[at],
+        observed[channel].values[at],
+        predicted[f"{channel}_model"].values[:, *at],
+        predicted[f"{channel}_measured"].values[:, *at],
+    )
 
 
 def corner_figures(posterior: Posterior, names: Sequence[str] = ()) -> Figures:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, new_figure, stack, title
 
-LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 13.0, 10.0, 4.5
+LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 17.0, 10.0, 4.5
 TALL, LOW, STRIP = 33.0, 17.0, 2.5
 BAND = 2.0
 """Half-width of the noise band, in noise rms: 95 of 100 samples of pure noise lie inside."""
@@ -31,6 +32,8 @@ class Compared:
         Measured is NaN where a sample does not count.
     noise : float or None
         Noise rms, where a residual is to be drawn.
+    error : (n_time,) or None
+        Standard error of the simulated readings by those of the values.
     """
 
     name: str
@@ -39,10 +42,22 @@ class Compared:
     measured: np.ndarray
     simulated: np.ndarray
     noise: float | None = None
+    error: np.ndarray | None = None
+
+    @property
+    def gap(self) -> float:
+        """Rms of measured minus simulated over that of the noise; NaN where either is not known."""
+        residual = self.measured - self.simulated
+        known = np.isfinite(residual)
+        return float(np.sqrt(np.mean(residual[known] ** 2)) / self.noise) if known.any() and self.noise else math.nan
 
 
 def compared_figure(
-    heading: str, beside: str, channels: list[Compared], phases: Mapping[str, np.ndarray] | None = None
+    heading: str,
+    beside: str,
+    channels: list[Compared],
+    phases: Mapping[str, np.ndarray] | None = None,
+    ends: tuple[float, float] | None = None,
 ) -> Figure:
     """Channels of one record, each with its residual where its noise is known.
 
@@ -53,6 +68,8 @@ def compared_figure(
     channels : list of Compared
     phases : mapping of str to (n_time,) bool, optional
         When the rig is in which phase; drawn as a strip on top.
+    ends : (float, float), optional
+        From when to when; the whole record unless said.
     """
     heights = [STRIP] if phases else []
     for channel in channels:
@@ -70,9 +87,20 @@ def compared_figure(
             legend(axes[len(axes) - len(heights) + bool(phases)], loc="upper right")
         if channel.noise is not None:
             _residual(next(panels), channel)
-    axes[0].set_xlim(channels[0].times[0], channels[0].times[-1])
+    crop(axes[0], channels[0].times, ends)
     figure.align_ylabels(axes)
     return figure
+
+
+def crop(axes: Axes, times: np.ndarray, ends: tuple[float, float] | None) -> None:
+    """Show a record from when to when, and say what is left out."""
+    first, last = float(times[0]), float(times[-1])
+    from_s, to_s = ends or (first, last)
+    axes.set_xlim(from_s, to_s)
+    rest = [f"{size:.2g} s at its {end}" for size, end in ((from_s - first, "begin"), (last - to_s, "end")) if size > 0]
+    if rest:
+        said = f"not shown: rest, {' and '.join(rest)}"
+        axes.figure.text(0.995, 0.005, said, fontsize=SMALL, color="0.4", ha="right", va="bottom")
 
 
 def _curves(axes: Axes, channel: Compared) -> None:
@@ -98,8 +126,7 @@ def _residual(axes: Axes, channel: Compared) -> None:
     reach = max(1.08 * largest, 1.5 * BAND * noise) / worth
     axes.set_ylim(-reach, reach)
     label(axes, y=axis_label("residual", unit))
-    gap = float(np.sqrt(np.nanmean(residual**2)) / noise) if np.isfinite(residual).any() and noise else float("nan")
-    said = f"measured \N{MINUS SIGN} simulated: RMS / noise {gap:.2f};  band: ±{BAND:.0f} noise rms"
+    said = f"measured \N{MINUS SIGN} simulated: RMS / noise {channel.gap:.2f};  band: ±{BAND:.0f} noise rms"
     axes.text(1.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, ha="right", va="bottom", color="0.25")
 
 

@@ -5,20 +5,30 @@ from __future__ import annotations
 import io
 import re
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from fibrefit.core.formats import FIGURES
+from fibrefit.plots.style import caption_of
+
 LONGEST = 80
+LONGEST_END = 7
+"""Letters of the end of a file's name, such as ``parquet``."""
 
 #: Names that mean a device, not a file, on some systems.
 DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{i}" for port in ("com", "lpt") for i in range(1, 10))}
 
 
-def save_figures(figures: Mapping[str, Figure], folder: Path, stop: Callable[[], bool] = lambda: False) -> list[Path]:
-    """Write every figure as ``<name>.png``.
+def save_figures(
+    figures: Mapping[str, Figure],
+    folder: Path,
+    stop: Callable[[], bool] = lambda: False,
+    formats: Sequence[str] | None = None,
+) -> list[Path]:
+    """Write every figure as ``<name>.png``, with its caption inside, and in other formats where they are asked for.
 
     Parameters
     ----------
@@ -28,30 +38,48 @@ def save_figures(figures: Mapping[str, Figure], folder: Path, stop: Callable[[],
         Made where it does not exist.
     stop : callable
         Asked before each figure whether to leave out the rest of them.
+    formats : sequence of str, optional
+        Some of `fibrefit.core.formats.FORMATS`; what was asked for on the command line, or PNG, unless said.
 
     Returns
     -------
     list of pathlib.Path
         The files, in the order of the figures.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{stem}.png" for stem in file_names(list(figures))]
+    kinds = FIGURES.get() if formats is None else formats
+    if kinds:
+        folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for path, figure in zip(paths, figures.values(), strict=True):
+    for stem, figure in zip(file_names([_guessed(name) for name in figures]), figures.values(), strict=True):
         if stop():
             break
-        path.write_bytes(png_of(figure))
-        written.append(path)
+        for kind in kinds:
+            path = folder / f"{stem}.{kind}"
+            path.write_bytes(figure_file(figure, kind))
+            written.append(path)
     return written
 
 
-def png_of(figure: Figure) -> bytes:
-    """A figure as PNG, its texts as they stand: a heading of a file may hold half a formula."""
+def figure_file(figure: Figure, kind: str = "png") -> bytes:
+    """A figure as a file with its caption inside, its texts as they stand: a heading may hold half a formula."""
     for text in figure.findobj(Text):
         text.set_parse_math(False)
     drawn = io.BytesIO()
-    figure.savefig(drawn, format="png")
+    figure.savefig(drawn, format=kind, metadata=_told(kind, caption_of(figure)))
     return drawn.getvalue()
+
+
+def _told(kind: str, caption: str) -> dict[str, str | None]:
+    """The caption where each format has room for it; without the date, so that the same figure is the same file."""
+    if kind == "pdf":
+        return {"Title": caption, "CreationDate": None}
+    return {"Description": caption} if kind == "png" else {"Description": caption, "Date": None}
+
+
+def _guessed(name: str) -> str:
+    """The name that a person would guess: ``record_drop_5mm.png``, not ``record_drop_5mm_csv.png``."""
+    stem, _, end = name.rpartition(".")
+    return stem if stem and end.isalnum() and len(end) <= LONGEST_END and not end.isdigit() else name
 
 
 def file_names(names: list[str]) -> list[str]:

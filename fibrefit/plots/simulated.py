@@ -34,5 +34,7 @@ def simulation_figures(task: Task, readings: Mapping[str, np.ndarray]) -> Figure
             Compared(channel, task.units[channel], trace.times, trace.channels[channel], values[r, :count])
             for channel, values in readings.items()
         ]
-        figures[f"record {trace.name}"] = compared_figure(trace.name, "simulated at the starting values", channels)
+        figures[f"record {trace.name}"] = compared_figure(
+            f"{trace.name}, simulated at the starting values", "", channels
+        )
     return figures

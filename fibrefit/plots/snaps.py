@@ -15,7 +15,7 @@ from fibrefit.plots.style import SIMULATED, SKY, SMALL, label, legend, new_figur
 
 ROWS = 6
 """Records in one figure."""
-LEFT, TOP, BOTTOM, HEIGHT, WIDTH, GAP, BETWEEN = 16.0, 13.0, 10.0, 30.0, 74.0, 8.0, 14.0
+LEFT, TOP, BOTTOM, HEIGHT, WIDTH, GAP, BETWEEN = 16.0, 17.0, 10.0, 30.0, 74.0, 8.0, 14.0
 SHARE = 0.35
 """Half of a window over the duration of the contact."""
 FEWEST = 8
@@ -48,7 +48,11 @@ def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[i
 
 def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
     figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + GAP) - GAP)
-    title(figure, "First contact: take-up and release", "")
+    title(
+        figure,
+        "How the model follows the first contact of each record: take-up and release",
+        "dots: measured samples; line: simulated; dashed: the instant at which the simulated fibre goes taut or slack",
+    )
     up = figure.get_size_inches()[1] * 25.4
     for row, (record, (start, end)) in enumerate(contacts):
         bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)

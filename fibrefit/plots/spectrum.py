@@ -2,51 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.discovery.residuals.residuals import strands
-from fibrefit.discovery.residuals.spectrum import Spectrum, narrow_band, spectrum_of
+from fibrefit.core.arrays import Array
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, YELLOW, label, legend, new_figure, stack, title
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, PLACE, SMALL, label, legend, new_figure, stack, title
 
 LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 18.0, 5.0, 17.0, 11.0, 6.0, 46.0
 LOWEST = 0.2
 """Lowest power shown, as a share of the smallest of the noise."""
 
 
-def spectrum_figure(before: Fitted, after: Fitted | None) -> Figure:
+class _Spectrum(NamedTuple):
+    """One channel of ``residual_spectrum``: powers ``(n_frequency,)`` in SI units."""
+
+    frequency: np.ndarray
+    first: np.ndarray
+    final: np.ndarray
+    floor: np.ndarray
+    chance: np.ndarray
+    band: np.ndarray
+
+
+def spectrum_of_channel(group: Mapping[str, Array], channel: str) -> _Spectrum:
+    """Spectra of a channel and the noise under them."""
+    c = [str(name) for name in group["channel"].values].index(channel)
+    first, final = group["power"].values[:, c]
+    rest = (group[name].values[c] for name in ("floor", "chance", "band"))
+    return _Spectrum(group["frequency"].values, first, final, *rest)
+
+
+def spectrum_figure(group: Mapping[str, Array], fitted: Fitted, changed: bool) -> Figure:
     """Power density of the residuals of each channel, all records together, before and after.
 
     Parameters
     ----------
-    before, after : Fitted
-        None where the model did not change.
+    group : mapping of str to Array
+        ``residual_spectrum`` of ``result.h5``.
+    fitted : Fitted
+        For its channels and units.
+    changed : bool
+        Whether the final model differs from the first.
     """
-    channels = before.channels
+    channels = fitted.channels
     figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
-    title(figure, "Residual spectrum", "mean over all records; grey: noise")
+    spectra = {channel: spectrum_of_channel(group, channel) for channel in channels}
+    beside = "power of the residuals, mean over all records; grey: noise at rest and its 95 % band"
+    title(figure, _heading(spectra, changed), beside)
     panels = stack(figure, [HEIGHT] * len(channels), LEFT, RIGHT, TOP, GAP)
-    for c, (axes, channel) in enumerate(zip(panels, channels, strict=True)):
-        first = _spectrum(before, c)
-        final = None if after is None else _spectrum(after, c)
-        unit, worth = readable_unit(np.sqrt(first.power * first.frequency), before.found.gap[channel].unit)
-        _floor(axes, first, worth)
-        band = narrow_band(first, before.found.noise[channel])
-        if band is not None:
-            _band(axes, *band)
-        for spectrum, colour, width, said in (
-            (first, VERMILLION, 1.0, "first model"),
-            (final, BLUE, 0.7, "final model"),
-        ):
-            if spectrum is not None:
-                axes.plot(spectrum.frequency, spectrum.power / worth**2, color=colour, linewidth=width, label=said)
+    for axes, (channel, found) in zip(panels, spectra.items(), strict=True):
+        unit, worth = readable_unit(np.sqrt(found.first * found.frequency), fitted.gap.channels[channel].unit)
+        _floor(axes, found, worth)
+        if np.isfinite(found.band).all():
+            _band(axes, *found.band)
+        axes.plot(found.frequency, found.first / worth**2, color=FIRST, linewidth=1.0, label="first model")
+        if changed:
+            axes.plot(found.frequency, found.final / worth**2, color=FINAL, linewidth=0.7, label="final model")
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.set_xlim(float(first.frequency[0]), float(first.frequency[-1]))
-        axes.set_ylim(bottom=LOWEST * float(first.floor.min()) / worth**2)
+        axes.set_xlim(float(found.frequency[0]), float(found.frequency[-1]))
+        axes.set_ylim(bottom=LOWEST * float(found.floor.min()) / worth**2)
         label(axes, y=axis_label(f"{channel} residual", f"({unit})²/Hz" if "/" in unit else f"{unit}²/Hz"))
     legend(panels[0], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
     label(panels[-1], x="frequency / Hz")
@@ -54,11 +75,17 @@ def spectrum_figure(before: Fitted, after: Fitted | None) -> Figure:
     return figure
 
 
-def _spectrum(fitted: Fitted, channel: int) -> Spectrum:
-    return spectrum_of([strand for strand in strands(fitted.found) if strand.channel == channel])
+def _heading(spectra: Mapping[str, _Spectrum], changed: bool) -> str:
+    """How often the residuals are louder than noise may be."""
+    said = []
+    for channel, found in spectra.items():
+        shares = [np.mean(power > found.chance[1] * found.floor) for power in (found.first, found.final)]
+        told = f"{100 * shares[0]:.0f} %" + (f", then {100 * shares[1]:.0f} %" if changed else "")
+        said.append(f"{told} ({channel})")
+    return f"Residuals exceed the noise at {' and '.join(said)} of all frequencies"
 
 
-def _floor(axes: Axes, found: Spectrum, worth: float) -> None:
+def _floor(axes: Axes, found: _Spectrum, worth: float) -> None:
     """Noise of the rests, with the band in which the power of as much noise lies at nineteen frequencies of twenty."""
     floor = found.floor / worth**2
     axes.fill_between(
@@ -68,7 +95,7 @@ def _floor(axes: Axes, found: Spectrum, worth: float) -> None:
 
 
 def _band(axes: Axes, low: float, high: float, share: float) -> None:
-    axes.axvspan(low, high, facecolor=YELLOW, alpha=0.35, edgecolor="none", zorder=0)
+    axes.axvspan(low, high, facecolor=PLACE, alpha=0.35, edgecolor="none", zorder=0)
     axes.text(
         float(np.sqrt(low * high)), 0.97, f"{100 * share:.0f} %", transform=axes.get_xaxis_transform(),
         fontsize=SMALL, color="0.3", ha="center", va="top",

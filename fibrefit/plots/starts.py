@@ -2,40 +2,60 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
+from fibrefit.core.arrays import Array
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import GREY, KINDS, SMALL, label, new_figure, place, title
-
-if TYPE_CHECKING:
-    from fibrefit.fitting.result import Starts
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
 ROW = 2.2
 MOST_PANELS = 5
 LOST = "given up"
+
+
+class _Starts(NamedTuple):
+    """The group ``starts`` of a result as arrays; see `fibrefit.fitting.result.Starts`."""
+
+    names: tuple[str, ...]
+    began: np.ndarray
+    ended: np.ndarray
+    cost: np.ndarray
+    basin: np.ndarray
+
+    @property
+    def tried(self) -> int:
+        """Number of starts."""
+        return len(self.cost)
+
+
 WIDE = 20.0
 """Ratio of largest to smallest value beyond which an axis is logarithmic."""
 
 
-def starts_figure(starts: Starts, units: dict[str, str]) -> Figure:
+def starts_figure(group: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
     """Starts in the order of their cost, a column for each parameter, colour and marker by basin.
 
     Parameters
     ----------
-    starts : Starts
-    units : dict of str to str
+    group : mapping of str to Array
+        ``starts`` of ``result.h5``.
+    units : mapping of str to str
         SI unit of each parameter.
     """
+    known, began, ended, cost, basin = (group[n].values for n in ("parameter", "began", "ended", "cost", "basin"))
+    starts = _Starts(tuple(map(str, known)), began, ended, cost, basin.astype(int))
     order = np.argsort(np.where(np.isfinite(starts.cost), starts.cost, np.inf), kind="stable")
     names = starts.names[:MOST_PANELS]
     figure = new_figure(TOP + BOTTOM + max(30.0, ROW * starts.tried))
-    title(figure, "Multistart", f"{starts.agreeing} of {starts.tried} starts reached the best minimum")
+    agreeing = int(np.sum(starts.basin == 0))
+    title(figure, f"{agreeing} of {starts.tried} starts reached the best minimum")
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - RIGHT - BETWEEN * len(names)) / (len(names) + 1)
     panels = [
@@ -58,7 +78,7 @@ def _kind(basin: int) -> tuple[str, str]:
     return ("0.6", "x") if basin < 0 else KINDS[min(basin, len(KINDS) - 1)]
 
 
-def _ways(axes: Axes, starts: Starts, order: np.ndarray, name: str, si: str) -> None:
+def _ways(axes: Axes, starts: _Starts, order: np.ndarray, name: str, si: str) -> None:
     column = starts.names.index(name)
     began, ended = starts.began[order, column], starts.ended[order, column]
     unit, worth = readable_unit(np.concatenate([began, ended]), si)
@@ -77,7 +97,7 @@ def _ways(axes: Axes, starts: Starts, order: np.ndarray, name: str, si: str) -> 
     label(axes, x=axis_label(name.rpartition(".")[2], unit))
 
 
-def _costs(axes: Axes, starts: Starts, order: np.ndarray) -> None:
+def _costs(axes: Axes, starts: _Starts, order: np.ndarray) -> None:
     cost, best = starts.cost[order], float(np.min(starts.cost))
     rank = np.arange(1, len(order) + 1)
     ratio = np.sqrt(cost / best) if 0.0 < best < np.inf else np.full(len(cost), np.nan)
@@ -103,7 +123,7 @@ def logarithmic(axes: Axes) -> None:
     axes.tick_params(which="minor", width=0.4, length=1.5)
 
 
-def _key(figure: Figure, axes: Axes, starts: Starts) -> None:
+def _key(figure: Figure, axes: Axes, starts: _Starts) -> None:
     entries = []
     basins, numbers = np.unique(starts.basin, return_counts=True)
     for basin, number in sorted(zip(basins.tolist(), numbers.tolist(), strict=True), key=lambda b: (b[0] < 0, b[0])):

@@ -8,14 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
+from fibrefit.core.phases import HELD, TAUT
 from fibrefit.core.roles import STATES
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, GREY, PALE, SMALL, VERMILLION, label, legend, new_figure, place, title
-from fibrefit.problem.diagnose.phases import HELD, TAUT
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, label, legend, new_figure, place, title
 
-TURNING = {"position": "rad", "speed": "rad/s"}
-"""The units of those that are angles, on a rig that turns."""
 OF_FIBRE = ("stretch", "stretch rate", "tension")
 """States that say something only while a fibre is taut."""
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
@@ -36,19 +34,20 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
         None where the model did not change.
     """
     channels = before.channels
-    known = [state for state in STATES if state in before.found.motion.states]
+    known = [state for state in STATES if state in before.states]
     figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
     beside = (
         "while the weight moves; of the fibre, while it is taut" if "tension" in known else "while the weight moves"
     )
-    title(figure, "Residual against the state of the rig", f"{beside}; grey: ± 1 noise rms")
+    beside = f"mean and spread of measured minus simulated, {beside}; grey: ± 1 noise rms"
+    title(figure, _heading(before, after, known), beside)
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - RIGHT - CLOSE * (len(known) - 1)) / len(known)
     for row, channel in enumerate(channels):
         bottom, first = up - TOP - HEIGHT - row * (HEIGHT + GAP), None
         for column, state in enumerate(known):
             axes = place(figure, LEFT + column * (width + CLOSE), bottom, width, HEIGHT)
-            _panel(axes, before, after, state, row)
+            _panel(axes, before, after, state, channel)
             if first is None:
                 first = axes
                 label(axes, y=f"{channel} residual / noise")
@@ -62,11 +61,28 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, before: Fitted, after: Fitted | None, state: str, channel: int) -> None:
+def _heading(before: Fitted, after: Fitted | None, known: list[str]) -> str:
+    """On which state the residuals of which channel depend most."""
+    depends = {(c, s): _dependence(before, c, s) for c in before.channels for s in known}
+    (channel, state), most = max(depends.items(), key=lambda one: one[1])
+    said = f"The {channel} residual of the first model follows the {state} most: {most:.2f} noise rms"
+    return said if after is None else f"{said}; of the final one {_dependence(after, channel, state):.2f}"
+
+
+def _dependence(fitted: Fitted, channel: str, state: str) -> float:
+    """Rms of the mean residuals in bins of a state, in noise rms; nil where too little moves."""
+    values = _of_state(fitted, state)
+    if len(values) < FEWEST:
+        return 0.0
+    mean, number = _binned(values, _residual(fitted, channel, state))[1:3]
+    return float(np.sqrt(np.average(mean**2, weights=number))) if number.size else 0.0
+
+
+def _panel(axes: Axes, before: Fitted, after: Fitted | None, state: str, channel: str) -> None:
     axes.axhspan(-1.0, 1.0, facecolor=PALE, edgecolor="none", zorder=0)
     axes.axhline(0.0, color="0.5", linewidth=0.4)
     unit, worth = readable_unit(_of_state(before, state), _unit(before, state))
-    for fitted, colour, said in ((before, VERMILLION, "first model"), (after, BLUE, "final model")):
+    for fitted, colour, said in ((before, FIRST, "first model"), (after, FINAL, "final model")):
         if fitted is not None:
             _band(axes, _of_state(fitted, state) / worth, _residual(fitted, channel, state), colour, said)
     label(axes, x=axis_label(state, unit))
@@ -84,10 +100,11 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
     """
     stages = [("first model", before)] + ([("final model", after)] if after is not None else [])
     # A row for each channel; where nothing changed, the channels stand side by side.
-    panels = [(channel, stage) for channel in range(len(before.channels)) for stage in stages]
+    panels = [(channel, stage) for channel in before.channels for stage in stages]
     rows = -(-len(panels) // 2)
     figure = new_figure(TOP + BOTTOM + rows * (PLANE + GAP) - GAP)
-    title(figure, f"Mean residual over {variables[0]} and {variables[1]}", "in units of the noise")
+    said = f"Where in the plane of {variables[0]} and {variables[1]} measurement and model differ"
+    title(figure, said, "mean of measured minus simulated, in units of the noise")
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - 20.0 - BETWEEN) / 2
     units = [readable_unit(_of_state(before, state), _unit(before, state)) for state in variables]
@@ -96,7 +113,7 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
         bottom = up - TOP - PLANE - row * (PLANE + GAP)
         axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
         mesh = _map(axes, fitted, channel, variables, (units[0][1], units[1][1]))
-        heading = f"{before.channels[channel]}, {said}"
+        heading = f"{channel}, {said}"
         axes.text(0.0, 1.02, heading, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
         label(axes, x=axis_label(variables[0], units[0][0]) if row == rows - 1 else "")
         label(axes, y=axis_label(variables[1], units[1][0]) if column == 0 else "")
@@ -108,49 +125,53 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
 
 def has_fibre_map(fitted: Fitted) -> bool:
     """Whether stretch and its rate say anything that position and speed do not: on a drop they are the same."""
-    states = fitted.found.motion.states
+    states = fitted.states
     if "stretch" not in states or not _moving(fitted, "stretch").any():
         return False
-    return not np.array_equal(states["stretch rate"], states["speed"])
+    return not np.array_equal(states["stretch rate"].values, states["speed"].values)
 
 
 def _unit(fitted: Fitted, state: str) -> str:
-    return TURNING.get(state, STATES[state]) if "angle" in fitted.channels else STATES[state]
+    return fitted.states[state].unit
 
 
 def _moving(fitted: Fitted, state: str) -> np.ndarray:
-    phase = fitted.found.motion.phase
+    phase = fitted.phases
     within = np.arange(phase.shape[1]) < fitted.counts[:, None]
     return within & (np.isin(phase, TAUT) if state in OF_FIBRE else phase != HELD)
 
 
 def _of_state(fitted: Fitted, state: str) -> np.ndarray:
-    return fitted.found.motion.states[state][_moving(fitted, state)]
+    return fitted.states[state].values[_moving(fitted, state)]
 
 
-def _residual(fitted: Fitted, channel: int, state: str) -> np.ndarray:
+def _residual(fitted: Fitted, channel: str, state: str) -> np.ndarray:
     """Measured minus simulated while that state says something, in units of the noise."""
-    return -fitted.found.residuals[:, channel][_moving(fitted, state)]
+    return np.nan_to_num(fitted.residuals(channel))[_moving(fitted, state)]
 
 
 def _band(axes: Axes, state: np.ndarray, residual: np.ndarray, colour: str, said: str) -> None:
     if len(state) < FEWEST:
         return
+    centre, mean, _, squares = _binned(state, residual)
+    spread = np.sqrt(np.maximum(squares - mean**2, 0.0))
+    axes.fill_between(centre, mean - spread, mean + spread, facecolor=colour, alpha=0.2, edgecolor="none")
+    axes.plot(centre, mean, color=colour, linewidth=1.0, label=said)
+
+
+def _binned(state: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Middle, mean residual, number of samples and mean square of each bin that holds enough of them."""
     low, high = np.quantile(state, (0.002, 0.998))
     edges = np.linspace(float(low), float(high), BINS + 1)
     index = np.clip(np.digitize(state, edges) - 1, 0, BINS - 1)
     number = np.bincount(index, minlength=BINS)
     enough = number >= FEWEST
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(index, residual, BINS) / number
-        spread = np.sqrt(np.bincount(index, residual**2, BINS) / number - mean**2)
-    centre = 0.5 * (edges[1:] + edges[:-1])[enough]
-    mean, spread = mean[enough], spread[enough]
-    axes.fill_between(centre, mean - spread, mean + spread, facecolor=colour, alpha=0.2, edgecolor="none")
-    axes.plot(centre, mean, color=colour, linewidth=1.0, label=said)
+    sums = (np.bincount(index, values, BINS)[enough] / number[enough] for values in (residual, residual**2))
+    mean, squares = sums
+    return 0.5 * (edges[1:] + edges[:-1])[enough], mean, number[enough], squares
 
 
-def _map(axes: Axes, fitted: Fitted, channel: int, variables: tuple[str, str], worth: tuple[float, float]) -> QuadMesh:
+def _map(axes: Axes, fitted: Fitted, channel: str, variables: tuple[str, str], worth: tuple[float, float]) -> QuadMesh:
     x, y = (_of_state(fitted, state) / unit for state, unit in zip(variables, worth, strict=True))
     residual = _residual(fitted, channel, variables[0])
     number, edges_x, edges_y = np.histogram2d(x, y, CELLS)

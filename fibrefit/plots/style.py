@@ -9,6 +9,7 @@ Palette: Okabe and Ito, Color Universal Design (2008).
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,19 +29,30 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
 )
 GREY, PALE = "0.55", "0.90"
 
+#: One colour, one meaning, in every figure and on the page.
+FIRST, FINAL = VERMILLION, BLACK
+"""The model a search begins with; the one it ends with, or the only one there is."""
+PLACE, MASKED = YELLOW, PURPLE
+"""Where the first model goes wrong; samples that do not count."""
+POSTERIOR, PRIOR = BLUE, ORANGE
+
 WIDTH = 183.0
 """Of a figure, in mm: two columns of a journal."""
 SMALL, USUAL, LARGE = 6.5, 7.5, 9.0
 """Sizes of text, in points."""
 MM = 1.0 / 25.4
+LETTER = 1.9
+"""Width of a bold letter of a title, in mm."""
+SMALLEST = 0.8
+"""Factor by which a long title may be set smaller before it is broken into two lines."""
 
 #: What was measured is broad and light, what was simulated thin and dark: both stay visible where they agree.
 MEASURED: dict[str, Any] = {"color": SKY, "linewidth": 2.0, "solid_capstyle": "round"}
-SIMULATED: dict[str, Any] = {"color": BLACK, "linewidth": 0.7}
-RESIDUAL: dict[str, Any] = {"color": BLUE, "linewidth": 0.4}
+SIMULATED: dict[str, Any] = {"color": FINAL, "linewidth": 0.7}
+RESIDUAL: dict[str, Any] = {"color": FINAL, "linewidth": 0.35}
 
 #: Colour and marker together tell basins, methods and the like apart.
-KINDS = ((BLUE, "o"), (VERMILLION, "s"), (GREEN, "^"), (PURPLE, "D"), (ORANGE, "v"), (BLACK, "P"))
+KINDS = ((BLUE, "o"), (GREEN, "s"), (ORANGE, "^"), (PURPLE, "D"), ("#8C6D31", "v"), ("0.35", "P"))
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
@@ -79,11 +91,33 @@ def stack(figure: Figure, heights: Sequence[float], left: float, right: float, t
 
 
 def title(figure: Figure, text: str, beside: str = "", left: float = 4.0) -> None:
-    """Title at the upper left, remark at the upper right."""
+    """Title at the upper left, a sentence that says what is seen; remark below it. Both are the figure's caption.
+
+    A title that is too long for its figure is set smaller, then in two lines.
+    """
     across, up = figure.get_size_inches() / MM
-    y = 1.0 - 5.0 / up
-    figure.text(left / across, y, text, fontsize=LARGE, fontweight="bold", va="center", ha="left")
-    figure.text(1.0 - 4.0 / across, y, beside, fontsize=USUAL, color="0.25", va="center", ha="right")
+    room = (across - 2.0 * left) / LETTER
+    factor = min(1.0, max(room / max(len(text), 1), SMALLEST))
+    lines = textwrap.wrap(text, int(room / factor), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}")
+    for number, line in enumerate([*lines, beside] if beside else lines):
+        y, said = 1.0 - (4.5 + 4.3 * number) / up, number == len(lines)
+        style: dict[str, Any] = {"fontsize": SMALL, "color": "0.25"} if said else {"fontweight": "bold"}
+        figure.text(left / across, y, line, **{"fontsize": factor * LARGE, "va": "center", "ha": "left"} | style)
+    set_caption(figure, f"{text.rstrip('.')}. {_sentence(beside)}".strip())
+
+
+def set_caption(figure: Figure, caption: str) -> None:
+    """Give a figure its caption: whole sentences that say what is seen, with the number that matters."""
+    figure.set_label(caption)
+
+
+def caption_of(figure: Figure) -> str:
+    """The caption of a figure; empty where it has none."""
+    return str(figure.get_label())
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
 
 
 def label(axes: Axes, *, x: str = "", y: str = "") -> None:

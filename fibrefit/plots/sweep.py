@@ -72,7 +72,11 @@ def comparison_figure(curves: Sequence[Curve]) -> Figure:
     """Maximum |angle| from rest and steady-state amplitude of all curves."""
     heights = (52.0, 52.0)
     figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
-    title(figure, "Frequency response", "lines: from rest and sweep up; dashed: sweep down")
+    title(
+        figure,
+        "How far the pendulum swings at each frequency of the drive",
+        "lines: from rest and sweep up; dashed: sweep down",
+    )
     axes = stacked(figure, heights, LEFT, RIGHT, TOP, GAP)
     for i, curve in enumerate(curves):
         colour = KINDS[i % len(KINDS)][0]

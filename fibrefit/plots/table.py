@@ -52,7 +52,7 @@ def table_figure(what: Table | Record) -> Figure:
     shown = curves[:MOST]
     figure = new_figure(TOP + BOTTOM + max(len(shown), 1) * (HEIGHT + GAP) - GAP)
     beside = _said(what) + (f"; {len(curves) - MOST} further columns not shown" if len(curves) > MOST else "")
-    title(figure, name, beside)
+    title(figure, f"{name}, as it was understood", beside)
     panels = stack(figure, [HEIGHT] * max(len(shown), 1), LEFT, RIGHT, TOP, GAP)
     for axes, curve in zip(panels, shown, strict=False):
         _draw(axes, curve)

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import KINDS, PALE, SMALL, USUAL, label, new_figure, place, title
 
-ROW, GAP, LEFT, BOTTOM, TOP = 20.0, 5.0, 18.0, 11.0, 13.0
+ROW, GAP, LEFT, BOTTOM, TOP = 20.0, 5.0, 18.0, 11.0, 17.0
 LONG, RANKS = 100.0, 50.0
 BINS = 20
 SPREAD = (0.05, 0.95)
@@ -48,7 +48,9 @@ def traces_figure(ways: list[Way]) -> Figure:
     ways : list of Way
     """
     figure = new_figure(TOP + BOTTOM + len(ways) * (ROW + GAP) - GAP)
-    title(figure, "Chains", f"{len(ways[0].values)} ensembles: median and 90 % of the walkers; ranks among all draws")
+    worst = max(ways, key=lambda way: way.r_hat)
+    heading = f"{len(ways[0].values)} ensembles of walkers agree to an R-hat of {worst.r_hat:.3f} or better"
+    title(figure, heading, "median and 90 % of the walkers of each ensemble, and ranks of its draws among all")
     for number, way in enumerate(ways):
         bottom = BOTTOM + (len(ways) - 1 - number) * (ROW + GAP)
         last = number == len(ways) - 1

@@ -41,13 +41,12 @@ def discovery_report(summary: DiscoverySummary) -> str:
     str
         Lines without a final line break.
     """
-    places = summary.rounds[0].where if summary.rounds else summary.unexplained.where if summary.unexplained else ()
     sections = [
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
         section("Effect size", items(found.says for found in summary.weights)),
-        section("Where the first model goes wrong", _places(places)),
+        section("Where the first model goes wrong", _places(summary.places)),
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),

@@ -82,7 +82,7 @@ class Fit(AnyResult, Saved):
         """Figures by name: records, snaps, starts, correlation."""
         from fibrefit.plots import fit_figures
 
-        return fit_figures(self.identification)
+        return fit_figures(self.summary(), fit_groups(self.identification))
 
     def predict(self, study: Study | str | Path) -> Prediction:
         """Predict records that the values were not found from, see `fibrefit.predict`."""
@@ -98,8 +98,11 @@ class Fit(AnyResult, Saved):
 
     def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
-        write_figures(directory, self.plot, stop)
+        from fibrefit.plots import fit_figures
+
+        summary, groups = self.summary(), self.groups()
+        write_parts(directory, summary, groups, self.study)
+        write_figures(directory, lambda: fit_figures(summary, groups), stop)
 
 
 def fit_study(

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.phases import PHASES
 from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
-from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.problem.estimate.population import Between
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -30,6 +30,7 @@ from fibrefit.study.summaries.summaries import (
     StatisticsSummary,
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
+from fibrefit.workflow.motion_files import conditions_group, motion_group, reading_errors
 
 DETERMINED = "every parameter is determined"
 CORRELATED = 0.7
@@ -185,6 +186,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         "predictions": {
             **shared,
             **{name: Variable(found.readings[name], grid, unit[name], "Simulated.") for name in channels},
+            **reading_errors(found),
             "phase": Variable(found.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES))),
         },
         "residuals": {
@@ -194,6 +196,8 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
                 for i, name in enumerate(channels)
             },
         },
+        "motion": motion_group(problem, found.motion),
+        "constant_data": conditions_group(problem),
         "starts": _starts_group(found.starts),
     }
 

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from urllib.parse import quote
 
-from fibrefit.core.errors import DataError, UsageError
-from fibrefit.report.page import Result, page
-from fibrefit.store import read_summary, write_whole
+from fibrefit.core.errors import DataError, FibrefitError, UsageError
+from fibrefit.report.page import Illustration, Result, page
+from fibrefit.store import read_result, read_summary, write_whole
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.workflow.draw import figures_of
 
-FIRST = ("corner", "gap", "parameters", "prior", "snaps", "places", "candidates")
-"""Figures that come first, where they are."""
+TABLE = "results.csv"
+CHOSEN: dict[type[Part], tuple[str, ...]] = {
+    FitSummary: ("overview", "snaps", "correlation", "errors", "starts"),
+    DiscoverySummary: ("overview", "curve", "places", "states", "map", "spectrum"),
+    PosteriorSummary: ("corner", "traces", "prior"),
+    BatchSummary: ("parameters",),
+}
+"""Figures that belong on the page of a kind of result; of other kinds, all up to `MOST_PICTURES`."""
+MOST_PICTURES = 6
 
 
 def report_results(folders: Sequence[Path | str], out: Path | str, *, force: bool = False) -> Path:
@@ -39,7 +53,7 @@ def report_results(folders: Sequence[Path | str], out: Path | str, *, force: boo
         If a folder holds no result.
     """
     file = page_file(Path(out), force)
-    results = [_read(Path(folder)) for folder in folders]
+    results = [_read(Path(folder), file.parent) for folder in folders]
     title = "fibrefit: " + (Path(folders[0]).resolve().name if len(folders) == 1 else f"{len(folders)} results")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -63,19 +77,70 @@ def page_file(out: Path, force: bool) -> Path:
     return file
 
 
-def _read(folder: Path) -> Result:
-    summary = read_summary(folder)
-    pictures = folder / "figures" if folder.is_dir() else folder.parent / "figures"
+def _read(result: Path, beside: Path) -> Result:
+    """A result from its folder, or from its summary alone."""
+    summary = read_summary(result)
+    folder = result if result.is_dir() else result.parent
+    groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
+    items = _items(summary, folder)
+    link = quote(os.path.relpath(folder, beside).replace(os.sep, "/"))
+    return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, _table(folder), link)
+
+
+def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
+    """The figures that belong on the page: as they lie in the folder, or else drawn from what was saved."""
+    from fibrefit.plots import small_png
+
+    chosen = CHOSEN.get(type(summary))
+    files = {path.stem: path for path in sorted((folder / "figures").glob("*.png"), key=_order)}
+    names = [name for name in (chosen or files) if name in files][:MOST_PICTURES]
     try:
-        paths = sorted(pictures.glob("*.png"), key=_order)
-        figures = [(path.stem.replace("_", " "), path.read_bytes()) for path in paths]
+        pictures = [(name, *small_png(files[name].read_bytes())) for name in names]
     except OSError as error:
-        raise DataError(str(pictures), error.strerror or "cannot be read", "figures of a result") from None
-    return Result(folder.as_posix(), summary, figures)
+        raise DataError(str(folder / "figures"), str(error), "figures of a result") from None
+    if not files and chosen:
+        pictures = _drawn(summary, groups, chosen)
+    return [Illustration(name, caption or name.replace("_", " "), png) for name, png, caption in pictures]
 
 
-def _order(path: Path) -> tuple[int, list[tuple[int, int, str]]]:
-    """Overviews first, then by name, with numbers in their order: ``drop_5mm`` before ``drop_10mm``."""
-    first = FIRST.index(path.stem) if path.stem in FIRST else len(FIRST)
-    parts = re.findall(r"\d+|\D+", path.stem)
-    return first, [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in parts]
+def _drawn(summary: Part, groups: Mapping, chosen: Sequence[str]) -> list[tuple[str, bytes, str]]:
+    from fibrefit.plots import small_png
+
+    figures: Mapping = figures_of(summary, groups) or {}
+    drawn = []
+    for name in chosen:
+        if name.replace("_", " ") in figures:
+            content = io.BytesIO()
+            figures[name.replace("_", " ")].savefig(content, format="png")
+            caption = str(figures[name.replace("_", " ")].get_label())
+            drawn.append((name, small_png(content.getvalue())[0], caption))
+    return drawn
+
+
+def _order(path: Path) -> list[tuple[int, int, str]]:
+    """By name, with numbers in their order: ``drop_5mm`` before ``drop_10mm``."""
+    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.findall(r"\d+|\D+", path.stem)]
+
+
+def _items(summary: Part, folder: Path) -> dict[str, Part]:
+    """Summaries of the items of a batch, of those that have one."""
+    if not isinstance(summary, BatchSummary):
+        return {}
+    found = {}
+    for name, item in summary.items.items():
+        try:
+            found[name] = read_summary(folder / (item.result or ""))
+        except FibrefitError:
+            # The table has what the batch itself says of it.
+            continue
+    return {name: one for name, one in found.items() if one != summary}
+
+
+def _table(folder: Path) -> list[list[str]]:
+    try:
+        with (folder / TABLE).open(encoding="utf-8", newline="") as file:
+            return list(csv.reader(file))
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, csv.Error) as error:
+        raise DataError(str(folder / TABLE), str(error), "the table of a batch") from None

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fibrefit.core.formats import FIGURES
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study
@@ -73,8 +74,8 @@ def write_parts(
 def write_figures(
     directory: ResultDirectory, figures: Callable[[], Figures], stop: Callable[[], bool] = lambda: False
 ) -> None:
-    """Write ``figures/``, unless asked to stop before they are drawn, or before the next of them is."""
-    if stop():
+    """Write ``figures/``, unless none are asked for, or asked to stop before they, or the next of them, are drawn."""
+    if stop() or not FIGURES.get():
         return
     from fibrefit.plots import save_figures
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.phases import LOADING, SLACK, UNLOADING
 from fibrefit.discovery.residuals.residuals import Remains
-from fibrefit.problem.diagnose.phases import LOADING, SLACK, UNLOADING, Motion
+from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.simulation.model import Experiment

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.phases import HELD, LOADING, SLACK, UNLOADING
 from fibrefit.discovery.engine.supermodel import frame_of
 from fibrefit.discovery.model.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import ChannelGap, Estimate, Identification, PlainEstimate, Starts
-from fibrefit.problem.diagnose.phases import HELD, LOADING, SLACK, UNLOADING, Motion
+from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 
 RELEASE = 0.12

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fibrefit.core.phases import STICKING
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import WINDOW
 from fibrefit.discovery.residuals.where import onset
-from fibrefit.problem.diagnose.phases import STICKING
 from tests.discovery.left import BOUNCE, COUNT, RATE, RECORDS, TAUT, noise_alone, with_gap
 
 SERIES = 100

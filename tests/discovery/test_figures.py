@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 from fibrefit.fitting.result import Identification
-from fibrefit.plots import discovery_figures
-from fibrefit.plots.before_after import _smooth
+from fibrefit.plots.before_after import SMOOTH, _smooth, averaged_noise
 from fibrefit.plots.curve import curve_figure
-from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import readable_unit
 from fibrefit.plots.states import _unit
+from fibrefit.plots.style import FINAL, caption_of
 from fibrefit.problem.task import Task
+from fibrefit.workflow.discovery.files import _curve
+from fibrefit.workflow.motion_files import motion_group
 from tests.discovery.made import CURVES, FINDINGS, named
+from tests.plots.saved import drawn_search, fitted_of, saved_search
 
+SAVED = tuple(map(_curve, CURVES))
 RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 
 
 @pytest.mark.parametrize("verdict", sorted(FINDINGS))
 def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
-    figures = discovery_figures(FINDINGS[verdict](task))
-    expected = {"gap", "candidates", "places", "states", "map", "spectrum"} | RECORDS
+    figures = drawn_search(FINDINGS[verdict](task))
+    expected = {"overview", "gap", "candidates", "places", "states", "map", "spectrum"} | RECORDS
     expected -= {"candidates"} if verdict == "not_trusted" else set()
     assert set(figures) == expected | ({"curve"} if verdict == "unexplained" else set())
     for figure in figures.values():
@@ -31,7 +36,7 @@ def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
 
 
 def test_before_and_after_share_their_axes(task: Task) -> None:
-    figure = discovery_figures(named(task))["record drop_20mm_45deg.csv"]
+    figure = drawn_search(named(task))["record drop_20mm_45deg.csv"]
     said = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert any("31 %" in text for text in said)
     labels = figure.axes[0].get_legend_handles_labels()[1]
@@ -40,17 +45,18 @@ def test_before_and_after_share_their_axes(task: Task) -> None:
 
 def test_a_round_has_its_candidates(task: Task) -> None:
     finding = named(task)
-    figures = discovery_figures(replace(finding, rounds=finding.rounds * 2))
+    figures = drawn_search(replace(finding, rounds=finding.rounds * 2))
     assert {"candidates", "candidates 2"} <= set(figures)
     bars = figures["candidates"].axes[0].patches
     assert len(bars) == len(finding.ranking)
     assert bars[0].get_facecolor() != bars[1].get_facecolor() == bars[2].get_facecolor()
+    assert bars[0].get_facecolor() == to_rgba(FINAL)
 
 
 def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
     finding = named(task)
     held = tuple(replace(one, gap_before=60.0) for one in finding.held_out)
-    axes = discovery_figures(replace(finding, held_out=held))["gap"].axes
+    axes = drawn_search(replace(finding, held_out=held))["gap"].axes
     assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
 
 
@@ -63,7 +69,7 @@ def test_averages_leave_out_what_is_missing() -> None:
 
 
 def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supported() -> None:
-    figure = curve_figure(CURVES)
+    figure = curve_figure(SAVED)
     figure.canvas.draw()
     best, stays, *others = figure.axes
     assert best.get_legend_handles_labels()[1] == ["where it acts", "95 % band", "height at a knot"]
@@ -80,14 +86,14 @@ def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supporte
 
 
 def test_where_nothing_was_seen_the_band_does_not_set_the_scale() -> None:
-    axes = curve_figure(CURVES[:1]).axes[0]
+    axes = curve_figure(SAVED[:1]).axes[0]
     assert np.isfinite(axes.get_ylim()).all()
     assert axes.get_ylim()[1] < 1.7 * CURVES[0].heights.max()
 
 
 def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
     blind = replace(CURVES[0], heights=np.zeros(40), errors=np.full(40, np.inf), seconds=np.zeros(40), acts=None)
-    curve_figure((blind, blind)).canvas.draw()
+    curve_figure((_curve(blind), _curve(blind))).canvas.draw()
 
 
 def with_stretch(found: Identification) -> Identification:
@@ -99,7 +105,7 @@ def with_stretch(found: Identification) -> Identification:
 
 
 def test_the_spectrum_has_a_panel_a_channel_with_the_noise_and_both_models(task: Task) -> None:
-    axes = discovery_figures(named(task))["spectrum"].axes
+    axes = drawn_search(named(task))["spectrum"].axes
     assert [one.get_ylabel() for one in axes] == ["force residual / (N²/Hz)", "position residual / (µm²/Hz)"]
     assert axes[-1].get_xlabel() == "frequency / Hz"
     for one in axes:
@@ -115,7 +121,7 @@ def test_the_spectrum_has_a_panel_a_channel_with_the_noise_and_both_models(task:
 def test_residuals_are_shown_against_every_state_the_rig_has(task: Task) -> None:
     finding = named(task)
     before, after = with_stretch(finding.before), with_stretch(finding.after)
-    figures = discovery_figures(replace(finding, before=before, after=after))
+    figures = drawn_search(replace(finding, before=before, after=after))
     axes = figures["states"].axes
     labels = ["position / mm", "speed / (mm/s)", "stretch / mm", "stretch rate / (mm/s)", "tension / N"]
     assert [one.get_xlabel() for one in axes] == [""] * 5 + labels
@@ -126,9 +132,40 @@ def test_residuals_are_shown_against_every_state_the_rig_has(task: Task) -> None
 
 
 def test_of_a_rig_that_turns_position_is_an_angle(task: Task) -> None:
-    fitted = Fitted(named(task).before)
-    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("m", "m/s")
-    fitted.channels = ("angle", "force_1", "force_2")
-    assert (_unit(fitted, "position"), _unit(fitted, "stretch rate")) == ("rad", "m/s")
-    for state in ("position", "speed"):
-        assert readable_unit(np.array([0.1]), _unit(fitted, state))[1] > 0.0
+    fitted = fitted_of(named(task).before)
+    assert (_unit(fitted, "position"), _unit(fitted, "speed")) == ("m", "m/s")
+    finding = named(task).before
+    rig = SimpleNamespace(channels=("angle", "force_1", "force_2"))
+    turning = SimpleNamespace(layout=finding.problem.layout, model=SimpleNamespace(rig=rig))
+    group = motion_group(turning, finding.motion)  # type: ignore[arg-type]
+    assert (group["position"].unit, group["speed"].unit) == ("rad", "rad/s")
+    assert readable_unit(np.array([0.1]), group["position"].unit)[1] > 0.0
+
+
+def test_the_band_of_an_averaged_residual_is_that_of_averaged_noise(task: Task) -> None:
+    """White noise of n samples averaged is louder by a root of n than its mean."""
+    finding = named(task)
+    groups = saved_search(finding)[1]
+    channel = fitted_of(finding.before).compared(0)[0]
+    spectrum = dict(groups["residual_spectrum"])
+    step = float(np.median(np.diff(channel.times)))
+    white = 2.0 * step * np.ones_like(spectrum["floor"].values)
+    spectrum["floor"] = replace(spectrum["floor"], values=white)
+    width = round(SMOOTH / step)
+    assert averaged_noise(spectrum, channel) == pytest.approx(1.0 / np.sqrt(width), rel=0.05)
+
+
+def test_every_figure_of_a_search_has_a_caption(task: Task) -> None:
+    for name, figure in drawn_search(named(task)).items():
+        assert len(caption_of(figure).split()) > 5, name
+        assert caption_of(figure).endswith("."), name
+
+
+def test_the_residuals_of_the_rounds_are_saved(task: Task) -> None:
+    finding = named(task)
+    left = finding.before.residuals
+    found = replace(finding.rounds[0], left=left, left_with=(finding.after.residuals, left))
+    groups = saved_search(replace(finding, rounds=(found,)))[1]["rounds"]
+    np.testing.assert_allclose(groups["left"].values[0], left, atol=6e-4)
+    assert groups["effect"].values.tolist() == [one.effect for one in finding.rounds[0].ranking[:2]]
+    assert saved_search(finding)[1]["rounds"] == {}

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.phases import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, _range, in_motion, probe_all
@@ -32,7 +33,6 @@ from fibrefit.discovery.model.finding import FreeCurve
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.phases import HELD
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_waves
 from fibrefit.problem.inputs.reactions import reactions_of

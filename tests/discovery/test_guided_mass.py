@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.plots import discovery_figures
 from fibrefit.study import load_study
 from fibrefit.workflow import Discovery, discover_study
 from tests.workflow import axis
@@ -42,8 +41,8 @@ def test_friction_that_differs_by_direction_is_named_and_called_small_but_system
     assert "small but systematic" in found.report().replace("\n  ", " ")
     # One record: there are no others to foresee it from.
     assert found.summary().held_out == ()
-    figures = discovery_figures(found.finding)
-    assert {"gap", "candidates", "places", "states", "map", "spectrum", "record axis.csv"} == set(figures)
+    figures = found.plot()
+    assert {"overview", "gap", "candidates", "places", "states", "map", "spectrum", "record axis.csv"} == set(figures)
 
 
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:

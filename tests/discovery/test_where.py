@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from fibrefit.core.phases import LOADING, PHASES, SLACK
 from fibrefit.discovery.residuals.chance import WRONGLY, loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
 from fibrefit.discovery.residuals.residuals import Remains, strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import in_words, phase_shares, places
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.phases import LOADING, PHASES, SLACK
 from fibrefit.problem.noise.spectrum import noise_of
 from tests.discovery.left import BOUNCE, CHANNELS, COUNT, RATE, RECORDS, SIGMA, TAUT, noise_alone, of_colour, with_gap
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
+from fibrefit.core.phases import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
 from fibrefit.fitting.result import ChannelGap, Identification, InputError, Starts
 from fibrefit.fitting.structure import Residuals, structure_checks
 from fibrefit.fitting.uncertainty import sandwich
-from fibrefit.problem.diagnose.phases import HELD, LOADING, REST, SLACK, UNLOADING, Motion
+from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.transform import Range

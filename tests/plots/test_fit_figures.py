@@ -12,20 +12,24 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from fibrefit.core.phases import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
-from fibrefit.plots import fit_figures, simulation_figures
+from fibrefit.plots import fit_figures, save_figures, simulation_figures, small_png
 from fibrefit.plots.certainty import correlation_figure, correlations
 from fibrefit.plots.fit import MOST_RECORDS
-from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
-from fibrefit.problem.diagnose.phases import LOADING, REST, SLACK, UNLOADING
+from fibrefit.plots.style import caption_of
 from fibrefit.problem.task import Task
+from fibrefit.store import read_result, write_result
+from fibrefit.workflow.fit_files import _starts_group
+from tests.plots.saved import drawn_fit, fitted_of, saved_fit
+from tests.study.test_summaries import PROVENANCE
 
 
 @pytest.fixture(scope="module")
 def figures(found: Identification) -> dict[str, Figure]:
-    return fit_figures(found)
+    return drawn_fit(found)
 
 
 def texts(figure: Figure) -> str:
@@ -41,6 +45,7 @@ def texts(figure: Figure) -> str:
 
 def test_every_figure_a_person_looks_for_is_there(figures: dict[str, Figure]) -> None:
     assert list(figures) == [
+        "overview",
         "record drop_5mm.csv",
         "record drop_10mm.csv",
         "snaps",
@@ -92,7 +97,7 @@ def test_measured_and_simulated_differ_in_more_than_colour(figures: dict[str, Fi
 
 
 def test_the_first_contact_is_found_in_the_phases(found: Identification) -> None:
-    fitted = Fitted(found)
+    fitted = fitted_of(found)
     start, end = first_contact(fitted, 1, (LOADING, UNLOADING, REST))
     phase = fitted.phase(1)
     assert phase[start - 1] == SLACK
@@ -105,8 +110,8 @@ def test_a_record_that_never_goes_slack_has_a_take_up_only(found: Identification
     phase = np.where(found.motion.phase == SLACK, LOADING, found.motion.phase)
     phase[:, :300] = SLACK
     stays = dataclasses.replace(found, motion=dataclasses.replace(found.motion, phase=phase))
-    assert first_contact(Fitted(stays), 0, (LOADING, UNLOADING, REST))[1] is None
-    assert "release" not in texts(fit_figures(stays)["snaps"]).splitlines()
+    assert first_contact(fitted_of(stays), 0, (LOADING, UNLOADING, REST))[1] is None
+    assert "release" not in texts(drawn_fit(stays)["snaps"]).splitlines()
 
 
 def test_starts_show_every_basin_with_its_own_mark(found: Identification) -> None:
@@ -114,7 +119,7 @@ def test_starts_show_every_basin_with_its_own_mark(found: Identification) -> Non
     basin = np.array([0, 0, 0, 1, 1, 2, -1, 0])
     cost = np.where(basin < 0, np.inf, starts.cost * (1.0 + 3.0 * np.maximum(basin, 0)))
     spread = dataclasses.replace(starts, basin=basin, cost=cost)
-    figure = starts_figure(spread, {"stiffness": "N/m"})
+    figure = starts_figure(_starts_group(spread), {"stiffness": "N/m"})
     said = texts(figure)
     for words in (
         "best minimum: 4",
@@ -130,7 +135,7 @@ def test_starts_show_every_basin_with_its_own_mark(found: Identification) -> Non
 
 def test_a_search_that_lost_every_start_can_still_be_drawn() -> None:
     lost = Starts(("k",), *(np.full((2, 1), np.nan),) * 3, np.full(2, np.inf), np.zeros(2, dtype=int), np.full(2, -1))
-    assert "given up: 2" in texts(starts_figure(lost, {"k": "N/m"}))
+    assert "given up: 2" in texts(starts_figure(_starts_group(lost), {"k": "N/m"}))
 
 
 def test_correlations_leave_out_what_is_not_determined() -> None:
@@ -144,7 +149,7 @@ def test_correlations_leave_out_what_is_not_determined() -> None:
 def test_the_reported_interval_stands_out(found: Identification, figures: dict[str, Figure]) -> None:
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3
-    assert "reported / i.i.d. standard error: " in said
+    assert f"The reported error bars are {found.inflation:.2g} times those under white noise" in said
     for method in ("white (i.i.d.) noise", "whitened (GLS) (reported)", "not whitened (OLS)"):
         assert method in said
 
@@ -153,14 +158,14 @@ def test_a_profile_is_shown_beside_the_others(found: Identification) -> None:
     estimates = tuple(
         dataclasses.replace(e, interval_kind="profile likelihood") if e.record is None else e for e in found.estimates
     )
-    assert "profile (reported)" in texts(fit_figures(dataclasses.replace(found, estimates=estimates))["errors"])
+    assert "profile (reported)" in texts(drawn_fit(dataclasses.replace(found, estimates=estimates))["errors"])
 
 
 def test_of_a_long_series_the_worst_records_are_drawn(found: Identification, monkeypatch: pytest.MonkeyPatch) -> None:
     assert MOST_RECORDS >= 24
     monkeypatch.setattr("fibrefit.plots.fit.MOST_RECORDS", 1)
     worst = max(found.record_gaps, key=lambda name: max(gap.ratio for gap in found.record_gaps[name].values()))
-    assert [name for name in fit_figures(found) if name.startswith("record")] == [f"record {worst}"]
+    assert [name for name in drawn_fit(found) if name.startswith("record")] == [f"record {worst}"]
 
 
 def test_a_simulation_is_drawn_over_what_was_measured(task: Task, found: Identification) -> None:
@@ -175,18 +180,63 @@ def test_sizes_are_fixed(figures: dict[str, Figure]) -> None:
     for figure in figures.values():
         width, height = figure.get_size_inches() * 25.4
         assert 85.0 < width < 260.0
-        assert 40.0 < height < 260.0
+        assert 40.0 < height < 297.0
+
+
+def test_every_title_is_a_sentence_that_the_caption_repeats(figures: dict[str, Figure]) -> None:
+    for name, figure in figures.items():
+        caption = caption_of(figure)
+        heading = " ".join(text.get_text() for text in figure.texts if text.get_fontweight() == "bold")
+        assert caption.endswith("."), name
+        assert len(caption.split()) > 5, name
+        assert name == "overview" or caption.startswith(heading[:20]), name
+
+
+def test_the_overview_has_records_values_and_verdict(found: Identification, figures: dict[str, Figure]) -> None:
+    said = texts(figures["overview"])
+    for words in ("drop_5mm.csv", "drop_10mm.csv", "stiffness", "Gap by record", "residual / noise", "checks"):
+        assert words in said
+
+
+def test_records_are_cropped_to_their_motion(found: Identification, figures: dict[str, Figure]) -> None:
+    figure = figures["record drop_10mm.csv"]
+    from_s, to_s = figure.axes[1].get_xlim()
+    fitted = fitted_of(found)
+    phase, times = fitted.phase(1), fitted.times(1)
+    moving = times[~np.isin(phase, (HELD, REST))]
+    assert from_s <= moving[0] <= moving[-1] <= to_s
+    cut = to_s - from_s < times[-1] - times[0]
+    assert cut == ("not shown: rest" in texts(figure))
+
+
+def test_a_saved_result_is_drawn_as_the_one_it_was_saved_from(found: Identification, tmp_path: Path) -> None:
+    summary, groups = saved_fit(found)
+    write_result(tmp_path / "result.h5", "fibrefit/fit/1", groups, PROVENANCE)
+    read, _ = read_result(tmp_path / "result.h5")
+    first, again = fit_figures(summary, groups), fit_figures(summary, read)
+    assert list(first) == list(again)
+    for name in first:
+        assert texts(first[name]) == texts(again[name])
+
+
+def test_figures_are_written_in_every_format_with_their_captions(figures: dict[str, Figure], tmp_path: Path) -> None:
+    paths = save_figures({"starts": figures["starts"]}, tmp_path, formats=("png", "pdf", "svg"))
+    assert [path.name for path in paths] == ["starts.png", "starts.pdf", "starts.svg"]
+    assert small_png(paths[0].read_bytes())[1] == caption_of(figures["starts"])
+    assert paths[1].read_bytes().startswith(b"%PDF")
+    assert caption_of(figures["starts"])[:30] in paths[2].read_text(encoding="utf-8")
+    assert save_figures({"starts": figures["starts"]}, tmp_path / "none", formats=()) == []
 
 
 def test_a_notebook_shows_all_figures_at_once(figures: dict[str, Figure]) -> None:
     html = figures._repr_html_()  # type: ignore[attr-defined]
     assert html.count("<img") == len(figures)
-    assert 'alt="snaps"' in html
+    assert 'alt="31 of' in html or "starts reached the best minimum" in html
 
 
 def test_nothing_global_is_touched(found: Identification) -> None:
     before = dict(mpl.rcParams)
-    fit_figures(found)
+    drawn_fit(found)
     assert dict(mpl.rcParams) == before
 
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import base64
+import hashlib
+import json
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from fibrefit.report.any import REPORTS
-from fibrefit.report.page import Result, page
+from fibrefit.report.page import Illustration, Result, page
+from fibrefit.report.page.kinds import KINDS
+from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.files import SUMMARIES
 from tests.study.test_summaries import EXAMPLES, FIT
 
@@ -26,19 +31,38 @@ class Reader(HTMLParser):
         super().__init__()
         self.opened: list[str] = []
         self.fetched: list[str] = []
-        self.text = ""
+        self.ids: list[str] = []
+        self.scripts: list[str] = []
+        self.data: list[str] = []
+        self.heads: list[dict[str, str | None]] = []
+        self.alts: list[str] = []
+        self.policy = self.text = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
         if tag not in EMPTY:
             self.opened.append(tag)
         self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
-        assert tag not in ("script", "link", "iframe")
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+        if tag == "script":
+            (self.data if told.get("type") == "application/json" else self.scripts).append("")
+            self.kept = self.data if told.get("type") == "application/json" else self.scripts
+        if tag == "th":
+            self.heads.append(told)
+        if tag == "img":
+            self.alts.append(told.get("alt") or "")
+        if told.get("http-equiv") == "Content-Security-Policy":
+            self.policy = told["content"] or ""
+        assert tag not in ("link", "iframe", "object", "embed", "base")
 
     def handle_endtag(self, tag: str) -> None:
         assert self.opened.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        if self.opened and self.opened[-1] == "script":
+            self.kept[-1] += data
+        elif not self.opened or self.opened[-1] != "style":
+            self.text += data
 
 
 def read(text: str) -> Reader:
@@ -49,15 +73,99 @@ def read(text: str) -> Reader:
 
 
 def result(schema: str, folder: str = "results/a") -> Result:
-    return Result(folder, EXAMPLES[schema], [("record drop", PNG)])
+    return Result(folder, EXAMPLES[schema], [Illustration("overview", "What is seen. Gap 1.3.", PNG)])
+
+
+def groups() -> dict[str, dict[str, Variable]]:
+    """What a fit of one record of a hundred samples keeps."""
+    grid, times = ("record", "sample"), np.linspace(0.0, 0.2, 100)[None]
+    name = {"record": Variable(np.array(["a.csv"], dtype=object), ("record",))}
+    force, phase = 10.0 * np.sin(60.0 * times), np.where(times < 0.05, 1, 2)
+    position = 1e-3 * times
+    return {
+        "observed_data": {
+            **name,
+            "time": Variable(times, grid, "s"),
+            "force": Variable(force, grid, "N"),
+            "position": Variable(position, grid, "m"),
+        },
+        "predictions": {
+            **name,
+            "force": Variable(force + 0.1, grid, "N"),
+            "position": Variable(position, grid, "m"),
+            "force_error": Variable(np.full_like(force, 0.2), grid, "N"),
+        },
+        "motion": {
+            **name,
+            "phase": Variable(phase, grid),
+            "position": Variable(position, grid, "m"),
+            "stretch_rate": Variable(position, grid, "m/s"),
+        },
+        "constant_data": {**name, "samples": Variable(np.array([90]), ("record",))},
+    }
 
 
 @pytest.mark.parametrize("schema", EXAMPLES)
 def test_every_kind_of_result_is_shown_and_nothing_is_fetched(schema: str) -> None:
     reader = read(page([result(schema)], "one"))
     assert all(link.startswith(("data:image/png;base64,", "#")) for link in reader.fetched)
-    assert len(reader.fetched) == 1
-    assert "In words" in reader.text
+    assert len([link for link in reader.fetched if link.startswith("data:")]) == 1
+    assert "The report of the terminal" in reader.text
+    assert reader.alts == ["What is seen. Gap 1.3."]
+    assert len(reader.ids) == len(set(reader.ids))
+
+
+@pytest.mark.parametrize("schema", EXAMPLES)
+def test_tables_say_what_their_heads_are_heads_of(schema: str) -> None:
+    reader = read(page([result(schema)], "one"))
+    assert all(head.get("scope") in ("col", "row") for head in reader.heads)
+
+
+def test_the_browser_is_told_to_run_our_script_alone_and_to_fetch_nothing() -> None:
+    reader = read(page([result("fibrefit/fit/1")], "one"))
+    (script,) = reader.scripts
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in reader.policy
+    assert reader.policy.startswith("default-src 'none'; img-src data:;")
+
+
+def test_the_summary_is_inside_as_it_was_read() -> None:
+    reader = read(page([result("fibrefit/fit/1")], "one"))
+    assert FIT.model_validate_json(reader.data[-1], strict=True) == FIT
+
+
+def test_the_verdict_comes_first_and_failed_checks_before_numbers() -> None:
+    failed = FIT.checks[0].model_copy(update={"passed": False, "says": "It is 3.2, above 1.1."})
+    fit = FIT.model_copy(update={"status": "suspect", "checks": (failed,)})
+    text = page([Result("results/a", fit)], "one")
+    places = [text.index(words) for words in ("Read these numbers with care", "It is 3.2, above 1.1.", "Parameters")]
+    assert places == sorted(places)
+
+
+def test_the_records_are_packed_with_their_noise_states_and_moments() -> None:
+    reader = read(page([Result("results/a", FIT, (), groups())], "one"))
+    view, data = (json.loads(text) for text in reader.data[:2])
+    assert [one["name"] for one in view["channels"]] == ["force", "position"]
+    assert [one["name"] for one in view["states"]] == ["position", "stretch rate"]
+    (record,) = view["records"]
+    assert record["noise"]["force"] == pytest.approx(0.41)
+    assert record["moments"] == [{"kind": "take-up 1", "at": pytest.approx(0.0505, abs=2e-3)}]
+    assert data["length"] == 90
+    assert {one["name"] for one in data["series"]} >= {"time", "measured force", "final force", "above force", "phase"}
+
+
+def test_the_band_holds_noise_and_errors_of_the_values() -> None:
+    from fibrefit.report.page.records import fit_bands, simulated
+
+    made = groups()
+    readings = simulated(made, "predictions")
+    band = fit_bands(made, readings, {name: one.gap for name, one in FIT.records.items()})["force"]
+    np.testing.assert_allclose(band.high - readings["force"], 1.959964 * np.hypot(0.41, 0.2))
+    np.testing.assert_allclose(band.high - readings["force"], readings["force"] - band.low)
+
+
+def test_a_result_without_its_samples_has_no_view_of_records() -> None:
+    assert "records-block" not in page([Result("results/a", FIT)], "one").partition("</style>")[2]
 
 
 def test_several_results_stand_side_by_side() -> None:
@@ -65,6 +173,7 @@ def test_several_results_stand_side_by_side() -> None:
     assert "Side by side" in reader.text
     assert re.search(r"stiffness\s*34\.21 ± 0\.19 kN/m\s*1\.00 ± 0\.10 N/m", reader.text)
     assert [link for link in reader.fetched if link.startswith("#")] == ["#result-1", "#result-2"]
+    assert len(reader.ids) == len(set(reader.ids))
 
 
 def test_results_without_common_parameters_do_not() -> None:
@@ -73,11 +182,13 @@ def test_results_without_common_parameters_do_not() -> None:
 
 
 def test_names_are_text_and_nothing_else() -> None:
-    wicked = "<script>alert('x')</script>&amp;"
-    fit = FIT.model_copy(update={"study": wicked})
-    text = page([Result(wicked, fit, [('"><script>', PNG)])], wicked)
-    assert "<script" not in text
-    assert "alert('x')" in read(text).text
+    wicked = "</script><script>alert('x')</script>&amp;"
+    fit = FIT.model_copy(update={"study": wicked, "advice": (wicked,)})
+    reader = read(page([Result(wicked, fit, [Illustration('"><script>', wicked, PNG)], groups())], wicked))
+    assert len(reader.scripts) == 1
+    assert "alert" not in reader.scripts[0]
+    assert "alert('x')" in reader.text
+    assert json.loads(reader.data[-1])["study"] == wicked
 
 
 def test_where_it_comes_from_is_told() -> None:
@@ -86,5 +197,28 @@ def test_where_it_comes_from_is_told() -> None:
     assert "0" * 64 in reader.text
 
 
+def test_a_batch_has_a_row_an_item_with_numbers_to_sort_by() -> None:
+    text = page([Result("results/a", EXAMPLES["fibrefit/batch/1"], link="a")], "one")
+    assert re.search(r'<th scope="row">a</th><td class="status ok">ok</td><td class="number" data-value="1.0">', text)
+    assert 'data-value="34.21" data-error="0.19">34.21 ± 0.19</td>' in text
+    assert "b.csv: no such file." in text
+    assert '["a/a/summary.json",""]' in text
+
+
+def test_a_batch_shows_the_conditions_that_differ() -> None:
+    rows = [["item", "lift [m]", "weight_mass [kg]", "status"], ["a", "0.005", "3", "ok"], ["b", "0.02", "3", "ok"]]
+    reader = read(page([Result("results/a", EXAMPLES["fibrefit/batch/1"], table=rows)], "one"))
+    assert "lift [mm]" in reader.text
+    assert "weight mass" not in reader.text
+
+
+def test_a_search_tells_its_rounds() -> None:
+    reader = read(page([result("fibrefit/discovery/1")], "one"))
+    assert "NAMED: guide.viscous_friction" in reader.text
+    assert "Round 1: guide.viscous_friction is added" in reader.text
+    assert "3.10 before" in " ".join(reader.text.split())
+
+
 def test_there_is_a_report_of_every_kind() -> None:
     assert set(REPORTS) == set(SUMMARIES.values())
+    assert set(KINDS) <= set(SUMMARIES.values())

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from fibrefit.core.phases import HELD
 from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
@@ -18,7 +19,6 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.effects.catalogue import suits
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.phases import HELD
 
 SI = ROLES | STATES
 """SI unit of each variable."""

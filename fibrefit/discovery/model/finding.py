@@ -75,6 +75,10 @@ class Round:
     ranking : tuple of Candidate
         Best first.
     sentence : str
+    left : (n_record, n_channel, n_time) or None
+        Residuals of the model before, simulated minus measured, in units of the noise.
+    left_with : tuple of (n_record, n_channel, n_time)
+        The same with each of the first of the ranking.
     """
 
     added: str
@@ -83,6 +87,8 @@ class Round:
     where: tuple[Place, ...]
     ranking: tuple[Candidate, ...]
     sentence: str
+    left: np.ndarray | None = None
+    left_with: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)

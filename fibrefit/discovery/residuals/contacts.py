@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.phases import SLACK, TAUT
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import Left, Strand
-from fibrefit.problem.diagnose.phases import SLACK, TAUT
 
 SOON = 2.0 / 3.0
 """Share of the gap that makes most of it."""

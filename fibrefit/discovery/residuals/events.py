@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.core.phases import HELD, REST
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import Left, Strand, strands
-from fibrefit.problem.diagnose.phases import HELD, REST
 
 FEWEST = 10
 """Windows of motion there must be before an event and after it."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.core.phases import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.discovery.model.finding import Place
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import WINDOW, Left, Strand, strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
-from fibrefit.problem.diagnose.phases import FORWARDS, HELD, PHASES, TAUT
 
 SPANS = (1, 4, 16)
 """Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""

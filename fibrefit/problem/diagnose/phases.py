@@ -11,23 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
+from fibrefit.core.phases import BACK, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.simulation.model import Response
-
-PHASES = (
-    "held",
-    "slack",
-    "taut, loading",
-    "taut, unloading",
-    "at rest",
-    "moving forwards",
-    "moving back",
-    "sticking",
-)
-HELD, SLACK, LOADING, UNLOADING, REST, FORWARDS, BACK, STICKING = range(len(PHASES))
-TAUT = (LOADING, UNLOADING, REST, STICKING)
-"""Phases in which a fibre carries load, on a rig that has one."""
 
 AVERAGED = 0.02
 """Length in s over which the rate of a drive is averaged, and of a pause that is none."""
@@ -42,8 +29,9 @@ class Motion:
     Parameters
     ----------
     phase : (n_record, n_time) int
-        Index into `PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks where it will slide
-        again, or while the drive moves; it is at rest before the first motion and after the last, and with the drive.
+        Index into `fibrefit.core.phases.PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks
+        where it will slide again, or while the drive moves; it is at rest before the first motion and after the last,
+        and with the drive.
     states : dict of (n_record, n_time)
         ``position`` [m], ``speed`` [m/s]; where there is a fibre ``tension`` [N], ``stretch`` [m], negative while it is
         slack, and ``stretch rate`` [m/s], of two fibres those of the one that is stretched more.

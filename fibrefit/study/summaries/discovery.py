@@ -157,3 +157,10 @@ class DiscoverySummary(FitResultSummary):
     )
     untried: tuple[str, ...] = Field(default=(), description="Effects that the time did not suffice for.")
     undone: tuple[str, ...] = Field(default=(), description="Other parts that it did not suffice for.")
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where the first model goes wrong."""
+        if self.rounds:
+            return self.rounds[0].where
+        return self.unexplained.where if self.unexplained else ()

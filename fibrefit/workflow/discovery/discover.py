@@ -145,7 +145,7 @@ class Discovery(AnyResult, Saved):
         """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""
         from fibrefit.plots import discovery_figures
 
-        return discovery_figures(self.finding)
+        return discovery_figures(self.summary(), discovery_groups(self.finding))
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""

@@ -16,6 +16,7 @@ from fibrefit.study.parameters import ParameterSetting, ParameterTable
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
+from fibrefit.workflow.discovery.residual_files import residual_groups
 from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_summary, parameter_summary
 
 
@@ -133,6 +134,7 @@ def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
     return {
         **fit_groups(finding.after),
         "predictions_before": readings,
+        **residual_groups(finding),
         "discovery": _trials(finding),
         "curves": _curves(finding.curves),
         "held_out": {

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.phases import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
-from fibrefit.problem.diagnose.phases import PHASES
 from fibrefit.records import Record
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSummary, Provenance, RecordSummary, Status
 from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
+from fibrefit.workflow.motion_files import conditions_group, motion_group
 from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
 
 if TYPE_CHECKING:
@@ -175,4 +176,6 @@ def prediction_groups(found: Prediction) -> dict[str, dict[str, Variable]]:
         "observed_data": {**shared, **observed},
         "predictions": {**shared, **predicted, "phase": phase},
         "residuals": {**shared, **left},
+        "motion": motion_group(problem, found.seen.motion),
+        "constant_data": conditions_group(problem),
     }

@@ -1,0 +1,39 @@
+"""Pictures small enough to be carried in a page."""
+
+from __future__ import annotations
+
+import io
+
+from PIL import Image
+
+WIDEST = 1150
+"""Dots across: those of a page on a screen."""
+COLOURS = 48
+
+
+def small_png(png: bytes) -> tuple[bytes, str]:
+    """A PNG with fewer dots and colours, and the caption it holds.
+
+    Parameters
+    ----------
+    png : bytes
+
+    Returns
+    -------
+    png : bytes
+    caption : str
+        Empty where it holds none.
+
+    Raises
+    ------
+    OSError
+        If it is no picture.
+    """
+    with Image.open(io.BytesIO(png)) as picture:
+        caption = str(picture.info.get("Description", ""))
+        drawn = picture.convert("RGB")
+    if drawn.width > WIDEST:
+        drawn = drawn.resize((WIDEST, round(drawn.height * WIDEST / drawn.width)), Image.Resampling.LANCZOS)
+    small = io.BytesIO()
+    drawn.quantize(COLOURS, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+    return small.getvalue(), caption

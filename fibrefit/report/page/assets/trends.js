@@ -1,0 +1,84 @@
+// One column of a table of results against another, with errors; the point that is chosen is shown in the table.
+"use strict";
+
+const { element: make, css } = fibrefit;
+const STATES = { ok: "--measured", suspect: "--suspect", failed: "--failed", "not possible": "--failed" };
+
+const value = (row, column) => (column < 0 ? Number(row.dataset.place) + 1 : row.cells[column].dataset.value === undefined ? null : Number(row.cells[column].dataset.value));
+const error = (row, column) => Number(row.cells[column]?.dataset.error ?? 0);
+
+function bars(u, rows, column) {
+  u.ctx.save();
+  u.ctx.lineWidth = devicePixelRatio;
+  rows.forEach((row, i) => {
+    const half = 2 * error(row, column), y = u.data[1][i];
+    if (!half || y === null) return;
+    const x = u.valToPos(u.data[0][i], "x", true);
+    u.ctx.strokeStyle = css(STATES[row.cells[1].textContent.trim()]);
+    u.ctx.beginPath();
+    u.ctx.moveTo(x, u.valToPos(y - half, "y", true));
+    u.ctx.lineTo(x, u.valToPos(y + half, "y", true));
+    u.ctx.stroke();
+  });
+  u.ctx.restore();
+}
+
+fibrefit.trends = (items) => {
+  const columns = items.heads.map((head, i) => [i, items.names[i]]).filter(([i]) => items.rows.some((row) => value(row, i) !== null));
+  if (!columns.length) return;
+  const choice = (label, all, chosen) => {
+    const made = make("select", { "aria-label": label, onchange: () => draw() }, ...all.map(([i, name]) => make("option", { value: i }, name)));
+    made.value = chosen;
+    return made;
+  };
+  const first = columns.find(([i]) => items.rows.some((row) => error(row, i) > 0)) ?? columns[0];
+  const up = choice("vertical axis", columns, first[0]), across = choice("horizontal axis", [[-1, "item, in order"], ...columns], -1);
+  const place = make("div", { class: "trend panel" }), said = make("p", { class: "help" });
+  let plot = null;
+
+  function draw() {
+    const x = Number(across.value), y = Number(up.value);
+    const rows = items.shown.filter((row) => value(row, x) !== null && value(row, y) !== null).sort((a, b) => value(a, x) - value(b, x));
+    const both = { stroke: css("--quiet"), grid: { stroke: css("--line"), width: 0.5 }, ticks: { stroke: css("--line") }, font: "12px system-ui", labelFont: "12px system-ui" };
+    const colour = (u, i) => css(STATES[rows[i]?.cells[1].textContent.trim()] ?? "--measured");
+    const data = [rows.map((row) => value(row, x)), rows.map((row) => value(row, y))];
+    const states = Object.keys(STATES).filter((name) => rows.some((row) => row.cells[1].textContent.trim() === name));
+    const split = states.map((name) => rows.map((row, i) => (row.cells[1].textContent.trim() === name ? data[1][i] : null)));
+    const reach = rows.map((row, i) => [data[1][i] - 2 * error(row, y), data[1][i] + 2 * error(row, y)]).flat();
+    const low = Math.min(...reach), high = Math.max(...reach), margin = 0.06 * (high - low) || 1;
+    plot?.destroy();
+    plot = new uPlot({
+      width: Math.max(Math.min(items.box.clientWidth, 832), 240), height: 300, legend: { show: false }, padding: [10, 14, 0, 0],
+      scales: { x: { time: false, range: (u, a, b) => { const slack = 0.03 * (b - a) || 1; return [a - slack, b + slack]; } }, y: { range: () => [low - margin, high + margin] } },
+      axes: [{ ...both, label: across.selectedOptions[0].textContent, labelSize: 18 }, { ...both, label: up.selectedOptions[0].textContent, size: 60, labelSize: 18 }],
+      cursor: { drag: { x: false, y: false }, points: { show: false } },
+      series: [{}, ...states.map((name) => ({ label: name, paths: () => null, points: { show: true, size: 6, fill: css(STATES[name]), stroke: css(STATES[name]) } }))],
+      hooks: {
+        draw: [(u) => bars({ ctx: u.ctx, data, valToPos: u.valToPos }, rows, y)],
+        setCursor: [(u) => point(u, rows, data)],
+        ready: [(u) => u.over.addEventListener("click", () => items.choose(nearest(u, rows, data)))],
+      },
+    }, [data[0], ...split], place);
+    said.textContent = `${rows.length} items; bars: twice the standard error. Click a point to find its row.`;
+  }
+
+  function nearest(u, rows, data) {
+    let best = null, least = 400;
+    rows.forEach((row, i) => {
+      const apart = (u.valToPos(data[0][i], "x") - u.cursor.left) ** 2 + (u.valToPos(data[1][i], "y") - u.cursor.top) ** 2;
+      if (apart < least) { least = apart; best = row; }
+    });
+    return best;
+  }
+
+  function point(u, rows, data) {
+    const row = u.cursor.left >= 0 ? nearest(u, rows, data) : null;
+    if (row) said.textContent = `${row.cells[0].textContent}: ${row.cells[Number(up.value)].textContent}, ${row.cells[1].textContent}`;
+  }
+
+  items.box.prepend(make("div", { class: "controls" }, up, "against", across), place, said);
+  items.box.addEventListener("filtered", draw);
+  new ResizeObserver(() => { if (plot) plot.setSize({ width: Math.max(Math.min(items.box.clientWidth, 832), 240), height: 300 }); }).observe(items.box);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  draw();
+};

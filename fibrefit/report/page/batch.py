@@ -1,0 +1,147 @@
+"""The page of a batch: all items in one table, and how their values go with conditions."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from fibrefit.core.units import shown_unit
+from fibrefit.report.batch import VERDICTS, batch_report
+from fibrefit.report.page.blocks import Block, Items, Pictures, Result, Told, Words
+from fibrefit.report.page.common import failed_checks, in_full, told_gap
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary, Part
+
+
+def told_batch(result: Result) -> Told:
+    """A batch: how many ended how, every item with its values."""
+    summary = result.summary
+    assert isinstance(summary, BatchSummary)
+    found = [item.status or "not possible" for item in summary.items.values()]
+    counts = {kind: found.count(kind) for kind in ("ok", "suspect", "failed", "not possible") if kind in found}
+    blocks: list[Block | None] = [
+        Words("What was found", _section(batch_report(summary), "What was found")),
+        _items(result, summary),
+        Pictures("Pictures", result.pictures) if result.pictures else None,
+        *in_full(summary),
+    ]
+    return Told(
+        kind="Batch",
+        status=summary.status,
+        verdict=VERDICTS[summary.status],
+        opening=f"{len(found)} identifications: {', '.join(f'{n} {kind}' for kind, n in counts.items())}.",
+        facts=[(kind, str(number)) for kind, number in counts.items()],
+        failed=failed_checks(summary.checks),
+        passed=sum(check.passed for check in summary.checks),
+        blocks=[block for block in blocks if block is not None and (not isinstance(block, Words) or block.paragraphs)],
+    )
+
+
+def _section(report: str, title: str) -> list[str]:
+    """Sentences of a section of the terminal report that differ from its table."""
+    lines = report.partition(f"{title}\n{'-' * len(title)}\n")[2].partition("\n\n\n")[0]
+    parts = lines.split("\n\n")[1:2]
+    return [" ".join(part.split()) for part in parts if part.startswith("Between-item")]
+
+
+RATIO = ".2f"
+"""How a gap is written."""
+
+
+class _Column(NamedTuple):
+    """Numbers of a column in the unit in which they are shown, by item."""
+
+    label: str
+    unit: str
+    worth: float
+    numbers: Mapping[str, tuple[float, float | None]]
+    written: str = ".4g"
+
+    def cell(self, item: str) -> tuple[str, float | None, float | None]:
+        """Text, number and error of an item."""
+        if item not in self.numbers:
+            return "", None, None
+        value, error = (None if one is None else one / self.worth for one in self.numbers[item])
+        assert value is not None
+        if not error:
+            return f"{value:{self.written}}", value, None
+        decimals = min(max(0, 1 - math.floor(math.log10(error))), 12)
+        return f"{value:.{decimals}f} ± {error:.{decimals}f}", value, error
+
+
+def _items(result: Result, summary: BatchSummary) -> Items:
+    """A row for each item; columns are its status, gap, conditions, free values and the gap of each channel."""
+    numbers = [*_conditions(result.table), *_values(summary), *_channels(result.items)]
+    gaps = _Column("gap", "-", 1.0, {k: (v.gap, None) for k, v in summary.items.items() if v.gap is not None}, RATIO)
+    head = [{"label": "item", "kind": "text"}, {"label": "status", "kind": "status"}]
+    head += [{"label": _labelled(column.label, column.unit), "kind": "number"} for column in (gaps, *numbers)]
+    rows = []
+    for name, item in summary.items.items():
+        cells: list[tuple[str, float | None, float | None]] = [(name, None, None)]
+        cells.append((item.status or "not possible", None, None))
+        cells += [column.cell(name) for column in (gaps, *numbers)]
+        rows.append({"cells": cells, "detail": _detail(item, result.items.get(name)), "link": _link(result, item)})
+    return Items("Every item", head, rows)
+
+
+def _labelled(name: str, unit: str) -> str:
+    words = name.replace("_", " ")
+    return words if unit in ("-", "") else f"{words} [{unit}]"
+
+
+def _column(label: str, si: str, numbers: Mapping[str, tuple[float, float | None]]) -> _Column:
+    """A column in the unit that suits the middle of its numbers."""
+    middle = statistics.median(abs(value) for value, _ in numbers.values())
+    unit, worth = shown_unit(middle or 1.0, si)
+    return _Column(label, unit, worth, numbers)
+
+
+def _conditions(table: Sequence[Sequence[str]]) -> list[_Column]:
+    """Conditions that differ, from the columns of ``results.csv`` between the item and its status."""
+    if not table or "status" not in table[0]:
+        return []
+    columns = []
+    for place, heading in enumerate(table[0][: table[0].index("status")]):
+        name, _, unit = heading.partition(" [")
+        numbers = {row[0]: (float(row[place]), None) for row in table[1:] if place and row[place]}
+        if len({value for value, _ in numbers.values()}) > 1:
+            columns.append(_column(name, unit.rstrip("]") or "-", numbers))
+    return columns
+
+
+def _values(summary: BatchSummary) -> list[_Column]:
+    found: dict[str, dict[str, ParameterSummary]] = {}
+    for item, one in summary.items.items():
+        for name, value in one.parameters.items():
+            if value.free:
+                found.setdefault(name, {})[item] = value
+    return [
+        _column(name, next(iter(of.values())).unit, {item: (one.value, one.std_error) for item, one in of.items()})
+        for name, of in found.items()
+    ]
+
+
+def _channels(items: Mapping[str, Part]) -> list[_Column]:
+    """Gap of each channel, where the items' own summaries tell."""
+    found: dict[str, dict[str, tuple[float, float | None]]] = {}
+    for name, summary in items.items():
+        if isinstance(summary, FitResultSummary):
+            for channel, gap in summary.gap.channels.items():
+                if gap.ratio is not None:
+                    found.setdefault(channel, {})[name] = (gap.ratio, None)
+    return [_Column(f"gap of {channel}", "-", 1.0, of, RATIO) for channel, of in found.items()]
+
+
+def _detail(item: BatchItem, summary: Part | None) -> list[str]:
+    """What opens below a row: why an item failed, its checks, its records."""
+    if item.error is not None:
+        return [item.error]
+    if not isinstance(summary, FitResultSummary):
+        return []
+    records = [f"{name}: gap {told_gap(one.gap)}." for name, one in summary.records.items()]
+    return [*failed_checks(summary.checks), *records, *summary.advice]
+
+
+def _link(result: Result, item: BatchItem) -> str:
+    return f"{result.link}/{item.result}/summary.json" if item.result and result.link else ""

@@ -1,0 +1,211 @@
+"""The page of a discovery: what the model lacked, and how it was found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fibrefit.core.arrays import Groups
+from fibrefit.report.discovery import EVIDENCE, verdict_line
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, Table, Told, Words
+from fibrefit.report.page.common import (
+    ARROW,
+    changed,
+    failed_checks,
+    gaps_table,
+    in_full,
+    parameters_table,
+)
+from fibrefit.report.page.records import Model, Sight, fit_bands, records_block, simulated
+from fibrefit.report.text import with_error
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
+from fibrefit.study.summaries.summaries import Gap
+
+MOST_CANDIDATES = 8
+STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
+
+
+def told_discovery(result: Result) -> Told:
+    """A search: its verdict, the rounds that led there, and the records before and after."""
+    summary = result.summary
+    assert isinstance(summary, DiscoverySummary)
+    view = view_of_search(result)
+    keys = [] if view is None else [str(model["key"]) for model in view.view["models"]]
+    before = summary.before if summary.added else None
+    blocks: list[Block | None] = [
+        Words("What it amounts to", [found.says for found in summary.weights]) if summary.weights else None,
+        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        _alike(summary),
+        parameters_table(summary.parameters, before.parameters if before else None),
+        _story(summary, keys),
+        view,
+        gaps_table(
+            {name: one.gap for name, one in summary.records.items()},
+            summary.gap,
+            before.records if before else None,
+            before.gap if before else None,
+        ),
+        _left_out(summary),
+        _tried(summary),
+        _detectable(summary),
+        Pictures("Pictures", result.pictures) if result.pictures else None,
+        *in_full(summary),
+    ]
+    return Told(
+        kind="Discovery",
+        status=STATUS[summary.verdict],
+        verdict=verdict_line(summary),
+        opening=summary.reason if summary.verdict != "not_trusted" else "",
+        facts=_facts(summary),
+        failed=failed_checks(summary.checks),
+        passed=sum(check.passed for check in summary.checks),
+        blocks=[block for block in blocks if block is not None],
+    )
+
+
+def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
+    expected = 1.0 if summary.expected_gap is None else summary.expected_gap
+    before = summary.before.gap if summary.before and summary.added else None
+    label = f"gap before{ARROW}after" if before else "gap"
+    told = [(f"{label}: residual RMS over noise, {expected:.2f} expected", changed(_total(before), summary.gap.total))]
+    told += [
+        (f"gap of the {name}", changed(before.channels[name].ratio if before else None, one.ratio))
+        for name, one in summary.gap.channels.items()
+    ]
+    if summary.rounds:
+        told.append(("rounds of the search", str(len(summary.rounds))))
+    return told
+
+
+def _total(gap: Gap | None) -> float | None:
+    return None if gap is None else gap.total
+
+
+def _alike(summary: DiscoverySummary) -> Block | None:
+    said = [f"These records do not tell {' from '.join(names)}." for names in summary.cannot_tell_apart]
+    said += [one.says for one in summary.separated_by]
+    return Words("What cannot be told apart", said, listed=True) if said else None
+
+
+def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
+    """Each round with its candidates, and the models to compare in the view of the records."""
+    if not summary.rounds:
+        return None
+    steps = []
+    for number, found in enumerate(summary.rounds, 1):
+        last = number == len(summary.rounds)
+        models = ("first" if number == 1 else f"round{number - 1}", "final" if last else f"round{number}")
+        steps.append(
+            Step(
+                f"Round {number}: {found.added or 'nothing'} is added",
+                found.sentence,
+                found.gap_before,
+                found.gap_after,
+                _candidates("", found.ranking),
+                models if set(models) <= set(keys) else (),
+            )
+        )
+    expected = 1.0 if summary.expected_gap is None else summary.expected_gap
+    return Story("How it was found", steps, expected, max(step.before for step in steps))
+
+
+def _candidates(heading: str, ranking: Sequence[Candidate]) -> Table:
+    rows = [
+        (
+            one.effect,
+            f"{one.gap_after:.3f}",
+            f"{one.evidence:.0f}",
+            "; ".join(
+                _value(name, one) for name in one.parameters if name.rpartition(".")[0] in one.effect.split(" + ")
+            ),
+        )
+        for one in ranking[:MOST_CANDIDATES]
+    ]
+    others = len(ranking) - len(rows)
+    note = f"{EVIDENCE}{f' And {others} more that leave a larger gap.' if others > 0 else ''}"
+    return Table(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
+
+
+def _value(name: str, candidate: Candidate) -> str:
+    found = candidate.parameters[name]
+    value, error, unit = with_error(found.value, found.std_error, found.unit)
+    shown = "" if unit == "-" else f" {unit}"
+    return f"{name.rpartition('.')[2].replace('_', ' ')} {value}{f' ± {error}' if error else ''}{shown}"
+
+
+def _left_out(summary: DiscoverySummary) -> Table | None:
+    if not summary.held_out:
+        return None
+    rows = [(held.record, f"{held.gap_before:.2f}", f"{held.gap_after:.2f}") for held in summary.held_out]
+    note = "Each record predicted from a fit to the others; only its own zero and start are fitted."
+    return Table("Each record left out in turn", ("record", "before", "after"), rows, frozenset({1, 2}), note)
+
+
+def _tried(summary: DiscoverySummary) -> Table | None:
+    if summary.rounds or not summary.ranking:
+        return None
+    return _candidates("What was tried", summary.ranking)
+
+
+def _detectable(summary: DiscoverySummary) -> Table | None:
+    if not summary.detectable:
+        return None
+    rows = [
+        (one.effect, one.parameter.rpartition(".")[2].replace("_", " "), _smallest(one.smallest_detectable, one.unit))
+        for one in summary.detectable
+    ]
+    note = "Smallest strength that these records would have shown; a weaker effect may be there."
+    return Table("What would have been found", ("effect", "parameter", "shows from"), rows, frozenset({2}), note)
+
+
+def _smallest(value: float | None, unit: str) -> str:
+    if value is None:
+        return "not visible"
+    shown, _, chosen = with_error(value, None, unit)
+    return f"{float(shown):.2g}{'' if chosen == '-' else f' {chosen}'}"
+
+
+def view_of_search(result: Result) -> Records | None:
+    """The records with the first model, the model after each round, the final one, and the candidates tried."""
+    summary, groups = result.summary, result.groups
+    assert isinstance(summary, DiscoverySummary)
+    final = simulated(groups, "predictions")
+    if not final:
+        return None
+    gaps = {name: one.gap for name, one in summary.records.items()}
+    models = [Model("final", "final model" if summary.added else "model", "final", True, final)]
+    if summary.added:
+        first = simulated(groups, "predictions_before")
+        models = [Model("first", "first model", "first", True, first), *_between(summary, groups, gaps), *models]
+    said = "95 % interval of a new measurement by the final model: noise and errors of the values"
+    return records_block(Sight(groups, gaps, models, fit_bands(groups, final, gaps), said, summary.places))
+
+
+def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) -> list[Model]:
+    """Models of the rounds, and candidates that were not added; from what they leave."""
+    rounds = groups.get("rounds", {})
+    if "left" not in rounds:
+        return []
+    found = []
+    for number, left in zip(rounds["round"].values.astype(int), rounds["left"].values, strict=True):
+        if number > 1:
+            added = summary.rounds[number - 2].added
+            label = f"after round {number - 1}: {added}"
+            found.append(Model(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
+    for i, (number, effect) in enumerate(zip(rounds["tried_in"].values, rounds["effect"].values, strict=True)):
+        if summary.rounds[int(number) - 1].added != effect:
+            label = f"round {number} with {effect} instead"
+            left = rounds["left_with"].values[i]
+            found.append(Model(f"tried{i}", label, "tried", False, _readings(left, groups, gaps)))
+    return found
+
+
+def _readings(left: np.ndarray, groups: Groups, gaps: dict[str, Gap]) -> dict[str, np.ndarray]:
+    """Simulated readings from residuals ``(n_record, n_channel, n_time)`` in units of the noise."""
+    observed, channels = groups["observed_data"], groups["rounds"]["channel"].values
+    found = {}
+    for i, channel in enumerate(map(str, channels)):
+        noise = np.array([gaps[str(name)].channels[channel].noise for name in observed["record"].values], dtype=float)
+        found[channel] = observed[channel].values + left[:, i] * noise[:, None]
+    return found

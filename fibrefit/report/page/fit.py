@@ -1,0 +1,75 @@
+"""The page of a fit."""
+
+from __future__ import annotations
+
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Told, Words
+from fibrefit.report.page.common import (
+    between_note,
+    failed_checks,
+    gaps_table,
+    in_full,
+    parameters_table,
+    told_gap,
+)
+from fibrefit.report.page.records import Model, Sight, fit_bands, records_block, simulated
+from fibrefit.report.text import VERDICTS
+from fibrefit.study.summaries.summaries import FitSummary
+
+
+def told_fit(result: Result) -> Told:
+    """A fit: its verdict, values, records, pictures."""
+    summary = result.summary
+    assert isinstance(summary, FitSummary)
+    table = parameters_table(summary.parameters)
+    notes = " ".join(filter(None, [between_note(summary), *summary.findings]))
+    view = view_of_fit(result)
+    blocks: list[Block | None] = [
+        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        type(table)(table.heading, table.head, table.rows, table.right, notes),
+        view,
+        gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
+        Pictures("Pictures", result.pictures) if result.pictures else None,
+        *in_full(summary),
+    ]
+    return Told(
+        kind="Fit",
+        status=summary.status,
+        verdict=VERDICTS[summary.status],
+        opening=" ".join(filter(None, [opening(summary), summary.estimator_says])),
+        facts=facts(summary),
+        failed=failed_checks(summary.checks),
+        passed=sum(check.passed for check in summary.checks),
+        blocks=[block for block in blocks if block is not None],
+    )
+
+
+def opening(summary: FitSummary) -> str:
+    """What was fitted, in a sentence."""
+    number = len(summary.records)
+    model = f"the base model with {', '.join(summary.effects)}" if summary.effects else "the base model"
+    return f"{number} record{'s' * (number != 1)} fitted by {model}."
+
+
+def facts(summary: FitSummary) -> list[tuple[str, str]]:
+    """Key numbers."""
+    total = summary.gap.total
+    expected = 1.0 if summary.expected_gap is None else summary.expected_gap
+    told = [] if total is None else [(f"gap: residual RMS over noise, {expected:.2f} expected", f"{total:.2f}")]
+    told.append(("gap by channel", told_gap(summary.gap)))
+    if summary.starts is not None:
+        told.append(("starts that agree", f"{summary.starts.agreeing} of {summary.starts.tried}"))
+    return told
+
+
+def view_of_fit(result: Result) -> Records | None:
+    """The records with the fitted model and the interval of new measurements."""
+    summary, groups = result.summary, result.groups
+    assert isinstance(summary, FitSummary)
+    readings = simulated(groups, "predictions")
+    if not readings:
+        return None
+    gaps = {name: one.gap for name, one in summary.records.items()}
+    model = Model("final", "model", "final", True, readings)
+    bands = fit_bands(groups, readings, gaps)
+    said = "95 % interval of a new measurement: noise and errors of the values"
+    return records_block(Sight(groups, gaps, (model,), bands, said))

@@ -1,0 +1,70 @@
+"""The page of a posterior."""
+
+from __future__ import annotations
+
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Told, Words
+from fibrefit.report.page.common import failed_checks, in_full
+from fibrefit.report.page.records import Band, Model, Sight, records_block
+from fibrefit.report.posterior import VERDICTS
+from fibrefit.report.text import with_error
+from fibrefit.study.summaries.summaries import PosteriorSummary
+
+
+def told_posterior(result: Result) -> Told:
+    """A posterior: its verdict, values, chains, records."""
+    summary = result.summary
+    assert isinstance(summary, PosteriorSummary)
+    blocks: list[Block | None] = [
+        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        _parameters(summary),
+        Words("How it was sampled", [summary.likelihood_says, *summary.remarks]) if summary.likelihood_says else None,
+        view_of_posterior(result),
+        Pictures("Pictures", result.pictures) if result.pictures else None,
+        *in_full(summary),
+    ]
+    return Told(
+        kind="Posterior",
+        status=summary.status,
+        verdict=VERDICTS[summary.status],
+        opening=f"{summary.draws} draws of {summary.ensembles} ensembles of {summary.walkers} walkers.",
+        facts=_facts(summary),
+        failed=failed_checks(summary.checks),
+        passed=sum(check.passed for check in summary.checks),
+        blocks=[block for block in blocks if block is not None],
+    )
+
+
+def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:
+    every = [*summary.parameters.values(), *(one for own in summary.records.values() for one in own.values())]
+    hats = [one.r_hat for one in every if one.r_hat is not None]
+    sizes = [min(one.ess_bulk, one.ess_tail) for one in every if one.ess_bulk and one.ess_tail]
+    told = [("largest R-hat, 1 where chains agree", f"{max(hats):.4f}")] if hats else []
+    told += [("smallest effective sample size", f"{min(sizes):.0f}")] if sizes else []
+    covered = ", ".join(f"{100 * share:.1f} % of {channel}" for channel, share in summary.covered.items())
+    return [*told, ("samples inside the 90 % band", covered)] if covered else told
+
+
+def _parameters(summary: PosteriorSummary) -> Table:
+    rows = []
+    for name, known in summary.parameters.items():
+        mean, sd, unit = with_error(known.mean, known.sd, known.unit)
+        ends = " to ".join(with_error(end, known.sd, known.unit)[0] for end in known.interval)
+        rows.append((name, mean, sd, "" if unit == "-" else unit, ends, known.prior))
+    kind = f"{100 * summary.interval_probability:g} % interval"
+    head = ("parameter", "mean", "standard deviation", "unit", kind, "prior")
+    return Table("Parameters", head, rows, frozenset({1, 2}))
+
+
+def view_of_posterior(result: Result) -> Records | None:
+    """The records with the median of the model and the band of new measurements."""
+    predicted, observed = (result.groups.get(name, {}) for name in ("posterior_predictive", "observed_data"))
+    channels = [name for name in observed if f"{name}_model" in predicted]
+    if not channels:
+        return None
+    middle = {channel: predicted[f"{channel}_model"].values[1] for channel in channels}
+    bands = {}
+    for channel in channels:
+        low, _, high = predicted[f"{channel}_measured"].values
+        bands[channel] = Band(low, high)
+    model = Model("final", "median of the model", "final", True, middle)
+    return records_block(Sight(result.groups, {}, (model,), bands, "90 % posterior predictive band"))

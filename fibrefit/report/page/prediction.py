@@ -1,0 +1,78 @@
+"""The page of a prediction: values found before, on records they were not found from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.core.units import format_quantity, format_share
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Told, Words
+from fibrefit.report.page.common import failed_checks, gaps_table, in_full, parameters_table
+from fibrefit.report.page.records import Z_95, Band, Model, Sight, records_block, simulated
+from fibrefit.report.prediction import EXPECTED
+from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
+
+VERDICTS = {
+    "holds": "The values hold for these records.",
+    "does_not_hold": "The values do not hold for these records.",
+    "not_trusted": "This prediction cannot be trusted.",
+}
+
+
+def told_prediction(result: Result) -> Told:
+    """A prediction: its verdict, how well each channel is predicted, the records."""
+    summary = result.summary
+    assert isinstance(summary, PredictionSummary)
+    gaps = {name: one.gap for name, one in summary.records.items()}
+    blocks: list[Block | None] = [
+        _predicted(summary),
+        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        view_of_prediction(result),
+        gaps_table(gaps, summary.gap, None, None),
+        parameters_table(summary.parameters),
+        Pictures("Pictures", result.pictures) if result.pictures else None,
+        *in_full(summary),
+    ]
+    return Told(
+        kind="Prediction",
+        status=summary.status,
+        verdict=VERDICTS[summary.verdict],
+        opening=f"{summary.says} Values of {summary.result}.",
+        facts=[(f"{name} explained", _share(one.explained)) for name, one in summary.channels.items()],
+        failed=failed_checks(summary.checks),
+        passed=sum(check.passed for check in summary.checks),
+        blocks=[block for block in blocks if block is not None],
+    )
+
+
+def _predicted(summary: PredictionSummary) -> Table:
+    rows = [_row(name, one) for name, one in summary.channels.items()]
+    rows += [_row(f"{name}, from one start", one) for name, one in summary.followed.items()]
+    head = ("channel", "explained", "rms", "expected", "rms in the fit", "inside the 95 % band")
+    return Table("How well it is predicted", head, rows, frozenset(range(1, len(head))), EXPECTED)
+
+
+def _row(name: str, one: PredictedChannel) -> tuple[str, ...]:
+    sizes = ("" if v is None else format_quantity(v, one.unit, 3) for v in (one.rms, one.expected, one.fit_rms))
+    return name, _share(one.explained), *sizes, _share(one.inside)
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else format_share(share)
+
+
+def view_of_prediction(result: Result) -> Records | None:
+    """The records with the prediction and the interval in which new readings were expected."""
+    summary, groups = result.summary, result.groups
+    assert isinstance(summary, PredictionSummary)
+    readings = simulated(groups, "predictions")
+    if not readings:
+        return None
+    bands = {}
+    for channel, values in readings.items():
+        sd = groups["predictions"].get(f"{channel}_sd")
+        half = Z_95 * (np.zeros_like(values) if sd is None else np.nan_to_num(sd.values))
+        bands[channel] = Band(values - half, values + half)
+    gaps = {name: one.gap for name, one in summary.records.items()}
+    model = Model("final", "prediction", "final", True, readings)
+    said = "95 % interval of a new reading: noise, what the fit lacked, errors of the values"
+    return records_block(Sight(groups, gaps, (model,), bands, said))

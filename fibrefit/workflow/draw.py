@@ -1,0 +1,64 @@
+"""Draw a saved result again: from its summary and its ``result.h5``, nothing is computed anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fibrefit.core.errors import UsageError
+from fibrefit.store import read_result, read_summary
+from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+
+if TYPE_CHECKING:
+    from fibrefit.plots import Figures
+
+NEEDED = "motion", "posterior_predictive"
+"""Groups of which a result that can be drawn holds one."""
+
+
+def draw_result(result: Path | str) -> Figures:
+    """Figures of a saved result, by name.
+
+    Parameters
+    ----------
+    result : pathlib.Path or str
+        Folder of a fit, a discovery, a posterior or a batch.
+
+    Returns
+    -------
+    Figures
+
+    Raises
+    ------
+    DataError
+        If there is no result.
+    UsageError
+        If a result of this kind, or of this age, cannot be drawn from what it saved.
+    """
+    folder = Path(result)
+    summary = read_summary(folder)
+    folder = folder if folder.is_dir() else folder.parent
+    groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
+    figures = figures_of(summary, groups)
+    if figures is None:
+        kinds = "a fit, a discovery, a posterior or a batch with all of its files"
+        raise UsageError(
+            str(result), "cannot be drawn from what was saved", kinds, "Run it again: figures come with it."
+        )
+    return figures
+
+
+def figures_of(summary: Part, groups: Any) -> Figures | None:
+    """Figures of a result as it was read; None where they cannot be drawn from it."""
+    from fibrefit.plots import batch_figures, discovery_figures, fit_figures, saved_posterior_figures
+
+    if isinstance(summary, BatchSummary):
+        return batch_figures(summary.items)
+    if not any(name in groups for name in NEEDED):
+        return None
+    if isinstance(summary, FitSummary):
+        return fit_figures(summary, groups)
+    if isinstance(summary, DiscoverySummary):
+        return discovery_figures(summary, groups)
+    return saved_posterior_figures(summary, groups) if isinstance(summary, PosteriorSummary) else None
