@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 
 CELL, WIDEST = 33.0, 178.0
-LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 17.0, 24.0
+LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 17.0, 21.0
 BINS = 36
 SMOOTH = 1.1
 """Width of the smoothing of the contours, in bins: they are then those of the density and not of chance."""
@@ -70,9 +72,6 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     ------
     Foreman-Mackey, J. Open Source Software 1(2), 24 (2016).
     """
-    # The library asks for pyplot, which nothing else needs.
-    import corner
-
     side = min(CELL * len(drawn), WIDEST - LEFT - RIGHT)
     width = max(LEFT + side + RIGHT, 110.0)
     figure = new_figure(BOTTOM + side + TOP, width=width)
@@ -81,7 +80,7 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     fitted = [
         None if one.fitted is None else one.fitted / worth for one, (_, _, worth) in zip(drawn, shown, strict=True)
     ]
-    corner.corner(
+    _draw_corner(
         np.column_stack([values for values, *_ in shown]),
         bins=BINS,
         range=[_reach(values) for values, *_ in shown],
@@ -91,7 +90,8 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
         quantiles=tails,
         levels=LEVELS,
         color=POSTERIOR,
-        truths=fitted,
+        # Of a single value it cannot draw the fit.
+        truths=fitted if len(drawn) > 1 else None,
         truth_color=FINAL,
         plot_datapoints=False,
         fill_contours=True,
@@ -101,6 +101,8 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     )
     across, up = figure.get_size_inches() * 25.4
     figure.subplots_adjust(LEFT / across, BOTTOM / up, (LEFT + side) / across, (BOTTOM + side) / up, 0.06, 0.06)
+    if len(drawn) == 1 and fitted[0] is not None:
+        figure.axes[0].axvline(fitted[0], color=FINAL)
     _tidy(figure, drawn, shown, tails)
     levels = " and ".join(f"{100 * level:.0f} %" for level in LEVELS)
     beside = f"contours hold {levels} of the draws; dashed: median and {100 * probability:g} % interval; black: the fit"
@@ -108,11 +110,25 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     return figure
 
 
+def _draw_corner(draws: np.ndarray, **options: Any) -> None:
+    """The library's own drawing of draws ``(n_draw, n_value)``.
+
+    Its front door hands arrays to ArviZ where that is installed, which warns of its own future and draws the same.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        # It asks for pyplot, which nothing else needs.
+        from corner.core import corner_impl
+    corner_impl(draws, **options)
+
+
 def _heading(drawn: Sequence[Drawn]) -> str:
     """Which two values trade places most."""
     if len(drawn) < 2:
         return f"Posterior of the {drawn[0].short.replace('_', ' ')}"
-    correlation = np.corrcoef([one.values for one in drawn])
+    # Draws that are all alike are correlated with nothing.
+    with np.errstate(invalid="ignore"):
+        correlation = np.corrcoef([one.values for one in drawn])
     below = np.where(np.tri(len(drawn), k=-1, dtype=bool), np.abs(np.nan_to_num(correlation)), -1.0)
     i, j = np.unravel_index(int(below.argmax()), below.shape)
     names = [drawn[int(k)].short.replace("_", " ") for k in (i, j)]
@@ -130,6 +146,8 @@ def _tidy(
             figure.delaxes(axes)
             continue
         _ticks(axes, row == len(drawn) - 1, column == 0 and row > 0)
+        for line in axes.lines:
+            line.set(linewidth=0.7, markersize=2.5)
         if row == column:
             low, middle, high = np.quantile(shown[row][0], tails)
             axes.set_title(_told(low, middle, high), fontsize=SMALL - 0.5, pad=3)
@@ -155,7 +173,10 @@ def _ticks(axes: Axes, x: bool, y: bool) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(3, prune="both"))
     if y or axes.get_ylabel():
         axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
-    axes.ticklabel_format(useOffset=False)
+    for axis in (axes.xaxis, axes.yaxis):
+        # Those without labels have no formatter that could be told.
+        if isinstance(axis.get_major_formatter(), ScalarFormatter):
+            axis.get_major_formatter().set_useOffset(False)
     axes.tick_params(labelsize=SMALL - 1.0, width=0.5, length=2.0, labelbottom=x, labelleft=y)
     axes.tick_params(axis="x", labelrotation=30.0)
     for spine in axes.spines.values():
