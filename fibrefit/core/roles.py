@@ -1,4 +1,4 @@
-"""What a column of a record, and a state of a rig, can stand for: the one table of their units."""
+"""What a column of a record, a state of a rig and a phase of its motion are called, and their units: the one table."""
 
 from __future__ import annotations
 
@@ -18,3 +18,17 @@ STATES: dict[str, str] = {"position": "m", "speed": "m/s", "stretch": "m", "stre
 
 TURNING: dict[str, str] = {"position": "rad", "speed": "rad/s"}
 """The units of those that are angles, on a rig that turns."""
+
+PHASES = (
+    "held",
+    "slack",
+    "taut, loading",
+    "taut, unloading",
+    "at rest",
+    "moving forwards",
+    "moving back",
+    "sticking",
+)
+HELD, SLACK, LOADING, UNLOADING, REST, FORWARDS, BACK, STICKING = range(len(PHASES))
+TAUT = (LOADING, UNLOADING, REST, STICKING)
+"""Phases in which a fibre carries load, on a rig that has one."""

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
-from fibrefit.core.phases import HELD, PHASES
+from fibrefit.core.roles import HELD, PHASES
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from fibrefit.core.arrays import Groups
-from fibrefit.core.phases import PHASES, TAUT
+from fibrefit.core.roles import PHASES, TAUT
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import Fitted

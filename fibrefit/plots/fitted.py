@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fibrefit.core.arrays import Groups
-from fibrefit.core.phases import HELD, REST
+from fibrefit.core.roles import HELD, REST
 from fibrefit.core.units import format_quantity
 from fibrefit.plots.quantities import spelt
 from fibrefit.plots.records import Compared

@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from fibrefit.core.phases import HELD, TAUT
-from fibrefit.core.roles import STATES
+from fibrefit.core.roles import HELD, STATES, TAUT
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, label, legend, new_figure, place, title

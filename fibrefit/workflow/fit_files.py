@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.core.phases import PHASES
+from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.problem.estimate.population import Between

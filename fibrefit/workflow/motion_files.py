@@ -5,8 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.phases import PHASES
-from fibrefit.core.roles import STATES, TURNING
+from fibrefit.core.roles import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.statement.problem import Problem

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.phases import LOADING, SLACK, UNLOADING
+from fibrefit.core.roles import LOADING, SLACK, UNLOADING
 from fibrefit.discovery.residuals.residuals import Remains
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import Noise

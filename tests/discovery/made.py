@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.core.phases import HELD, LOADING, SLACK, UNLOADING
+from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
 from fibrefit.discovery.engine.supermodel import frame_of
 from fibrefit.discovery.model.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
 from fibrefit.effects.catalogue import CATALOGUE

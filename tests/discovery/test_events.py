@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fibrefit.core.phases import STICKING
+from fibrefit.core.roles import STICKING
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import WINDOW
 from fibrefit.discovery.residuals.where import onset

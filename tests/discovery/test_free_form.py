@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.phases import HELD
+from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, _range, in_motion, probe_all

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from fibrefit.core.phases import LOADING, PHASES, SLACK
+from fibrefit.core.roles import LOADING, PHASES, SLACK
 from fibrefit.discovery.residuals.chance import WRONGLY, loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
 from fibrefit.discovery.residuals.residuals import Remains, strands

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
-from fibrefit.core.phases import HELD, LOADING, REST, SLACK, UNLOADING
+from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses

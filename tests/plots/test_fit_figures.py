@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fibrefit.core.phases import HELD, LOADING, REST, SLACK, UNLOADING
+from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.plots import fit_figures, save_figures, simulation_figures, small_png
 from fibrefit.plots.certainty import correlation_figure, correlations

@@ -8,8 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.phases import HELD
-from fibrefit.core.roles import ROLES, STATES
+from fibrefit.core.roles import HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
 from fibrefit.discovery.engine.marginal import Weighed

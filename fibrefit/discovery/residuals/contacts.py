@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.phases import SLACK, TAUT
+from fibrefit.core.roles import SLACK, TAUT
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import Left, Strand
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.phases import HELD, REST
+from fibrefit.core.roles import HELD, REST
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import Left, Strand, strands
 

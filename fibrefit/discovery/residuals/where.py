@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.phases import FORWARDS, HELD, PHASES, TAUT
+from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.discovery.model.finding import Place
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up

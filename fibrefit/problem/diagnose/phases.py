@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from fibrefit.core.phases import BACK, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
+from fibrefit.core.roles import BACK, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.simulation.model import Response
@@ -29,7 +29,7 @@ class Motion:
     Parameters
     ----------
     phase : (n_record, n_time) int
-        Index into `fibrefit.core.phases.PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks
+        Index into `fibrefit.core.roles.PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks
         where it will slide again, or while the drive moves; it is at rest before the first motion and after the last,
         and with the drive.
     states : dict of (n_record, n_time)

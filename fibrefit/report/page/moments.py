@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.phases import HELD, REST, SLACK, STICKING, TAUT
+from fibrefit.core.roles import HELD, REST, SLACK, STICKING, TAUT
 
 MOST = 6
 """Instants of a kind, at most: the later ones are too small to be compared."""
@@ -36,7 +36,7 @@ def moments(times: np.ndarray, phase: np.ndarray) -> list[Instant]:
     ----------
     times : (n_time,) in s
     phase : (n_time,) int
-        Index into `fibrefit.core.phases.PHASES`.
+        Index into `fibrefit.core.roles.PHASES`.
     """
     held = phase == HELD
     found = [Instant("let go", one.at) for one in _begins("", times, ~held)[:1]] if held[:1].all() else []

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.arrays import Groups
-from fibrefit.core.phases import PHASES
-from fibrefit.core.roles import STATES
+from fibrefit.core.roles import PHASES, STATES
 from fibrefit.core.units import format_quantity, shown_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.phases import PHASES
+from fibrefit.core.roles import PHASES
 from fibrefit.discovery.model.finding import Finding, Round
 from fibrefit.discovery.residuals.residuals import strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of

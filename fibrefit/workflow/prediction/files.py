@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.core.phases import PHASES
+from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.records import Record
