@@ -23,7 +23,7 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 @with_terminal
 def command(terminal: Terminal, results: tuple[Path, ...], out: Path, force: bool) -> None:
     """Put RESULT..., folders that runs have written, on one HTML page that needs no other file."""
-    from fibrefit.workflow.report import report_results
+    from fibrefit.workflow.pages.report import report_results
 
     file = report_results(results, out, force=force)
     document = {"schema": "fibrefit/page/1", "file": str(file), "results": [str(result) for result in results]}

@@ -15,7 +15,7 @@ from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
-from fibrefit.workflow.draw import figures_of
+from fibrefit.workflow.pages.draw import figures_of
 
 TABLE = "results.csv"
 CHOSEN: dict[type[Part], tuple[str, ...]] = {

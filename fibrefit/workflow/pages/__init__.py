@@ -1,0 +1,1 @@
+"""Saved results again: as one page, and as figures."""
