@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.batch import VERDICTS, batch_report
-from fibrefit.report.page.blocks import Block, Items, Pictures, Result, Told, Words
+from fibrefit.report.page.blocks import Block, Items, Pictures, Result, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full, told_gap
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary, Part
 
 
-def told_batch(result: Result) -> Told:
+def told_batch(result: Result) -> Telling:
     """A batch: how many ended how, every item with its values."""
     summary = result.summary
     assert isinstance(summary, BatchSummary)
@@ -26,7 +26,7 @@ def told_batch(result: Result) -> Told:
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
-    return Told(
+    return Telling(
         kind="Batch",
         status=summary.status,
         verdict=VERDICTS[summary.status],

@@ -204,7 +204,7 @@ class Items(Block):
 
 
 @dataclass(frozen=True)
-class Told:
+class Telling:
     """A result as it is told.
 
     Parameters

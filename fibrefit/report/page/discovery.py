@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.arrays import Groups
 from fibrefit.report.discovery import EVIDENCE, verdict_line
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, Table, Told, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, Table, Telling, Words
 from fibrefit.report.page.common import (
     ARROW,
     changed,
@@ -26,7 +26,7 @@ MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
 
 
-def told_discovery(result: Result) -> Told:
+def told_discovery(result: Result) -> Telling:
     """A search: its verdict, the rounds that led there, and the records before and after."""
     summary = result.summary
     assert isinstance(summary, DiscoverySummary)
@@ -52,7 +52,7 @@ def told_discovery(result: Result) -> Told:
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
-    return Told(
+    return Telling(
         kind="Discovery",
         status=STATUS[summary.verdict],
         verdict=verdict_line(summary),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Told, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Telling, Words
 from fibrefit.report.page.common import (
     between_note,
     failed_checks,
@@ -16,7 +16,7 @@ from fibrefit.report.text import VERDICTS
 from fibrefit.study.summaries.summaries import FitSummary
 
 
-def told_fit(result: Result) -> Told:
+def told_fit(result: Result) -> Telling:
     """A fit: its verdict, values, records, pictures."""
     summary = result.summary
     assert isinstance(summary, FitSummary)
@@ -31,7 +31,7 @@ def told_fit(result: Result) -> Told:
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
-    return Told(
+    return Telling(
         kind="Fit",
         status=summary.status,
         verdict=VERDICTS[summary.status],

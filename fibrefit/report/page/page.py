@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from fibrefit.core.environment import versions
-from fibrefit.report.page.blocks import Result, Table, Told
+from fibrefit.report.page.blocks import Result, Table, Telling
 from fibrefit.report.page.kinds import told_of
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.summaries import FitResultSummary, Part, PosteriorSummary
@@ -71,7 +71,7 @@ def page(results: Sequence[Result], title: str) -> str:
     )
 
 
-def _is_alive(told: Told) -> bool:
+def _is_alive(told: Telling) -> bool:
     return any(block.kind in ("records", "items") for block in told.blocks)
 
 

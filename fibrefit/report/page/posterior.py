@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Told, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full
 from fibrefit.report.page.records import Band, Model, Sight, records_block
 from fibrefit.report.posterior import VERDICTS
@@ -10,7 +10,7 @@ from fibrefit.report.text import with_error
 from fibrefit.study.summaries.summaries import PosteriorSummary
 
 
-def told_posterior(result: Result) -> Told:
+def told_posterior(result: Result) -> Telling:
     """A posterior: its verdict, values, chains, records."""
     summary = result.summary
     assert isinstance(summary, PosteriorSummary)
@@ -22,7 +22,7 @@ def told_posterior(result: Result) -> Told:
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
-    return Told(
+    return Telling(
         kind="Posterior",
         status=summary.status,
         verdict=VERDICTS[summary.status],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.units import format_quantity, format_share
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Told, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Telling, Words
 from fibrefit.report.page.common import failed_checks, gaps_table, in_full, parameters_table
 from fibrefit.report.page.records import Z_95, Band, Model, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
@@ -18,7 +18,7 @@ VERDICTS = {
 }
 
 
-def told_prediction(result: Result) -> Told:
+def told_prediction(result: Result) -> Telling:
     """A prediction: its verdict, how well each channel is predicted, the records."""
     summary = result.summary
     assert isinstance(summary, PredictionSummary)
@@ -32,7 +32,7 @@ def told_prediction(result: Result) -> Told:
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
-    return Told(
+    return Telling(
         kind="Prediction",
         status=summary.status,
         verdict=VERDICTS[summary.verdict],

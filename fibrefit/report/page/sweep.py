@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from fibrefit.report.any import report_of
-from fibrefit.report.page.blocks import Block, Pictures, Result, Told
+from fibrefit.report.page.blocks import Block, Pictures, Result, Telling
 from fibrefit.report.page.common import failed_checks, in_full
 
 
-def told_plainly(result: Result) -> Told:
+def told_plainly(result: Result) -> Telling:
     """A result by its pictures and the report of the terminal."""
     summary = result.summary
     checks = getattr(summary, "checks", ())
@@ -15,7 +15,7 @@ def told_plainly(result: Result) -> Told:
     first = report_of(summary).partition("=\n")[2].strip().partition("\n\n")[0]
     blocks: list[Block] = [Pictures("Pictures", result.pictures)] if result.pictures else []
     kind = str(getattr(summary, "schema_name", "fibrefit/result")).split("/")[1]
-    return Told(
+    return Telling(
         kind=kind.capitalize(),
         status=str(getattr(summary, "status", "suspect" if failed else "ok")),
         verdict=" ".join(first.split()),
