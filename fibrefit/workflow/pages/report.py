@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -105,16 +104,11 @@ def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration
 
 def _drawn(summary: Part, groups: Mapping, chosen: Sequence[str]) -> list[tuple[str, bytes, str]]:
     from fibrefit.plots import small_png
+    from fibrefit.plots.save import figure_file
 
     figures: Mapping = figures_of(summary, groups) or {}
-    drawn = []
-    for name in chosen:
-        if name.replace("_", " ") in figures:
-            content = io.BytesIO()
-            figures[name.replace("_", " ")].savefig(content, format="png")
-            caption = str(figures[name.replace("_", " ")].get_label())
-            drawn.append((name, small_png(content.getvalue())[0], caption))
-    return drawn
+    there = {name: figures[words] for name in chosen if (words := name.replace("_", " ")) in figures}
+    return [(name, *small_png(figure_file(figure))) for name, figure in there.items()]
 
 
 def _order(path: Path) -> list[tuple[int, int, str]]:
