@@ -173,10 +173,10 @@ def _ticks(axes: Axes, x: bool, y: bool) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(3, prune="both"))
     if y or axes.get_ylabel():
         axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
-    for axis in (axes.xaxis, axes.yaxis):
+    for formatter in (axes.xaxis.get_major_formatter(), axes.yaxis.get_major_formatter()):
         # Those without labels have no formatter that could be told.
-        if isinstance(axis.get_major_formatter(), ScalarFormatter):
-            axis.get_major_formatter().set_useOffset(False)
+        if isinstance(formatter, ScalarFormatter):
+            formatter.set_useOffset(False)
     axes.tick_params(labelsize=SMALL - 1.0, width=0.5, length=2.0, labelbottom=x, labelleft=y)
     axes.tick_params(axis="x", labelrotation=30.0)
     for spine in axes.spines.values():
