@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.arrays import Array
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line, mark_masked, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
@@ -27,6 +26,7 @@ from fibrefit.plots.style import (
     stack,
     title,
 )
+from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import Place
 
 LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 16.0, 10.0, 4.5

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from fibrefit.core.arrays import Groups
 from fibrefit.plots.before_after import before_after_figure
 from fibrefit.plots.curve import curve_figure
 from fibrefit.plots.figures import Figures
@@ -16,6 +15,7 @@ from fibrefit.plots.overview import overview_figure
 from fibrefit.plots.places import places_figure
 from fibrefit.plots.spectrum import spectrum_figure
 from fibrefit.plots.states import has_fibre_map, map_figure, states_figure
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
 MOST_RECORDS = 12

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from fibrefit.core.arrays import Groups
 from fibrefit.core.roles import PHASES, TAUT
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
 from fibrefit.plots.figures import Figures
@@ -13,6 +12,7 @@ from fibrefit.plots.overview import overview_figure
 from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import FitSummary
 
 MOST_RECORDS = 24

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fibrefit.core.arrays import Groups
 from fibrefit.core.roles import HELD, REST
 from fibrefit.core.units import format_quantity
 from fibrefit.plots.quantities import spelt
 from fibrefit.plots.records import Compared
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap
 

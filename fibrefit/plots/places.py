@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from fibrefit.core.arrays import Array
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.style import GREEN, ORANGE, PURPLE, SKY, SMALL, label, legend, new_figure, place, title
+from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import Place
 
 TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fibrefit.core.arrays import Array, Groups
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.corner import Drawn, corner_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.overlay import overlay_figure
 from fibrefit.plots.traces import Way, traces_figure
+from fibrefit.study.summaries.arrays import Array, Groups
 from fibrefit.study.summaries.summaries import PosteriorSummary
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.arrays import Array
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, PLACE, SMALL, label, legend, new_figure, stack, title
+from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 18.0, 5.0, 17.0, 11.0, 6.0, 46.0
 LOWEST = 0.2

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from fibrefit.core.arrays import Array
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import GREY, KINDS, SMALL, label, new_figure, place, title
+from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
 ROW = 2.2

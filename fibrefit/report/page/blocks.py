@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
-from fibrefit.core.arrays import Groups
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import Part
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.arrays import Groups
 from fibrefit.report.discovery import EVIDENCE, verdict_line
 from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, Table, Telling, Words
 from fibrefit.report.page.common import (
@@ -19,6 +18,7 @@ from fibrefit.report.page.common import (
 )
 from fibrefit.report.page.records import Model, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 from fibrefit.study.summaries.summaries import Gap
 

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.arrays import Groups
 from fibrefit.core.roles import PHASES, STATES
 from fibrefit.core.units import format_quantity, shown_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
+from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Place
 from fibrefit.study.summaries.summaries import Gap
 
