@@ -30,7 +30,7 @@ from fibrefit.study.summaries.summaries import (
     StatisticsSummary,
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
-from fibrefit.workflow.motion_files import conditions_group, motion_group, reading_errors
+from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, reading_errors
 
 DETERMINED = "every parameter is determined"
 CORRELATED = 0.7

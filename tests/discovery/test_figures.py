@@ -17,7 +17,7 @@ from fibrefit.plots.states import _unit
 from fibrefit.plots.style import FINAL, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.files import _curve
-from fibrefit.workflow.motion_files import motion_group
+from fibrefit.workflow.pages.drawn_groups import motion_group
 from tests.discovery.made import CURVES, FINDINGS, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search
 

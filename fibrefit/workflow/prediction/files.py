@@ -16,7 +16,7 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSummary, Provenance, RecordSummary, Status
 from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
-from fibrefit.workflow.motion_files import conditions_group, motion_group
+from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
 from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
 
 if TYPE_CHECKING:
