@@ -44,6 +44,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
     sections = [
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
+        section("What the records say", items(summary.told)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
         section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(summary.places)),

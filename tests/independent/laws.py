@@ -146,7 +146,7 @@ CATALOGUE: dict[str, Hidden] = {
     "sensor.gauge_resonance": Hidden({"period": 5e-3}, {"damping_ratio": (0.03, 0.3)}, most=6.0),
     "sensor.position_gain": Hidden({"gain": 0.005}, signed=True, null=1.0, most=20.0),
     "sensor.dial_gauge_force": Hidden({"gauge_force": 0.8, "gauge_spring": 20.0}, most=10.0),
-    "rig.inclination_error": Hidden({"angle": 0.005}, signed=True, most=10.0),
+    "study.inclination": Hidden({"error": 0.005}, signed=True, most=10.0),
 }
 
 OUTSIDE: dict[str, Hidden] = {

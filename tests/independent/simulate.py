@@ -91,7 +91,7 @@ class Channels(NamedTuple):
 def laws_for(conditions: Conditions, base: Base, effects: Effects) -> Laws:
     """All constants of a record."""
     mass = conditions.weight_mass + conditions.added_mass
-    tilt = effects.get("rig.inclination_error", {}).get("angle", 0.0)
+    tilt = effects.get("study.inclination", {}).get("error", 0.0)
     side = 1.0 if conditions.kind == DRIVE else -1.0
     laws = Laws(
         *map(float, base),
@@ -108,7 +108,7 @@ def laws_for(conditions: Conditions, base: Base, effects: Effects) -> Laws:
         if name in OF_READINGS or name == CHAIN:
             continue
         changes = {key: float(value) for key, value in values.items()}
-        if name == "rig.inclination_error":
+        if name == "study.inclination":
             continue
         if name == "pulley.capstan_friction":
             changes = {"capstan": changes["capstan_coefficient"] * conditions.wrap_angle}

@@ -55,6 +55,7 @@ CLASSES: tuple[frozenset[str], ...] = (
     frozenset({"sensor.force_delay", "sensor.force_lag", "sensor.gauge_resonance"}),
     frozenset({"sensor.force_offset", "sensor.force_drift"}),
     frozenset({"pulley.capstan_friction", "guide.load_dependent_friction"}),
+    frozenset({"sensor.force_gain", "study.weight_mass"}),  # stiffness, damping and friction grow with either
 )
 """Effects that records of the usual kind separate badly, whatever is done with them."""
 

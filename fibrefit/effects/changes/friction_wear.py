@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.effects.law import LEAST, GuideLaw, Moment, quantity
+from fibrefit.effects.law import GuideLaw, Moment, quantity
 
 
 class FrictionWear(GuideLaw):
@@ -16,16 +16,18 @@ class FrictionWear(GuideLaw):
 
     Law
     ---
-    Level ``F_c max(0.02, 1 + a s)``, s the path of the weight to and fro within the record.
+    Level ``F_c (1 + a (1 - exp(-s/σ)))``, s the path of the weight to and fro within the record.
 
     Parameters
     ----------
-    wear : () in 1/m
-        a.
+    wear : () a pure number
+        a, what it comes to.
+    path : () in m
+        σ; long against the path travelled, the change is a steady one.
 
     Valid range
     -----------
-    Paths short against that in which it would come to rest.
+    σ from some millimetres on; of a much longer one, only a/σ is known.
 
     Source
     ------
@@ -37,12 +39,13 @@ class FrictionWear(GuideLaw):
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     timed: ClassVar[bool] = True
     worn: ClassVar[bool] = True
-    wear: jax.Array = quantity("1/m", "relative growth of Coulomb friction over the path", 0.5, lower=-5.0, upper=50.0)
+    wear: jax.Array = quantity("-", "relative change of Coulomb friction in the end", 0.3, lower=-0.98, upper=20.0)
+    path: jax.Array = quantity("m", "path on which it settles", 0.1, lower=2e-3, upper=100.0, log=True)
 
     def as_of(self, moment: Moment) -> Self:
         """What has come together by then."""
-        return self.scaled(moment.path)
+        return self.scaled(-jnp.expm1(-moment.path / self.path))
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """F_c (max(0.02, 1 + a s) - 1)."""
-        return coulomb * jnp.maximum(LEAST - 1.0, self.wear)
+        """Change of the level."""
+        return coulomb * self.wear

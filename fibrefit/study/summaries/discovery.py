@@ -144,6 +144,9 @@ class DiscoverySummary(FitResultSummary):
     verdict: Verdict
     reason: str = Field(default="", description="Why the verdict is what it is, in words.")
     added: tuple[str, ...] = ()
+    told: tuple[str, ...] = Field(
+        default=(), description="What the study says and what the records say, and what happened in single records."
+    )
     rounds: tuple[Round, ...] = ()
     cannot_tell_apart: tuple[tuple[str, ...], ...] = ()
     separated_by: tuple[Separation, ...] = Field(default=(), description="What would tell those apart.")

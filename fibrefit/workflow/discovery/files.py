@@ -17,6 +17,7 @@ from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
+from fibrefit.workflow.discovery.told import told
 from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_summary, parameter_summary
 
 
@@ -34,6 +35,7 @@ def discovery_summary(
         verdict=finding.verdict,
         reason=finding.reason,
         added=tuple(effect.name for effect in finding.added),
+        told=told(finding),
         rounds=tuple(
             d.Round(
                 added=found.added,
