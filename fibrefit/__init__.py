@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from fibrefit.study.examples import example, examples
     from fibrefit.study.load import load_study
     from fibrefit.workflow.batches.run import batch
-    from fibrefit.workflow.confuse import confuse_study as confuse
-    from fibrefit.workflow.confuse import confuse_study as distinguish
+    from fibrefit.workflow.design.distinguish import confuse_study as confuse
+    from fibrefit.workflow.design.distinguish import confuse_study as distinguish
+    from fibrefit.workflow.design.plan import plan_study as plan
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
     from fibrefit.workflow.inspection import inspect
     from fibrefit.workflow.outcome.stored import load_result, read_batch
-    from fibrefit.workflow.plan import plan_study as plan
     from fibrefit.workflow.prediction.predict import predict_study as predict
     from fibrefit.workflow.sampling.sample import sample
     from fibrefit.workflow.simulate import simulate_study as simulate
@@ -71,12 +71,12 @@ _HOMES = {
     "inspect": "fibrefit.workflow.inspection:inspect",
     "load_result": "fibrefit.workflow.outcome.stored:load_result",
     "read_batch": "fibrefit.workflow.outcome.stored:read_batch",
-    "confuse": "fibrefit.workflow.confuse:confuse_study",
-    "distinguish": "fibrefit.workflow.confuse:confuse_study",
+    "confuse": "fibrefit.workflow.design.distinguish:confuse_study",
+    "distinguish": "fibrefit.workflow.design.distinguish:confuse_study",
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
     "fit": "fibrefit.workflow.fit:fit_study",
     "load_study": "fibrefit.study.load:load_study",
-    "plan": "fibrefit.workflow.plan:plan_study",
+    "plan": "fibrefit.workflow.design.plan:plan_study",
     "predict": "fibrefit.workflow.prediction.predict:predict_study",
     "read_record": "fibrefit.records.read:read_record",
     "sample": "fibrefit.workflow.sampling.sample:sample",

@@ -34,7 +34,7 @@ def command(
     parameters have initial values.
     """
     study = study_from(files, rig, overrides)
-    from fibrefit.workflow.confuse import confuse_study
+    from fibrefit.workflow.design.distinguish import confuse_study
 
     place = result_directory(study, out, force, "confuse", repr((only, exclude)))
     with place as folder, shown_progress(terminal) as progress:

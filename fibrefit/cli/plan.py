@@ -38,7 +38,7 @@ def command(
     folder of a discovery brings the effects that it could not tell apart.
     """
     study = study_from(files, rig, overrides)
-    from fibrefit.workflow.plan import Aim, plan_study
+    from fibrefit.workflow.design.plan import Aim, plan_study
 
     costs = _costs(options["costs"])  # type: ignore[arg-type]
     rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))

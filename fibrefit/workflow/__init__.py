@@ -9,10 +9,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fibrefit.workflow.confuse import Confused, confuse_study
+    from fibrefit.workflow.design.distinguish import Confused, confuse_study
+    from fibrefit.workflow.design.plan import RecordPlan, plan_study
     from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
-    from fibrefit.workflow.plan import RecordPlan, plan_study
     from fibrefit.workflow.prediction.predict import Prediction, predict_study
     from fibrefit.workflow.prepare import model_of, read_records, task_of
     from fibrefit.workflow.sampling.sample import Sampled, sample_study
@@ -45,10 +45,10 @@ __all__ = [
 ]
 
 PARTS = {
-    "confuse": ("Confused", "confuse_study"),
+    "design.distinguish": ("Confused", "confuse_study"),
     "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
-    "plan": ("RecordPlan", "plan_study"),
+    "design.plan": ("RecordPlan", "plan_study"),
     "prediction.predict": ("Prediction", "predict_study"),
     "prepare": ("model_of", "read_records", "task_of"),
     "sampling.sample": ("Sampled", "sample_study"),

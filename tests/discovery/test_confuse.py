@@ -24,7 +24,7 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.simulation.inputs import Signals
 from fibrefit.study import Study, load_study
-from fibrefit.workflow.confuse import confuse_study
+from fibrefit.workflow.design.distinguish import confuse_study
 from tests.discovery.made import BASE
 from tests.workflow import axis
 

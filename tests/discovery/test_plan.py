@@ -16,7 +16,7 @@ from fibrefit.plots import plan_figures
 from fibrefit.report.any import report_of
 from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
-from fibrefit.workflow.plan import MINUTES, Aim, RecordPlan, _minutes, plan_study
+from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, plan_study
 
 PLANNED = """
 schema = "fibrefit/study/1"

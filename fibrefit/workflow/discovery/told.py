@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.units import shown_unit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.effects.law import Effect, StudyLaw
 from fibrefit.effects.rig.inclination_error import InclinationError
@@ -60,8 +60,7 @@ def _stated(effect: type[Effect], condition: str, estimates: dict[str, Estimate]
     beyond = [_corrected(effect, condition, size, estimate.value + _error(estimate)) for size in stated]
     words, unit = CONDITIONS[condition]
     error = max(abs(b - a) for a, b in zip(true, beyond, strict=True))
-    said = f"The study says {words} {_several(stated, unit)}; the records say {_several(true, unit, error)}"
-    return said + (f", {'each ' if len(stated) > 1 else ''}+/- {_size(error, unit, 1)}." if error > 0.0 else ".")
+    return f"The study says {words} {_several(stated, unit)}; the records say {_several(true, unit, error)}."
 
 
 def _corrected(effect: type[Effect], condition: str, stated: float, value: float) -> float:
@@ -76,8 +75,7 @@ def _clock(estimates: dict[str, Estimate], finding: Finding) -> str:
     true = [rate / (1.0 + estimate.value) for rate in rates]
     error = max(true) * _error(estimate) / (1.0 + estimate.value)
     said = f"The study says a sampling rate of {_several(rates, 'Hz')}; the records say {_several(true, 'Hz', error)}"
-    more = f" +/- {_size(error, 'Hz', 1)}" if error > 0.0 else ""
-    return f"{said}{more}: their clock is off."
+    return f"{said}: their clock is off."
 
 
 def _times(finding: Finding) -> list[np.ndarray]:
@@ -99,46 +97,37 @@ def _in_record(effect: type[Effect], estimates: dict[str, Estimate], finding: Fi
         if parameter.name in effect.strength:
             one = estimates[parameter.name]
             factor, unit = (PERCENT, "%") if parameter.unit == "-" else (1.0, parameter.unit)
-            said.append(f"{parameter.doc} {_with_error(factor * one.value, factor * _error(one), unit)}")
+            said.append(f"{parameter.doc} {_several([factor * one.value], unit, factor * _error(one))}")
     when = ""
     if effect.sudden:
         times = _times(finding)[place]
         span, one = float(times[-1] - times[0]), estimates["instant"]
         at = float(times[0]) + one.value * span
-        when = f" at {_with_error(at, span * _error(one), 's')}"
+        when = f" at {_several([at], 's', span * _error(one))}"
     return f"{where}{when}: {', '.join(said)}."
-
-
-def _with_error(value: float, error: float, unit: str) -> str:
-    digits = 3 if error <= 0.0 else int(np.clip(np.ceil(np.log10(abs(value) / error)) + 1, 1, 6)) if value else 1
-    if unit == "%":
-        return f"{value:.{digits}g} +/- {error:.1g} %"
-    shown = format_quantity(value, unit, digits)
-    return f"{shown} +/- {format_quantity(error, unit, 1)}" if error > 0.0 else shown
 
 
 def _error(estimate: Estimate) -> float:
     return float(estimate.std_error) if np.isfinite(estimate.std_error) else 0.0
 
 
-def _several(values: object, unit: str, error: float = 0.0) -> str:
-    sizes = [_size(value, unit, _digits(value, error)) for value in np.asarray(values, dtype=float)]
-    return sizes[0] if len(sizes) == 1 else f"{', '.join(sizes[:-1])} and {sizes[-1]}"
-
-
-def _digits(value: float, error: float) -> int:
-    if error <= 0.0 or value == 0.0:
-        return 4
-    return int(np.clip(np.ceil(np.log10(abs(value) / error)) + 1, 3, 7))
-
-
-def _size(value: float, unit: str, digits: int) -> str:
-    if unit == "deg":
-        return f"{np.degrees(value):.{digits}g} deg"
-    return f"{value:.{digits}g}" if unit == "-" else format_quantity(float(value), unit, digits)
+def _several(values: Sequence[float] | np.ndarray, unit: str, error: float = 0.0) -> str:
+    """Values in one unit, with their error where there is one: ``3.158 +/- 0.0003 kg``."""
+    sizes = np.asarray(values, dtype=float)
+    name, worth = ("deg", np.pi / 180.0) if unit == "deg" else shown_unit(float(np.abs(sizes).max()), unit)
+    if error > 0.0:
+        decimals = max(0, -int(np.floor(np.log10(error / worth))))
+        each = [f"{size / worth:.{decimals}f}" for size in sizes]
+    else:
+        each = [f"{size / worth:.6g}" for size in sizes]
+    said = each[0] if len(each) == 1 else f"{', '.join(each[:-1])} and {each[-1]}"
+    if error > 0.0:
+        said += f" +/- {error / worth:.1g}" if len(each) == 1 else f" (each +/- {error / worth:.1g})"
+    return said if name == "-" else f"{said} {name}"
 
 
 def _or_else(effect: type[Effect], finding: Finding) -> str:
     """What else would explain it."""
-    others = [n for names in finding.cannot_tell_apart if effect.name in names for n in names if n != effect.name]
+    names = [name for group in finding.cannot_tell_apart if effect.name in group for name in group]
+    others = [name for name in names if name not in (effect.name, InclinationError.name)]
     return f" {' or '.join(dict.fromkeys(others))} would explain it as well." if others else ""

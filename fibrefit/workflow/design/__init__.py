@@ -1,0 +1,1 @@
+"""What records can show, and which to take next."""
