@@ -171,6 +171,13 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
         If the rivals or effects are not known, or the purpose lacks rivals.
     StudyError
         If the rig leaves no choice of further records.
+
+    Examples
+    --------
+    >>> from fibrefit.workflow.design.plan import Aim
+    >>> planned = fibrefit.plan(fibrefit.example("drop_series"), Aim(only=("guide.*",)))
+    >>> sorted(planned.further[0][0].errors)
+    ['damping', 'friction', 'stiffness']
     """
     began, study, aim = time.perf_counter(), as_study(study), aim or Aim()
     tell = progress or (lambda what, share: None)
