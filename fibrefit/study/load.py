@@ -18,6 +18,7 @@ from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
 from fibrefit.study.rigs.catalogue import STUDIES
+from fibrefit.study.scaled import with_scale_parameters
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
 
@@ -154,7 +155,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
         study = _model(raw, place).model_validate(raw)
     except ValidationError as error:
         raise explained(error, raw, place) from None
-    study = study.model_copy(update={"records": _completed(study, place)})
+    study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
     study.check_parameters()
     study.check_units()
