@@ -3,6 +3,7 @@
 from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.base import Gap, TimeBase
 from fibrefit.records.describe import describe
+from fibrefit.records.join import joined, side_by_side
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.read import read_record, read_table, record_of
 from fibrefit.records.record import Record
@@ -17,7 +18,9 @@ __all__ = [
     "Table",
     "TimeBase",
     "describe",
+    "joined",
     "read_record",
     "read_table",
     "record_of",
+    "side_by_side",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,8 @@ class ReadOptions:
         Roles to look for among columns nobody named.
     delimiter, decimal : str or None
         Characters between columns and before decimals.
+    header : path or None
+        File that holds the header of the one that is read: rate, names and units of its columns.
 
     Raises
     ------
@@ -46,6 +49,7 @@ class ReadOptions:
     roles: Sequence[str] = USUAL
     delimiter: str | None = None
     decimal: str | None = None
+    header: Path | None = None
 
     def __post_init__(self) -> None:
         if self.rate is not None and not (np.isfinite(self.rate) and self.rate > 0):

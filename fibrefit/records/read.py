@@ -71,6 +71,7 @@ def read_record(
     name: str | None = None,
     delimiter: str | None = None,
     decimal: str | None = None,
+    header: str | Path | None = None,
 ) -> Record:
     """Read a record: time, force, position and, where there is one, the drive, in SI.
 
@@ -80,7 +81,7 @@ def read_record(
         Text of any logger, LVM, MATLAB, TDMS or MDF4.
     name : str, optional
         Name of the record; that of the file by default.
-    channels, units, columns, rate, roles, delimiter, decimal
+    channels, units, columns, rate, roles, delimiter, decimal, header
         What the file does not say itself, see `ReadOptions`.
 
     Returns
@@ -103,7 +104,8 @@ def read_record(
     (['force', 'position'], 2000)
     """
     wanted = tuple(roles or USUAL)
-    options = ReadOptions(channels or {}, units or {}, tuple(columns or ()), rate, wanted, delimiter, decimal)
+    beside = None if header is None else Path(header)
+    options = ReadOptions(channels or {}, units or {}, tuple(columns or ()), rate, wanted, delimiter, decimal, beside)
     return record_of(read_table(path, options), channels=options.channels, name=name)
 
 
@@ -156,6 +158,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
         headers={"time": base.header or base.source} | {role: column.header for role, column in kept.items()},
         scales={role: column.scale for role, column in kept.items() if column.scale is not None},
         history=tuple(_history(table, kept, group)),
+        origin=base.origin,
     )
 
 

@@ -51,6 +51,8 @@ class Record:
         Header in the file of each role, the time included.
     history : tuple of str
         Sentences: how it was read, what was left out, what was done since.
+    origin : float or None
+        Time of day, and date where it is written, at which `time` is zero, in s; None where the file has no clock.
     scales : mapping of str to Scale
         What one unit of a role's column was declared to be worth, with its uncertainty.
     """
@@ -67,6 +69,7 @@ class Record:
     headers: Mapping[str, str] | None = None
     history: tuple[str, ...] = ()
     scales: Mapping[str, Scale] | None = None
+    origin: float | None = None
 
     def __post_init__(self) -> None:
         n = self.time.size

@@ -11,7 +11,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
-from fibrefit.study.quantity import refusal
+from fibrefit.study.quantity import Instant, refusal
 from fibrefit.study.table import Table
 
 SUGGESTED = ("N", "kN", "mm", "um", "s", "ms", "V", "mV", "A", "counts")
@@ -45,6 +45,15 @@ class ChannelTable(Table):
             except StudyError as error:
                 raise refusal(error.got, error.expected, error.do) from None
         return scale
+
+
+class BesideTable(Table):
+    """Another file of the same record, written by a logger with a clock of its own."""
+
+    file: StrictStr = Field(description="Measured data; relative to the study file.")
+    clock_offset: Instant | None = Field(
+        default=None, description="Time of the record at which the clock of this file read zero."
+    )
 
 
 def _shape(said: Any) -> str:

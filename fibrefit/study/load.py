@@ -231,8 +231,8 @@ def _check_records(study: Study, place: Places) -> None:
         if labels.index(record.label) < i:
             where = place(f"records[{i}]")
             raise StudyError(where, f'"{record.label}" a second time', "each record once", "Give one a name.")
-        if record.file is not None:
-            _check_file(study.path_of(record.file), record.file, place(f"records[{i}].file"))
+        for file in (*record.files, *((record.header,) if record.header else ())):
+            _check_file(study.path_of(file), file, place(f"records[{i}].file"))
         if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
             raise StudyError(
                 place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."

@@ -25,6 +25,7 @@ class Files(Table):
         default=None, min_length=1, max_length=1, description="Character between columns."
     )
     sampling_rate: Frequency | None = Field(default=None, description="Where files have no times and no rate.")
+    header: StrictStr | None = Field(default=None, description="File that holds the header of the records.")
     decimal: Literal[".", ","] | None = Field(default=None, description="Character before decimals.")
 
 
@@ -83,9 +84,10 @@ def reading_arguments(
     Returns
     -------
     dict
-        ``channels``, ``units``, ``columns``, ``delimiter``, ``decimal`` and ``rate``.
+        ``channels``, ``units``, ``columns``, ``header``, ``delimiter``, ``decimal`` and ``rate``.
     """
     return {
+        "header": files.header,
         "channels": plain_channels(channels),
         "units": dict(units),
         "columns": files.columns,

@@ -88,7 +88,8 @@ class Study(Table):
 
     def data_files(self) -> list[Path]:
         """The input files whose content is not in the study itself: records, and files with effects."""
-        named = [record.file for record in self.records if record.file]
+        named = [file for record in self.records for file in record.files]
+        named += [header for header in (self.files.header, *(r.header for r in self.records)) if header]
         return list(dict.fromkeys([*map(self.path_of, named), *self.own_effects().values()]))
 
     def own_effects(self) -> dict[str, Path]:
@@ -122,7 +123,9 @@ class Study(Table):
     def reading(self, record: Any) -> dict[str, Any]:
         """Arguments for the reader of a record's file, see `reading_arguments`."""
         channels = dict(self.channels) | (record.channels or {})
-        return reading_arguments(channels, self.units, self.files, record.sampling_rate)
+        said = reading_arguments(channels, self.units, self.files, record.sampling_rate)
+        header = record.header or self.files.header
+        return said | {"header": self.path_of(header) if header else None}
 
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
         """What the study says about each declared parameter, in SI.
@@ -210,6 +213,14 @@ class Study(Table):
                 if "file" in record:
                     record.setdefault("name", record["file"])
                     record["file"] = _relative(self.path_of(record["file"]), relative_to)
+                if "header" in record:
+                    record["header"] = _relative(self.path_of(record["header"]), relative_to)
+                if "parts" in record:
+                    record["parts"] = [_relative(self.path_of(part), relative_to) for part in record["parts"]]
+                if "beside" in record:
+                    record["beside"]["file"] = _relative(self.path_of(record["beside"]["file"]), relative_to)
+            if content["files"].get("header"):
+                content["files"]["header"] = _relative(self.path_of(content["files"]["header"]), relative_to)
             content["model"]["effects"] = [
                 effect if ":" not in effect else _moved_effect(effect, self, relative_to)
                 for effect in content["model"]["effects"]

@@ -13,6 +13,7 @@ from fibrefit.core.errors import FibrefitError
 from fibrefit.core.paths import is_folder, printable
 from fibrefit.core.shown import Card
 from fibrefit.study import Study, load_study
+from fibrefit.workflow.readings import readings_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from fibrefit.records import Table
 
 SCHEMA = "fibrefit/inspection/1"
+
+NOT_CONDITIONS = {"file", "name", "channels", "parts", "beside", "header"}
+"""Keys of a record that tell where and how it is read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +193,11 @@ def _records_of(study: Study) -> tuple[Seen, ...]:
         if record.file is None:
             seen.append(Seen([f"{record.label}: planned, not measured yet.", *_conditions(record)], {"file": None}))
             continue
-        one = seen_in(study.path_of(record.file), study.reading(record))
-        seen.append(Seen([*one.lines, *_conditions(record)], one.understood, one.table, one.refusal))
+        parts, beside = readings_of(study, record)
+        for i, (path, said) in enumerate([*parts, *([beside] if beside else [])]):
+            one = seen_in(path, said)
+            lines = [*one.lines, *(_conditions(record) if i == 0 else ())]
+            seen.append(Seen(lines, one.understood, one.table, one.refusal))
     return tuple(seen)
 
 
@@ -238,7 +245,7 @@ def _conditions(record: Any) -> list[str]:
     from fibrefit.core.units import format_quantity
 
     said = []
-    for name, text in record.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "channels"}).items():
+    for name, text in record.model_dump(mode="json", exclude_none=True, exclude=NOT_CONDITIONS).items():
         value, _, unit = str(text).partition(" ")
         shown = format_quantity(float(value), unit) if isinstance(getattr(record, name), float) else str(text)
         said.append(f"{name} {shown}")

@@ -12,10 +12,11 @@ from fibrefit.effects.catalogue import select_effects
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task
-from fibrefit.records import Record, read_record
+from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
+from fibrefit.workflow.readings import readings_of
 
 ALIKE = 1e-3
 """Part of the steps from sample to sample below which two signals are the same, written with other digits."""
@@ -106,4 +107,9 @@ def _read(study: Study, record: object) -> Record:
     file, label = record.file, record.label  # type: ignore[attr-defined]
     if file is None:
         raise StudyError(str(study.source), f'record "{label}" has no file', "a measured record", "Name its file.")
-    return read_record(study.path_of(file), **study.reading(record), name=label)
+    first, other = readings_of(study, record)
+    whole = joined([read_record(path, **said, name=label) for path, said in first])
+    if other is None:
+        return whole
+    path, said = other
+    return side_by_side(whole, read_record(path, **said, name=label), record.beside.clock_offset)  # type: ignore[attr-defined]

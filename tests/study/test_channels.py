@@ -25,7 +25,9 @@ file = "a.csv"
 lift = "5 mm"
 {record}
 """
-VOLTS = "time [s],U1 [V],enc\n" + "".join(f"{i / 2000:.4f},{-0.05 - 0.001 * (i % 7):.4f},{1000 + i}\n" for i in range(40))
+VOLTS = "time [s],U1 [V],enc\n" + "".join(
+    f"{i / 2000:.4f},{-0.05 - 0.001 * (i % 7):.4f},{1000 + i}\n" for i in range(40)
+)
 
 
 def study(folder: Path, channels: str, record: str = ""):

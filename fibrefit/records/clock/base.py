@@ -60,6 +60,8 @@ class TimeBase:
     unit : str or None
         Unit of that column; ``"clock"`` and ``"counted"`` stand for none. None is an unknown unit: then times and rate
         are in the unit of the file.
+    origin : float or None
+        Time of day, and date, at which a clock read zero here, in s; None where the file has no clock.
     """
 
     time: np.ndarray
@@ -71,6 +73,7 @@ class TimeBase:
     notes: tuple[str, ...] = ()
     header: str | None = None
     unit: str | None = "counted"
+    origin: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,8 @@ def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float 
         note = f'Column "{column.header}" counts from 1970, which tells its unit: {unit}.'
         base = replace(base, notes=(*base.notes, note))
     if column.clock:  # the first reading may have been lost to damage
-        base = replace(base, time=base.time - base.time[np.isfinite(base.time)][0])
+        first = float(base.time[np.isfinite(base.time)][0])
+        base = replace(base, time=base.time - first, origin=column.start + first)
     if base.rate == raw.facts.rate and base.source == readings.source:
         base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.quoted}")')
     return replace(base, header=column.header, unit=unit)

@@ -41,6 +41,8 @@ class Clock:
         Step of the last printed decimal, in s.
     start : str
         First reading, as written.
+    origin : float
+        First reading in s: since the year 1 where a date is written, else since midnight.
     notes : tuple of str
         What had to be decided.
     """
@@ -49,6 +51,7 @@ class Clock:
     resolution: float
     start: str
     notes: tuple[str, ...] = ()
+    origin: float = 0.0
 
 
 def parse_clock(texts: Sequence[str], where: str) -> Clock:
@@ -183,9 +186,11 @@ def _since_first(
             seconds = seconds + _DAY * np.cumsum(turns)
             notes = ("The record passes midnight.",)
     seconds = seconds - (offsets - offsets[first])
+    ordinals = [n for n in (_ordinal(days[first], order) for order in ("ymd", "dmy", "mdy")) if n is not None]
+    origin = float(seconds[first] - offsets[first]) + _DAY * (ordinals[0] if ordinals else 0)
     # Times of day hold 5 digits before the point: round away what the subtraction leaves over.
     since = np.round(seconds - seconds[first], decimals + 1)
-    return Clock(since, float(10.0**-decimals), texts[first].strip(), notes)
+    return Clock(since, float(10.0**-decimals), texts[first].strip(), notes, origin)
 
 
 def _midnights(seconds: np.ndarray) -> list[int]:

@@ -31,7 +31,7 @@ class RawColumn:
     rate : float or None
         Rate in Hz that belongs to this column alone.
     start : float
-        Time of its first sample in s, where `rate` is given.
+        Time of its first sample in s, where `rate` is given; for a clock, its first reading.
     resolution : float
         Step of the last printed digit; 0 for binary files.
     number : int

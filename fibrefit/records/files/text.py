@@ -5,15 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.files.decode import Text
+from fibrefit.records.files.decode import Text, decode
+from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
@@ -78,14 +81,15 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
     above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
-    header = _header(above, dialect, empty, options, where, lines[rows.first - 1])
+    beside = statements(_lines_of(options.header), dialect.delimiter)
+    header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
     _refuse_counts(columns, above, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     return Raw(
         columns=columns,
-        facts=find_facts([*above, *_unused(header, rows, empty, above)], dialect.mark),
+        facts=find_facts([*beside, *above, *_unused(header, rows, empty, above)], dialect.mark),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
@@ -93,6 +97,13 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
     )
+
+
+def _lines_of(path: Path | None) -> list[str]:
+    """Lines of a file with the header of another."""
+    if path is None:
+        return []
+    return decode(read_plain_file(path, "a file with the header of the records", DataError), path.name).lines
 
 
 def _refuse_counts(
@@ -281,7 +292,7 @@ def _clock_column(title: str, name: str, cells: Sequence[str], where: str, notes
     notes.extend(clock.notes)
     notes.append(f"The first sample was taken at {clock.start}.")
     numbers = Numbers.of_array(clock.seconds)
-    return RawColumn(title, name, None, numbers, clock=True, resolution=clock.resolution)
+    return RawColumn(title, name, None, numbers, clock=True, start=clock.origin, resolution=clock.resolution)
 
 
 def _blanks_are_regular(rows: Rows) -> bool:

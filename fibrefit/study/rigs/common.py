@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, StrictStr, model_validator
 
 from fibrefit.core.roles import ROLES
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import BesideTable, Said
 from fibrefit.study.quantity import (
     Duration,
     ForceNoise,
@@ -39,9 +39,18 @@ class RecordTable(Table):
     name: StrictStr | None = optional("Name in results; the file's name when absent.")
     sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
     duration: Duration | None = optional("Length of a planned record.")
+    parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")
+    beside: BesideTable | None = optional("Another file of the same record, with a clock of its own.")
+    header: StrictStr | None = optional("File that holds the header of this one; relative to the study file.")
     channels: dict[Literal[tuple(ROLES)], Said] | None = optional(  # type: ignore[valid-type]
         "Columns of this record alone; what it does not say stands under [channels]."
     )
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Every file of measured data of the record."""
+        own = (self.file,) if self.file else ()
+        return (*own, *(self.parts or ()), *((self.beside.file,) if self.beside else ()))
 
     @property
     def label(self) -> str:

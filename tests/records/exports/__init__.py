@@ -6,6 +6,7 @@ from tests.records.exports.base import Export
 from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
+from tests.records.exports.fresh import FRESH
 from tests.records.exports.laboratory import LABORATORY
 from tests.records.exports.scopes import SCOPES
 from tests.records.exports.text import TEXT
@@ -17,4 +18,5 @@ KINDS: dict[str, list[Export]] = {
     "scopes": SCOPES,
     "channels": CHANNELS,
     "containers": CONTAINERS,
+    "fresh": FRESH,
 }

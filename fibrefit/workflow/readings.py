@@ -1,0 +1,57 @@
+"""How each file of a record is read: one file, several parts, or two side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fibrefit.records import ReadOptions, Table, read_table
+from fibrefit.study import Study
+
+#: A file, and the arguments for its reader.
+Reading = tuple[Path, dict[str, Any]]
+
+
+def readings_of(study: Study, record: Any) -> tuple[list[Reading], Reading | None]:
+    """Files of a measured record with the arguments for their reader.
+
+    Parameters
+    ----------
+    study : Study
+    record : object
+        One of the study's, with a file.
+
+    Returns
+    -------
+    list of tuple of Path and dict
+        The record's file and the parts that continue it.
+    tuple of Path and dict, or None
+        The file beside it.
+    """
+    said, beside = study.reading(record), record.beside
+    names = (record.file, *(record.parts or ()))
+    if beside is None:
+        return [(study.path_of(name), said) for name in names], None
+    here, there = _divided(study, said, record.file, beside.file)
+    return [(study.path_of(name), here) for name in names], (study.path_of(beside.file), there)
+
+
+def _divided(study: Study, said: dict[str, Any], file: str, other: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What is said of a record, for each of its two files: a channel belongs to the one that has its column."""
+    tables = [read_table(study.path_of(name), ReadOptions(header=said["header"])) for name in (file, other)]
+    here, there = ({**said, "channels": {}, "units": {}} for _ in tables)
+    for role, channel in said["channels"].items():
+        column = channel if isinstance(channel, str) else channel.get("column")
+        pairs = zip((here, there), tables, strict=True)
+        holders = [part for part, table in pairs if role == "time" or _has(table, column)]
+        for part in holders or (here,):
+            part["channels"] = {**part["channels"], role: channel}
+    for key, unit in said["units"].items():
+        for part, table in zip((here, there), tables, strict=True):
+            if key == "time" or key in table.roles or key in part["channels"] or _has(table, key):
+                part["units"] = {**part["units"], key: unit}
+    return here, there
+
+
+def _has(table: Table, column: str | None) -> bool:
+    return any(column in (one.header, one.name) for one in table.columns)

@@ -1,0 +1,127 @@
+"""One record from several files: parts, two loggers side by side, and a header in a file of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.core.errors import DataError
+from fibrefit.records import joined, read_record, side_by_side
+from tests.records.exports.base import FORCE, POSITION, N, f, fu, lines, t, tfu, u
+
+HEAD = "Time [s],Force [N],Position [mm]\n"
+
+
+def part(first: int, last: int, make) -> str:
+    return HEAD + "".join(make(i) + "\n" for i in range(first, last))
+
+
+def test_parts_whose_times_run_on(write) -> None:
+    whole = joined([read_record(write(part(a, b, tfu()), f"p{a}.csv")) for a, b in ((0, 20), (20, 45), (45, N))])
+    np.testing.assert_allclose(whole.time, np.arange(N) / 2000, atol=1e-12)
+    np.testing.assert_allclose(whole.channels["force"], FORCE)
+    assert not whole.gaps
+    assert "p20.csv follows by its times; no sample is missing between." in whole.history
+
+
+def test_parts_that_begin_anew(write) -> None:
+    pieces = [write(part(a, b, lambda i, a=a: f"{t(i - a)},{f(i)},{u(i)}"), f"p{a}.csv") for a, b in ((0, 20), (20, N))]
+    whole = joined([read_record(piece) for piece in pieces])
+    np.testing.assert_allclose(whole.time, np.arange(N) / 2000, atol=1e-12)
+    assert "p20.csv follows without a gap, as its times begin anew; no sample is missing between." in whole.history
+
+
+def test_parts_with_clocks_keep_the_gap_between_them(write) -> None:
+    def stamped(i: int) -> str:
+        return f"2024-05-12T14:22:{11 + i / 2000:07.4f}Z,{f(i)},{u(i)}"
+
+    pieces = [write(part(a, b, stamped), f"p{a}.csv") for a, b in ((0, 20), (25, N))]
+    whole = joined([read_record(piece) for piece in pieces])
+    np.testing.assert_allclose(whole.time, np.delete(np.arange(N), range(20, 25)) / 2000, atol=1e-5)
+    assert [gap.missing for gap in whole.gaps] == [5]
+
+
+def test_parts_that_do_not_belong_together_are_refused(write) -> None:
+    first, second = (read_record(write(part(a, b, tfu()), f"p{a}.csv")) for a, b in ((0, 30), (20, N)))
+    with pytest.raises(DataError, match="it begins at 10 ms, and the part before it ends at 14.5 ms.*in their order"):
+        joined([first, second])
+    with pytest.raises(DataError, match="the channels force in a part of a record of force, position"):
+        joined([first, second.only("force")])
+
+
+def test_two_loggers_with_an_offset_of_their_clocks(write) -> None:
+    force = read_record(write("Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"), "f.csv"))
+    shifted = read_record(write("Time [s],Position [mm]\n" + lines(lambda i: f"{i / 2000 + 5:.4f},{u(i)}"), "x.csv"))
+    whole = side_by_side(force, shifted, -5.0)
+    np.testing.assert_allclose(whole.channels["position"], POSITION * 1e-3, rtol=1e-9)
+    assert "sample by sample" in whole.history[-1]
+    half = side_by_side(force, shifted, -5.0 + 0.25e-3)
+    np.testing.assert_allclose(half.channels["position"][1:], (POSITION[1:] + POSITION[:-1]) / 2e3, rtol=1e-6)
+    assert not half.valid["position"][0]
+    assert "interpolated linearly at 59 instants" in half.history[-1]
+    with pytest.raises(DataError, match="times from 5 s .*State the offset of its clock"):
+        side_by_side(force, shifted)
+    with pytest.raises(DataError, match="the force, which f.csv holds too"):
+        side_by_side(force, force)
+
+
+def test_clocks_tell_the_offset_themselves(write) -> None:
+    def stamped(head: str, cell, late: int) -> str:
+        return head + "".join(f"14:22:{11 + (i + late) / 2000:07.4f},{cell(i)}\n" for i in range(N))
+
+    force = read_record(write(stamped("Time,Force [N]\n", f, 0), "f.csv"))
+    position = read_record(write(stamped("Time,Position [mm]\n", u, 10), "x.csv"))
+    whole = side_by_side(force, position)
+    np.testing.assert_allclose(whole.channels["position"][10:], POSITION[:-10] * 1e-3, rtol=1e-3)
+    assert not whole.valid["position"][:10].any()
+
+
+CONFIGURATIONS = {
+    "run.ini": "[DAQ]\nfs = 2000 Hz\n[Channel1]\nname = Force\nunit = N\n[Channel2]\nname = Position\nunit = mm\n",
+    "run.json": '{"sample_rate_hz": 2000, "channels": [{"name": "Force", "unit": "N"}, '
+    '{"name": "Position", "unit": "mm"}]}',
+    "run.hdr": "Sample rate: 2,000 Hz\nForce [N],Position [mm]\n",
+    "run.cfg": "sampling rate=2000\nch1_name=Force\nch1_unit=N\nch2_name=Position\nch2_unit=mm\n",
+}
+
+
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_a_header_in_a_file_of_its_own(name: str, write) -> None:
+    record = read_record(write(lines(fu()), "run.csv"), header=write(CONFIGURATIONS[name], name))
+    np.testing.assert_allclose(record.time, np.arange(N) / 2000, atol=1e-12)
+    np.testing.assert_allclose(record.channels["force"], FORCE)
+    np.testing.assert_allclose(record.channels["position"], POSITION * 1e-3)
+
+
+STUDY = """schema = "fibrefit/study/1"
+name = "x"
+[rig]
+kind = "fibre_mass"
+weight_mass = "3 kg"
+inclination = "90 deg"
+[channels]
+position = "Weg"
+[units]
+position = "mm"
+time = "s"
+[[records]]
+file = "a.csv"
+parts = ["b.csv"]
+beside = { file = "x.csv", clock_offset = "-5 s" }
+"""
+
+
+def test_a_study_names_them_all(write) -> None:
+    from fibrefit.study import load_study
+    from fibrefit.workflow.inspection import inspect
+    from fibrefit.workflow.prepare import read_records
+
+    for first, last, name in ((0, 30, "a.csv"), (30, N, "b.csv")):
+        write(part(first, last, lambda i: f"{t(i)},{f(i)},1").replace("Position [mm]", "aux [V]"), name)
+    write("Zeit;Weg\n" + lines(lambda i: f"{i / 2000 + 5:.4f};{u(i)}"), "x.csv")
+    study = load_study(write(STUDY, "study.toml"))
+    assert [seen.verdict for seen in inspect(study).seen] == ["understood"] * 3
+    (record,) = read_records(study)
+    assert record.name == "a.csv"
+    np.testing.assert_allclose(record.channels["force"], FORCE)
+    np.testing.assert_allclose(record.channels["position"], POSITION * 1e-3)
