@@ -104,12 +104,19 @@ def _rows_of(document: Any, where: str) -> list[dict[str, Any]]:
                 raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
             head = _flat({key: value for key, value in document.items() if key not in lists})
             return [head, *({key: value[i] for key, value in lists.items()} for i in range(size))]
-        inner = [value for value in document.values() if isinstance(value, list | dict) and value]
-        head = _flat({key: value for key, value in document.items() if not isinstance(value, list | dict)})
+        inner = [value for value in document.values() if _holds_rows(value)]
+        head = _flat({key: value for key, value in document.items() if not _holds_rows(value)})
         if len(inner) == 1:
             return [head, *_rows_of(inner[0], where)]
     do = 'Write one object a row, such as {"time [s]": 0.0, "force [N]": 12.5}.'
     raise DataError(where, "JSON without a table", "a list of objects, or lists of one length by name", do)
+
+
+def _holds_rows(node: Any) -> bool:
+    """Whether there is a list of some length anywhere in a node."""
+    if isinstance(node, list):
+        return len(node) > 2
+    return isinstance(node, dict) and any(_holds_rows(value) for value in node.values())
 
 
 def _from_pairs(text: Text) -> Text:

@@ -14,14 +14,17 @@ from dataclasses import dataclass, replace
 from fibrefit.core import units
 from fibrefit.core.units import format_number
 
-_SAMPLING = r"(?:sampl\w*|abtast\w*|mess|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?|echantillonnage)"
+_SAMPLING = (
+    r"(?:sampl\w*|abtast\w*|mess|measur\w*|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?"
+    r"|echantillonnage)"
+)
 _RATE_KEYS = (
     rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
     r"|samples per second|s/s|(?:vzorkovaci )?frekvence(?: vzorkovani)?|frequence d.echantillonnage"
     r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )
 _STEP_KEYS = (
-    rf"dt|ts|tinc|delta ?[xt]|{_SAMPLING}[ ]?(?:interval\w*|period|time|step)|(?:x|t|time|wf)?[ ]?incr?(?:ement)?"
+    rf"dt|ts|tinc|delta[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|period|time|step)|(?:x|t|time|wf)?[ ]?incr?(?:ement)?"
     r"|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution|horizontal (?:interval|resolution)|time ?axis|clock"
     r"|time[ ]?(?:step|increment|interval|resolution|base)|abtast(?:intervall|zeit|periode)|samplet(?:ime)?"
     r"|(?:vzorkovaci )?perioda(?: vzorkovani)?"
@@ -34,7 +37,8 @@ _COUNT_KEYS = (
 _AXIS_KEYS = r"horizontal units?|h ?unit|x ?units?|x.einheit|time units?|zeiteinheit"
 
 _SPACE = " \u00a0\u2009\u202f"
-_NUMBER = rf"([+-]?\d(?:[\d.,'\u2019]|[{_SPACE}](?=\d\d\d(?!\d)))*(?:[eE][+-]?\d+)?)"
+_GROUPED = rf"\d{{1,3}}(?:[.,'\u2019{_SPACE}]\d{{3}})+(?!\d)(?:[.,]\d+)?"
+_NUMBER = rf"([+-]?(?:{_GROUPED}|\d+(?:[.,]\d*)?)(?:[eE][+-]?\d+)?)"
 _UNIT = r"(?:([ ]*[;,\t][ \"]*|\s*)((?:1/)?[^\W\d_][^\s;,\t\"\])]*|/s))?"
 _BREAK = r"\"?(?:[:=;,\t ]|analog)+[\"(]*"
 
@@ -46,7 +50,10 @@ def _pattern(keys: str) -> re.Pattern[str]:
 
 
 #: A line that begins with the bare word, or consists of it: "Rate: 2 kHz".
-_BARE_RATE = re.compile(rf"[\W_]*(?:rate|frequency)()()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}", re.IGNORECASE)
+_BARE_RATE = re.compile(
+    rf"[\W_]*(?:rate|frequency|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])])?()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
+    re.IGNORECASE,
+)
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 
 #: Rates in Hz and numbers of samples beyond which a header is damaged.
@@ -197,6 +204,9 @@ def _numbers(text: str, mark: str, *, in_groups: bool) -> list[float]:
         plain = bare.replace("," if last == "." else ".", "").replace(last, ".")
         return [float(plain + power)] if plain.count(".") == 1 else []
     (sign,) = used
+    before, _, after = bare.partition(sign)
+    if sign == "," and mark == "." and (after == before or (len(after) > 3 and len(before) > 1)):
+        return [float(before + power)]  # the cell of the next column
     groups = re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+", bare) is not None and not power
     if bare.count(sign) > 1:
         return [float(bare.replace(sign, ""))] if groups else []

@@ -59,12 +59,12 @@ def no_table(lines: Sequence[str], where: str) -> DataError:
 
 def _separator(lines: Sequence[str]) -> tuple[str, int]:
     """Delimiter that splits most lines into the same number of cells, and that number."""
-    best = (0, 0, WHITESPACE, 1)
+    best: tuple[int, bool, int, str] = (0, False, 1, WHITESPACE)
     for delimiter in NAMES:
         counts = Counter(len(Dialect(delimiter, ".").split(line) or []) for line in lines)
         width, times = counts.most_common(1)[0]
-        best = max(best, (times if width > 1 else 0, width, delimiter, width))
-    return best[2], best[3]
+        best = max(best, (times if width > 1 else 0, delimiter != WHITESPACE, width, delimiter))
+    return best[3], best[2]
 
 
 def _numbers(cells: Sequence[str]) -> int:
