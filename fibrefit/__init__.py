@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fibrefit.workflow.design.plan import plan_study as plan
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
-    from fibrefit.workflow.inspection import inspect
+    from fibrefit.workflow.inspection.inspection import inspect
     from fibrefit.workflow.outcome.stored import load_result, read_batch
     from fibrefit.workflow.prediction.predict import predict_study as predict
     from fibrefit.workflow.sampling.sample import sample
@@ -68,7 +68,7 @@ _HOMES = {
     "batch": "fibrefit.workflow.batches.run:batch",
     "example": "fibrefit.study.examples:example",
     "examples": "fibrefit.study.examples:examples",
-    "inspect": "fibrefit.workflow.inspection:inspect",
+    "inspect": "fibrefit.workflow.inspection.inspection:inspect",
     "load_result": "fibrefit.workflow.outcome.stored:load_result",
     "read_batch": "fibrefit.workflow.outcome.stored:read_batch",
     "confuse": "fibrefit.workflow.design.distinguish:confuse_study",

@@ -42,7 +42,7 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
     if out is not None:
         ResultDirectory(out, force=force).check()
-    from fibrefit.workflow.inspection import inspect
+    from fibrefit.workflow.inspection.inspection import inspect
 
     bare = not any(is_study(file) for file in files)
     reading = overrides if write is None else split_overrides(overrides)[0]
@@ -51,7 +51,7 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     if bare and any(each.verdict != "understood" for each in found.seen):
         terminal.remark(HINT)
     if write is not None:
-        from fibrefit.workflow.inspected_study import write_study
+        from fibrefit.workflow.inspection.write_study import write_study
 
         write_study(found, write, options["rig"], overrides, force=force)
         terminal.remark(f"\nThe study is in {write}.")

@@ -127,13 +127,7 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
         known = origins[0] is not None and origins[1] is not None
         offset = float(origins[1] - origins[0]) if known else 0.0  # type: ignore[operator]
     times = other.time + offset
-    inside = (record.time >= times[0] - _ON_TIME / other.rate) & (record.time <= times[-1] + _ON_TIME / other.rate)
-    if inside.sum() < _FEWEST:
-        got = f"times from {format_quantity(float(times[0]), 's', 6)} to {format_quantity(float(times[-1]), 's', 6)}, "
-        got += f"where {record.path.name} runs from {format_quantity(float(record.time[0]), 's', 6)} to "
-        got += format_quantity(float(record.time[-1]), "s", 6)
-        do = 'State the offset of its clock: beside = { file = "...", clock_offset = "12.5 ms" }.'
-        raise DataError(other.path.name, got, "times in common", do)
+    inside = _in_common(record, other, times)
     after = np.clip(np.searchsorted(times, record.time), 1, times.size - 1)
     before = after - 1
     share = np.clip((record.time - times[before]) / (times[after] - times[before]), 0.0, 1.0)
@@ -158,3 +152,16 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
         scales={**(record.scales or {}), **(other.scales or {})},
         history=(*record.history, *other.history, said[0].upper() + said[1:]),
     )
+
+
+def _in_common(record: Record, other: Record, times: np.ndarray) -> np.ndarray:
+    """Samples of a record at which another has some, ``(n,)``; refused where these are too few."""
+    slack = _ON_TIME / other.rate
+    inside = (record.time >= times[0] - slack) & (record.time <= times[-1] + slack)
+    if inside.sum() >= _FEWEST:
+        return inside
+    ends = [[format_quantity(float(t[k]), "s", 6) for k in (0, -1)] for t in (times, record.time)]
+    spans = [" to ".join(pair) for pair in ends]
+    got = f"times from {spans[0]}, where {record.path.name} runs from {spans[1]}"
+    do = 'State the offset of its clock: beside = { file = "...", clock_offset = "12.5 ms" }.'
+    raise DataError(other.path.name, got, "times in common", do)

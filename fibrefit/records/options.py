@@ -49,7 +49,7 @@ class ReadOptions:
     roles: Sequence[str] = USUAL
     delimiter: str | None = None
     decimal: str | None = None
-    header: Path | None = None
+    header: str | Path | None = None
 
     def __post_init__(self) -> None:
         if self.rate is not None and not (np.isfinite(self.rate) and self.rate > 0):

@@ -13,12 +13,12 @@ from pydantic import ValidationError
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
 from fibrefit.study.explain import explained
+from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
 from fibrefit.study.rigs.catalogue import STUDIES
-from fibrefit.study.scaled import with_scale_parameters
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
 

@@ -16,9 +16,9 @@ from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import Card
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
+from fibrefit.study.files.reading import Files, reading_arguments
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
-from fibrefit.study.reading import Files, reading_arguments
 from fibrefit.study.table import Table
 from fibrefit.study.toml import to_toml
 

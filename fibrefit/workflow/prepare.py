@@ -16,7 +16,7 @@ from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
-from fibrefit.workflow.readings import readings_of
+from fibrefit.workflow.inspection.readings import readings_of
 
 ALIKE = 1e-3
 """Part of the steps from sample to sample below which two signals are the same, written with other digits."""

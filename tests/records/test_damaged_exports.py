@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.workflow.inspection import seen_in
+from fibrefit.workflow.inspection.inspection import seen_in
 from tests.records.exports import KINDS
 from tests.records.exports.outcome import written
 

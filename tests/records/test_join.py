@@ -113,7 +113,7 @@ beside = { file = "x.csv", clock_offset = "-5 s" }
 
 def test_a_study_names_them_all(write) -> None:
     from fibrefit.study import load_study
-    from fibrefit.workflow.inspection import inspect
+    from fibrefit.workflow.inspection.inspection import inspect
     from fibrefit.workflow.prepare import read_records
 
     for first, last, name in ((0, 30, "a.csv"), (30, N, "b.csv")):

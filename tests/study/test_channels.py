@@ -10,7 +10,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.scale import Scale
 from fibrefit.records import read_record
 from fibrefit.study import load_study
-from fibrefit.study.reading import reading_of
+from fibrefit.study.files.reading import reading_of
 
 BASE = """schema = "fibrefit/study/1"
 name = "volts"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.study.reading import reading_of
+from fibrefit.study.files.reading import reading_of
 from tests.study.conftest import Loader
 
-NOTHING = {"channels": {}, "units": {}, "columns": (), "delimiter": None, "decimal": None, "rate": None}
+NOTHING = {"header": None, "channels": {}, "units": {}, "columns": (), "delimiter": None, "decimal": None, "rate": None}
 
 
 def test_the_arguments_of_a_study(load: Loader) -> None:

@@ -99,10 +99,11 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     )
 
 
-def _lines_of(path: Path | None) -> list[str]:
+def _lines_of(named: str | Path | None) -> list[str]:
     """Lines of a file with the header of another."""
-    if path is None:
+    if named is None:
         return []
+    path = Path(named)
     return decode(read_plain_file(path, "a file with the header of the records", DataError), path.name).lines
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
 from fibrefit.study.written import Understood, study_text
-from fibrefit.workflow.inspection import Inspection
+from fibrefit.workflow.inspection.inspection import Inspection
 
 if TYPE_CHECKING:
     from fibrefit.records import Table

@@ -13,7 +13,7 @@ from fibrefit.core.errors import FibrefitError
 from fibrefit.core.paths import is_folder, printable
 from fibrefit.core.shown import Card
 from fibrefit.study import Study, load_study
-from fibrefit.workflow.readings import readings_of
+from fibrefit.workflow.inspection.readings import readings_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -181,7 +181,7 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
 
 
 def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
-    from fibrefit.study.reading import reading_of
+    from fibrefit.study.files.reading import reading_of
 
     arguments = reading_of(overrides)
     return tuple(seen_in(file, arguments) for file in files)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.scale import Scale
@@ -10,14 +10,11 @@ from fibrefit.study.channels import ChannelTable
 from fibrefit.study.parameters import NormalPrior, ParameterTable
 from fibrefit.study.places import Places
 
-if TYPE_CHECKING:
-    from fibrefit.study.study import Study
-
 #: The law of the sensor whose gain stands for the scale of a channel.
 GAINS = {"force": "sensor.force_gain", "position": "sensor.position_gain"}
 
 
-def with_scale_parameters(study: Study, place: Places) -> Study:
+def with_scale_parameters(study: Any, place: Places) -> Any:
     """Study with a gain, and its prior, for each channel whose scale is uncertain.
 
     A reading is the quantity times the true scale over the stated one, so the gain is one within the relative
@@ -52,7 +49,7 @@ def with_scale_parameters(study: Study, place: Places) -> Study:
     return study.model_copy(update={"model": model, "parameters": parameters})
 
 
-def _uncertain(study: Study, place: Places) -> dict[str, float]:
+def _uncertain(study: Any, place: Places) -> dict[str, float]:
     """Relative uncertainty of each channel's scale, where it has one."""
     found = {role: error for role, said in study.channels if (error := _error(said))}
     for i, record in enumerate(study.records):
