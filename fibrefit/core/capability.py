@@ -15,4 +15,5 @@ class Capability(StrEnum):
     INCLINE = "an inclination"
     TAUT_POINT = "a position where its fibre is known to be just taut"
     FALL = "a weight that falls into its fibre"
+    PIVOT = "a pivot"
     PUSH = "a measured force that pushes its mass"

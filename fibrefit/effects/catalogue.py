@@ -52,18 +52,25 @@ from fibrefit.effects.functions_of_speed import (
 )
 from fibrefit.effects.guide.asymmetric_friction import AsymmetricFriction
 from fibrefit.effects.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
+from fibrefit.effects.guide.friction_over_position import FrictionOverPosition
 from fibrefit.effects.guide.load_dependent_friction import LoadDependentFriction
 from fibrefit.effects.guide.loose_mass import LooseMass
 from fibrefit.effects.guide.presliding import Presliding
 from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
+from fibrefit.effects.guide.spring import Spring
 from fibrefit.effects.guide.stribeck_friction import StribeckFriction
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.effects.law import Effect
 from fibrefit.effects.own import checked, from_file, is_effect
+from fibrefit.effects.pivot.quadratic_damping import QuadraticDamping
 from fibrefit.effects.pulley.bearing_friction import BearingFriction
 from fibrefit.effects.pulley.capstan_friction import CapstanFriction
 from fibrefit.effects.pulley.eccentricity import Eccentricity
 from fibrefit.effects.pulley.inertia import PulleyInertia
+from fibrefit.effects.push.force_delay import PushDelay
+from fibrefit.effects.push.force_gain import PushGain
+from fibrefit.effects.push.force_lag import PushLag
+from fibrefit.effects.push.hold import PushHold
 from fibrefit.effects.rig.inclination_error import InclinationError
 from fibrefit.effects.sensor.acceleration_crosstalk import AccelerationCrosstalk
 from fibrefit.effects.sensor.dial_gauge_force import DialGaugeForce
@@ -119,6 +126,13 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(AsymmetricFriction),
     CatalogueEntry(AsymmetricViscousFriction),
     CatalogueEntry(Presliding),
+    CatalogueEntry(QuadraticDamping),
+    CatalogueEntry(Spring, sought=None),
+    CatalogueEntry(FrictionOverPosition, sought=frozenset({Capability.PUSH})),
+    CatalogueEntry(PushDelay, alike=("push.force_lag", "push.hold")),
+    CatalogueEntry(PushLag, sought=None),
+    CatalogueEntry(PushHold, sought=None),
+    CatalogueEntry(PushGain, sought=None),
     CatalogueEntry(FrictionSpeedCurve, sought=None),
     CatalogueEntry(FrictionPowerLaw, sought=None),
     CatalogueEntry(FrictionSpeedExponent, sought=None),

@@ -20,7 +20,7 @@ MOVED = {
     "like": "Take it out: a search asks it of its own catalogue only.",
 }
 """Attributes of laws that have no meaning there any more."""
-KINDS = "a subclass of GuideLaw, FibreLaw, PulleyLaw, DriveLaw, SensorLaw or RigLaw"
+KINDS = "a subclass of GuideLaw, FibreLaw, PulleyLaw, DriveLaw, PushLaw, PivotLaw, SensorLaw or RigLaw"
 
 
 def refusals(effect: type[Effect], where: str) -> Iterator[StudyError]:

@@ -5,13 +5,26 @@ from __future__ import annotations
 import inspect
 from types import FunctionType
 
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, RigLaw, SensorLaw, StudyLaw
+from fibrefit.effects.law import (
+    DriveLaw,
+    Effect,
+    FibreLaw,
+    GuideLaw,
+    PivotLaw,
+    PulleyLaw,
+    PushLaw,
+    RigLaw,
+    SensorLaw,
+    StudyLaw,
+)
 
 PORTS: dict[str, type[Effect]] = {
     "guide": GuideLaw,
     "fibre": FibreLaw,
     "pulley": PulleyLaw,
     "drive": DriveLaw,
+    "push": PushLaw,
+    "pivot": PivotLaw,
     "sensor": SensorLaw,
     "study": StudyLaw,
     "rig": RigLaw,
@@ -23,6 +36,8 @@ ANNOUNCED: dict[str, dict[str, str]] = {
     "pulley": {"inertia": "turns", "rubbing": "rubs"},
     "drive": {"compliance": "yields", "passed_on": "remembers"},
     "sensor": {"lags": "dynamic", "late_by": "dynamic"},
+    "push": {},
+    "pivot": {},
     "study": {"pace": "retimes"},
     "rig": {},
 }

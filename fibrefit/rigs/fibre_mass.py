@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -205,6 +206,11 @@ def _fibres(
     return ((system.fibre.stretch(state.position), state.velocity),)
 
 
+def _observe_force(system: FibreMass, state: FibreMassState, mode: FibreMassMode, inputs: Any) -> dict[str, jax.Array]:
+    """Force at the frame in N."""
+    return {"force": system.tension(state, mode)}
+
+
 FIBRE_MASS = Rig(
     kind="fibre_mass",
     parameters=PARAMETERS,
@@ -222,3 +228,12 @@ FIBRE_MASS = Rig(
     directions=("down", "up"),
     further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),
 )
+
+FORCE_ONLY = replace(
+    FIBRE_MASS,
+    nuisances=NUISANCES[1:],
+    capabilities=FIBRE_MASS.capabilities - {Capability.TAUT_POINT},
+    channels=("force",),
+    observe=_observe_force,
+)
+"""The same where no position was measured: how far the weight fell is told by how hard it is caught."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -104,7 +105,8 @@ class GuidedMass(eqx.Module):
     def _sliding(self, state: GuidedMassState, inputs: Any) -> tuple[Sliding, jax.Array]:
         """What the guide feels, and the force on the mass besides the guide's, in N."""
         now = Sliding(state.position, state.velocity, jnp.zeros(()), state.bristle)
-        return now, self.gain * inputs["force"][0] - self.offset
+        pushed = self.gain * inputs["force"][0] if "force" in inputs else 0.0
+        return now, pushed - self.offset
 
 
 PARAMETERS = (
@@ -113,13 +115,19 @@ PARAMETERS = (
     Parameter("force_offset", "N", "constant force against the direction in which the position grows", 1.0),
 )
 
-CONDITIONS = (Parameter("gain", "-", "force on the mass per measured force", 1.0, lower=0.0),)
+ADDED = Parameter("added_mass", "kg", "mass added to the moving one", 0.0, lower=0.0)
+CONDITIONS = (Parameter("gain", "-", "force on the mass per measured force", 1.0, lower=0.0), ADDED)
+START = (
+    Parameter("start_position", "m", "position at the first sample", 0.01),
+    Parameter("start_speed", "m/s", "speed at the first sample", 0.1),
+)
 
 
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> GuidedMass:
     """System of one record."""
     guide = Guide(values["friction"], laws_of(GuideLaw, laws))
-    return GuidedMass(values["mass"], conditions["gain"], values["force_offset"], guide)
+    mass = values["mass"] + conditions["added_mass"]
+    return GuidedMass(mass, conditions.get("gain", jnp.ones(())), values["force_offset"], guide)
 
 
 def _start(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
@@ -146,3 +154,21 @@ GUIDED_MASS = Rig(
     observe=_observe,
     anchor="position",
 )
+
+
+def _let_go(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
+    """The mass is somewhere, and moves by itself."""
+    return Start(*system.begin(values["start_position"], values["start_speed"], inputs))
+
+
+FREE_MASS = replace(
+    GUIDED_MASS,
+    nuisances=START,
+    conditions=(ADDED,),
+    capabilities=frozenset({Capability.GUIDE}),
+    inputs=(),
+    start=_let_go,
+    anchor=None,
+    released="position",
+)
+"""The same where nothing drives it: followed from its start to its end."""

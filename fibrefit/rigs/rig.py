@@ -76,6 +76,8 @@ class Rig:
         Stretch [m] and its rate [m/s] of each fibre at one instant, negative while slack; None where there is no fibre.
     directions : tuple of str
         Words for the + and the - direction of the position.
+    released : str or None
+        Channel of a motion that nothing drives: a record counts from where it begins to change.
     further : tuple of Variation
         Conditions in which a further record could differ; none where the rig allows no choice.
     """
@@ -93,6 +95,7 @@ class Rig:
     anchor: str | None = None
     fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
     directions: tuple[str, str] = ("forwards", "back")
+    released: str | None = None
     further: tuple[Variation, ...] = ()
 
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:

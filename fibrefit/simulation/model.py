@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.effects.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
+from fibrefit.effects.law import DriveLaw, Effect, PushLaw, RigLaw, SensorLaw, laws_of
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock
@@ -152,6 +152,7 @@ class Model:
         inputs, times = dict(experiment.inputs), experiment.times
         for law in (law for law in laws_of(DriveLaw, laws) if law.remembers):
             inputs["drive"] = Signals(*law.passed_on(*inputs["drive"]))
+        inputs = pushed_by(laws, inputs, times)
         return courses(with_clock(inputs, times) if is_extended(laws) else inputs, times)
 
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
@@ -189,6 +190,20 @@ class Model:
 
 ORDER = "order"
 """Condition that tells the place of a record in its series, from 1."""
+
+
+def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.Array) -> dict[str, Signals]:
+    """Inputs with a measured force as it reaches the mass.
+
+    Parameters
+    ----------
+    laws : tuple of Effect
+    inputs : dict of Signals
+    times : (n_time,) in s
+    """
+    for law in laws_of(PushLaw, laws):
+        inputs = inputs | {"force": Signals(*law.applied(*inputs["force"], times))}
+    return inputs
 
 
 def known_conditions(values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> Values:

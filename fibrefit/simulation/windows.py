@@ -28,7 +28,7 @@ from fibrefit.effects.law import Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Values
 from fibrefit.simulation.inputs import Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of
-from fibrefit.simulation.model import Experiment, Model, Response, known_conditions
+from fibrefit.simulation.model import Experiment, Model, Response, known_conditions, pushed_by
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Solution, take
 
@@ -57,6 +57,7 @@ class WindowedModel(Model):
 
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
         laws, size = self._in_record(values, experiment), experiment.times.shape[0]
+        experiment = experiment._replace(inputs=pushed_by(laws, experiment.inputs, experiment.times))
         experiment = _lengthened(experiment, -size % self.window)
         cut = partial(jax.tree.map, lambda rows: rows.reshape(-1, self.window))
         times, inputs = cut(experiment.times), cut(experiment.inputs)
@@ -126,27 +127,40 @@ def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> jax
 
     Law
     ---
-    ``(d v)' = (∂a/∂v) d v``; a mass that turns round takes along the ratio of its accelerations, one that stops
-    forgets. The place itself is taken not to matter for the forces.
+    ``(d u)' = d v, (d v)' = (∂a/∂u) d u + (∂a/∂v) d v``, in steps that kick, drift and kick again; a mass that turns
+    round takes along the ratio of its accelerations, one that stops forgets.
     """
 
-    def acceleration(state: Any, mode: Any, inputs: Any, velocity: jax.Array) -> jax.Array:
-        return system.derivative(state._replace(velocity=velocity), mode, inputs).velocity
+    def acceleration(state: Any, mode: Any, inputs: Any, position: jax.Array, velocity: jax.Array) -> jax.Array:
+        return system.derivative(state._replace(position=position, velocity=velocity), mode, inputs).velocity
 
-    def rates(state: Any, mode: Any, inputs: Any) -> tuple[jax.Array, jax.Array]:
-        along = partial(acceleration, state, mode, inputs)
-        return jax.jvp(along, (state.velocity,), (jnp.ones(()),))
+    def rates(state: Any, mode: Any, inputs: Any) -> tuple[jax.Array, jax.Array, jax.Array]:
+        along, here = partial(acceleration, state, mode, inputs), (state.position, state.velocity)
+        value, by_place = jax.jvp(along, here, (jnp.ones(()), jnp.zeros(())))
+        return value, by_place, jax.jvp(along, here, (jnp.zeros(()), jnp.ones(())))[1]
 
-    value, slope = jax.vmap(rates)(solution.states, solution.modes, here)
+    value, spring, slope = jax.vmap(rates)(solution.states, solution.modes, here)
     guide = solution.modes.guide
     ratio = jnp.where(value[:-1] == 0.0, 0.0, value[1:] / jnp.where(value[:-1] == 0.0, 1.0, value[:-1]))
     turned = jnp.where(guide[1:] == 0, 0.0, jnp.clip(ratio, 0.0, 1.0))
     step = times[1:] - times[:-1]
     kept = jnp.where(guide[1:] == guide[:-1], jnp.exp(0.5 * step * (slope[1:] + slope[:-1])), turned)
     kept = jnp.where(guide[:-1] == 0, 0.0, kept)
-    velocity = jnp.concatenate([jnp.ones(1), jnp.cumprod(kept)])
-    position = jnp.concatenate([jnp.zeros(1), jnp.cumsum(0.5 * step * (velocity[1:] + velocity[:-1]))])
-    return jnp.stack([jnp.ones_like(position), position], axis=1)
+    sliding = (guide[1:] == guide[:-1]) & (guide[:-1] != 0)
+    kick = jnp.where(sliding, 0.25 * step * (spring[1:] + spring[:-1]), 0.0)
+    drift = 0.5 * step * (1.0 + kept)
+    # Rows of the matrix that takes (d u, d v) over one step.
+    steps = (1.0 + drift * kick, drift, kept * kick + kick * (1.0 + drift * kick), kept + kick * drift)
+    a, b, _, _ = jax.lax.associative_scan(_after, steps)
+    first = jnp.array([[1.0, 0.0]])
+    return jnp.concatenate([first, jnp.stack([a, b], axis=1)])
+
+
+def _after(first: tuple[jax.Array, ...], second: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
+    """Product of 2 x 2 matrices ``second @ first``, by their elements, row after row."""
+    a, b, c, d = first
+    e, f, g, h = second
+    return e * a + f * c, e * b + f * d, g * a + h * c, g * b + h * d
 
 
 def _coefficients(slopes: jax.Array, residual: jax.Array, counted: jax.Array) -> jax.Array:

@@ -209,7 +209,8 @@ def _model(raw: dict[str, Any], place: Places) -> type[Study]:
 
 def _completed(study: Study, place: Places) -> tuple[Any, ...]:
     """Records with the constants of the rig that they do not override."""
-    constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key != "kind"}
+    own = type(study.records[0]).model_fields if study.records else {}
+    constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key in own}
     records = []
     for i, record in enumerate(study.records):
         absent = {key: value for key, value in constants.items() if getattr(record, key) is None}

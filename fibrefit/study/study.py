@@ -77,6 +77,11 @@ class Study(Table):
         """Kind of the rig, e.g. ``"fibre_mass"``."""
         return str(self.rig.kind)
 
+    @property
+    def variant(self) -> str:
+        """What of the rig was not measured, where that makes another rig of it; empty for the usual one."""
+        return ""
+
     def path_of(self, file: str) -> Path:
         """Path of a file the study names, which is relative to the study file."""
         return self._source.parent / file

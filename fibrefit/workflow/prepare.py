@@ -13,7 +13,7 @@ from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
-from fibrefit.rigs.catalogue import RIGS
+from fibrefit.rigs.catalogue import rig_of
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 from fibrefit.workflow.inspection.readings import readings_of
@@ -31,8 +31,8 @@ def model_of(study: Study) -> Model:
         If an effect is unknown or does not suit the rig.
     """
     points = getattr(study.rig, "masses_per_fibre", None)
-    effects = select_effects(study.model.effects, RIGS[study.kind], study.source.parent, points)
-    return Model(RIGS[study.kind], effects, study.model.tension_law)
+    effects = select_effects(study.model.effects, rig_of(study.kind, study.variant), study.source.parent, points)
+    return Model(rig_of(study.kind, study.variant), effects, study.model.tension_law)
 
 
 def read_records(study: Study) -> tuple[Record, ...]:

@@ -55,7 +55,7 @@ def mine(tmp_path: Path) -> Path:
 def test_names_are_ports_and_effects() -> None:
     for name, effect in CATALOGUE.items():
         port, _, rest = name.partition(".")
-        assert port in {"guide", "fibre", "pulley", "drive", "sensor", "study", "rig"}
+        assert port in {"guide", "fibre", "pulley", "drive", "sensor", "push", "pivot", "study", "rig"}
         assert rest.replace("_", "a").isalpha()
         assert effect.name == name
 

@@ -18,11 +18,11 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.core.units import expression
 from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects, suits
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
+from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PivotLaw, PulleyLaw, PushLaw, SensorLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model
-from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond
+from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]
@@ -46,6 +46,9 @@ def rigs_of(effect: type[Effect]) -> list[str]:
 PULLEYS = [effect for effect in CATALOGUE.values() if not suits(effect, RIGS["fibre_mass"])]
 OTHERS = [effect for effect in CATALOGUE.values() if suits(effect, RIGS["fibre_mass"])]
 ON_RIGS = [*on("fibre_mass", OTHERS), *on("pulley_drive", PULLEYS)]
+#: Effects that act on what neither of those rigs has.
+ELSEWHERE = [effect for effect in PULLEYS if not suits(effect, RIGS["pulley_drive"])]
+ON_RIGS += [*on("guided_mass", ELSEWHERE), *on("pendulum", ELSEWHERE)]
 ON_RIGS += [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in on("pulley_drive", OTHERS)]
 ON_RIGS += [
     pytest.param(*case.values, id=case.id, marks=pytest.mark.slow)
@@ -130,6 +133,10 @@ def answers(law: Any, x: jax.Array, v: jax.Array) -> dict[str, Any]:
     if isinstance(law, DriveLaw):
         course = law.passed_on(x * jnp.arange(3.0), v * jnp.ones(3))
         return {"travel": law.travel(x, v, 0.04 * one), "compliance": law.compliance(), "passed on": course}
+    if isinstance(law, PushLaw):
+        return {"applied": law.applied(x * jnp.arange(3.0), v * jnp.ones(3), 0.01 * jnp.arange(3.0))}
+    if isinstance(law, PivotLaw):
+        return {"torque": law.torque(x, v)}
     if isinstance(law, SensorLaw):
         told = {name: jnp.ones(3) for name in ("force", "position", *law.feels)}
         readings = law.measure({name: x * one for name, one in told.items()}, jnp.arange(3.0))
@@ -262,6 +269,7 @@ RECORDS = {
     # Without a preload both fibres would begin on a switch.
     "inverted_pendulum": lambda: pendulum(801, preload=20.0),
     "guided_mass": lambda: pushed(801),
+    "pendulum": lambda: swung(801),
 }
 
 

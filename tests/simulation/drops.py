@@ -51,6 +51,8 @@ OF_RIG = {
     | {"start_tension": START_TENSION},
     "inverted_pendulum": {"stiffness": 8264.0, "damping": 4.132, "start_angle": 0.0, "start_rate": 0.0},
     "guided_mass": {"mass": 10.0, "friction": 4.0, "force_offset": 0.3},
+    "pendulum": {"length": 0.4, "damping": 2e-3, "friction": 5e-3}
+    | {"angle_zero": 0.02, "start_angle": 0.5, "start_rate": 0.0},
 }
 
 
@@ -83,11 +85,20 @@ def pushed(samples: int = 801, frequency: float = 3.0, amplitude: float = 30.0) 
     times, omega = np.arange(samples) * STEP, 2.0 * np.pi * frequency
     force = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
     still = Signals(jnp.zeros(samples), jnp.zeros(samples))
-    known = {"gain": jnp.ones(())} | {name: jnp.asarray(place) for name, place in SECOND.items()}
+    known = {"gain": jnp.ones(()), "added_mass": jnp.zeros(())} | {name: jnp.asarray(place) for name, place in SECOND.items()}
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"force": force, "anchor": still})
 
 
+def swung(samples: int = 801) -> Experiment:
+    """A plain pendulum that is let go with the first sample."""
+    known = {"moment_of_inertia": 0.05, "mass": 0.0, "centre_distance": 0.0} | SECOND
+    conditions = {name: jnp.asarray(float(value)) for name, value in known.items()}
+    return Experiment(jnp.arange(samples) * 5e-3, jnp.int32(samples), conditions, {})
+
+
 def kind_of(experiment: Experiment) -> str:
+    if "centre_distance" in experiment.conditions:
+        return "pendulum"
     if "gain" in experiment.conditions:
         return "guided_mass"
     if "rod_length" in experiment.conditions:

@@ -12,9 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.effects.law import Effect
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.task import Task
 from fibrefit.rigs.guide import Sliding
+from fibrefit.simulation.inputs import Signals
+from fibrefit.simulation.model import pushed_by
 
 MOTION, FORCES = 100.0, 20.0
 """Frequencies in Hz up to which position is differentiated, and up to which forces are compared."""
@@ -95,16 +98,20 @@ def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple
     position = low(np.interp(trace.times, trace.times[known], raw[known]), MOTION)
     speed = np.gradient(position, trace.times)
     acceleration = np.gradient(speed, trace.times)
-    force = trace.inputs["force"][:, 0]
-    asked = _asked(_system(task, local, record), position, speed, acceleration, force)
+    system, laws = _system(task, local, record)
+    measured = Signals(*(jnp.asarray(trace.inputs["force"][:, i]) for i in (0, 1)))
+    force = np.asarray(pushed_by(laws, {"force": measured}, jnp.asarray(trace.times))["force"].values)
+    asked = _asked(system, position, speed, acceleration, force)
     return low(force - asked, FORCES), low(force, FORCES)
 
 
-def _system(task: Task, local: np.ndarray, record: int) -> Any:
+def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effect, ...]]:
+    """System of a record, and the laws in it."""
     problem, trace = task.problem, task.traces[record]
     named = dict(zip(problem.layout.names, jnp.asarray(local), strict=True))
     conditions = {name: jnp.asarray(value) for name, value in trace.conditions.items()}
-    return problem.model.rig.build(named, conditions, problem.model.laws(named), problem.model.tension_law)
+    laws = problem.model.laws(named)
+    return problem.model.rig.build(named, conditions, laws, problem.model.tension_law), laws
 
 
 def _asked(

@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from fibrefit.core.errors import DataError
+from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
-from fibrefit.problem.formulate.starting import Starting, starting_fibre_mass
+from fibrefit.problem.formulate.rates import from_motion
+from fibrefit.problem.formulate.starting import Initial, Starting, starting_fibre_mass
+from fibrefit.problem.formulate.starting_force_only import starting_force_only
 from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
 from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
+from fibrefit.problem.formulate.starting_pendulum import starting_pendulum
 from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.spectrum import Noise, estimate_noise
@@ -25,13 +28,16 @@ from fibrefit.simulation.model import Model
 from fibrefit.simulation.windows import WindowedModel
 from fibrefit.study import ParameterSetting, Study
 
-STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]]], Starting]] = {
+STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]], Initial], Starting]] = {
     "fibre_mass": starting_fibre_mass,
     "pulley_drive": starting_pulley_drive,
     "inverted_pendulum": starting_inverted_pendulum,
     "guided_mass": starting_guided_mass,
+    "pendulum": starting_pendulum,
+    "force_only": starting_force_only,
+    "free": starting_guided_mass,
 }
-"""Where starting values come from, by kind of rig."""
+"""Where starting values come from, by kind of rig, or by its variant where that is another rig."""
 WINDOW = 0.1
 """Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
 EXACT = Noise(0.0, 0.0, 0.0, 0)
@@ -69,10 +75,14 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
+    if model.rig.released is not None:
+        traces = [from_motion(trace, model.rig.released) for trace in traces]
+    initial = {name: setting.initial for name, setting in settings.items()}
     try:
-        starting = STARTING[model.rig.kind](traces, stated)
+        starting = STARTING[study.variant or study.kind](traces, stated, initial)
     except DataError as error:
         raise _exchange_told(error, traces) from None
+    _refuse_unknown_mass(study, settings)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     return Task(
@@ -156,7 +166,8 @@ def _slots(
     stated: Sequence[Mapping[str, float | None]],
     traces: Sequence[Trace],
 ) -> tuple[Slot, ...]:
-    slots = [_slot(parameter, settings[parameter.name]) for parameter in model.parameters]
+    spoken_for = {name for effect in model.effects for name in effect.stands_for}
+    slots = [_slot(parameter, settings[parameter.name], parameter.name in spoken_for) for parameter in model.parameters]
     for nuisance in model.rig.nuisances:
         held = tuple(said.get(nuisance.name) for said in stated)
         slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
@@ -175,9 +186,19 @@ def any_held(values: Sequence[float | None]) -> bool:
     return any(value is not None for value in values)
 
 
-def _slot(parameter: Parameter, setting: ParameterSetting) -> Slot:
+def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting]) -> None:
+    """Refuse a free decay without a known mass: it tells values per mass only."""
+    if study.variant == "free" and not settings["mass"].fixed:
+        do = 'State it: [parameters.mass] fixed = "2.1 kg"; with "1 kg" all values are per kilogram.'
+        raise StudyError(str(study.source), "a free decay, and a mass that is not held", "the moving mass", do)
+
+
+def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = False) -> Slot:
+    """Slot of a parameter; one that an effect stands for is held at nought where the study does not state it."""
     limits = Range.of(parameter).within(setting.lower, setting.upper)
-    fixed = (setting.initial,) if setting.fixed else ()
+    fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
+    if spoken_for and setting.initial is None:
+        fixed = (0.0,)
     return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -42,6 +43,10 @@ class Starting:
     ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
+Initial = Mapping[str, float | None]
+"""Parameters of the model, those of its effects among them, with what the study states as their start."""
+NOTHING: Initial = MappingProxyType({})
+
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -56,7 +61,9 @@ class _Drop:
     acceleration: float
 
 
-def starting_fibre_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
+def starting_fibre_mass(
+    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
+) -> Starting:
     """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping.
 
     Parameters
@@ -64,6 +71,8 @@ def starting_fibre_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, f
     traces : sequence of Trace
     stated : sequence of mapping
         What the study says of each record, in SI units: a release and a zero that are known are not looked for.
+    initial : mapping of str to float or None
+        Not needed.
 
     Returns
     -------

@@ -1,31 +1,51 @@
-"""Starting values of a guided mass: a regression of the measured force on acceleration, direction and a constant."""
+"""Starting values of a guided mass: a regression of the force on what opposes the motion."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.starting import Starting
+from fibrefit.problem.formulate.rates import rates_of
+from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
+from fibrefit.problem.formulate.starting_pendulum import period_of
 from fibrefit.problem.statement.observations import Trace
 
 SMOOTH = 0.03
 """Length in s of the stretches over which position is taken for a parabola."""
+FREE_SMOOTH = 0.15
+"""The same for a free decay, as a share of its period."""
+PERIODS = 1.5
+"""Length of the first horizon of a free decay, in periods."""
 VISCOUS = "guide.viscous_friction.viscous_coefficient"
-"""Found at once where the model has it."""
+SPRING, ZERO = "guide.spring.spring_stiffness", "guide.spring.spring_zero"
 SLOW = 0.05
 """Share of the largest speed below which the direction of motion is not believed."""
+PROVEN = 0.2
+"""Share of what the other terms leave of the force that a term must explain before its sign is believed."""
 
 
-def starting_guided_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
-    """Mass, frictions and offset by least squares wherever the mass moves.
+class _Columns(NamedTuple):
+    """Terms of the force by the parameter that multiplies each, ``(n_moving,)``; and the force."""
+
+    terms: dict[str, np.ndarray]
+    force: np.ndarray
+
+
+def starting_guided_mass(
+    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
+) -> Starting:
+    """Mass, frictions, spring and offset by least squares wherever the mass moves.
 
     Parameters
     ----------
     traces : sequence of Trace
     stated : sequence of mapping
         What the study says of each record; nothing of it is needed.
+    initial : mapping of str to float or None
+        Values that are stated are taken as they are, and only the others are looked for.
 
     Returns
     -------
@@ -34,50 +54,95 @@ def starting_guided_mass(traces: Sequence[Trace], stated: Sequence[Mapping[str, 
     Raises
     ------
     DataError
-        If the mass hardly moves, or the force does not go with its acceleration.
+        If the mass hardly moves, or the force is proven to oppose its acceleration.
     """
-    rows, forces = [], []
-    for trace in traces:
-        speed, acceleration = _rates(trace)
-        moving = np.abs(speed) > SLOW * np.nanmax(np.abs(speed))
-        if moving.sum() < 16:
-            raise DataError(
-                trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit."
-            )
-        gain = trace.conditions["gain"]
-        regressors = [acceleration, np.sign(speed), speed, np.ones_like(speed)]
-        rows.append(np.column_stack(regressors)[moving])
-        forces.append(gain * trace.inputs["force"][moving, 0])
-    (mass, friction, viscous, offset), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
-    if not mass > 0.0:
-        raise DataError(
-            traces[0].name,
-            "the force does not go with the acceleration",
-            "a force that is positive where the position speeds up",
-            "Check the sign and unit of the force and position channels.",
-        )
+    free = not traces[0].inputs
+    parts = [_columns(trace, SPRING in initial, free) for trace in traces]
+    terms = {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms}
+    found = _solved(terms, np.concatenate([part.force for part in parts]), initial, traces[0].name)
+    shared = {name: found[name] for name in ("mass", "force_offset")}
+    shared |= {name: max(found[name], 1e-2) for name in ("friction", VISCOUS)}
+    if SPRING in found:
+        stiffness = max(found[SPRING], 1e-3 * shared["mass"])
+        shared |= {SPRING: stiffness, ZERO: -found["force_offset"] / stiffness, "force_offset": 0.0}
+    begin, end = (np.array([trace.times[i] for trace in traces]) for i in (0, -1))
     return Starting(
-        shared={
-            "mass": float(mass),
-            "friction": float(max(friction, 1e-2)),
-            "force_offset": float(offset),
-            VISCOUS: float(max(viscous, 1e-2)),
-        },
-        each={},
-        moving=np.array([trace.times[0] for trace in traces]),
-        settled=np.array([trace.times[-1] for trace in traces]),
-        spread={"mass": 1.5, "friction": 1.5, "force_offset": 1.5, VISCOUS: 1.5},
+        shared=shared,
+        each=_starts(traces) if free else {},
+        moving=begin,
+        settled=np.minimum(begin + _horizon(traces), end) if free else end,
+        spread=dict.fromkeys(("mass", "friction", "force_offset", VISCOUS), 1.5) | {SPRING: 1.2, ZERO: 1.5},
         # Windows do not get longer: there is nothing to be learnt from a part of them first.
-        ladders=((),),
+        ladders=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)) if free else ((),),
     )
 
 
-def _rates(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
-    """Speed and acceleration from the anchors, by parabolas."""
-    from scipy.signal import savgol_filter
+def _horizon(traces: Sequence[Trace]) -> np.ndarray:
+    return np.array([PERIODS * _length(trace) / FREE_SMOOTH for trace in traces])
 
-    step = float(np.diff(trace.times).mean())
-    window = max(5, round(SMOOTH / step) | 1)
-    position = trace.inputs["anchor"][:, 0]
-    speed, acceleration = (savgol_filter(position, window, 2, deriv=d, delta=step) for d in (1, 2))
-    return speed, acceleration
+
+def _length(trace: Trace) -> float:
+    """Length in s over which the position of a free decay is smoothed."""
+    values = trace.channels["position"]
+    seen = np.isfinite(values)
+    period = period_of(np.interp(trace.times, trace.times[seen], values[seen]), trace.times)
+    return FREE_SMOOTH * (period if np.isfinite(period) else float(np.ptp(trace.times)))
+
+
+def _starts(traces: Sequence[Trace]) -> dict[str, np.ndarray]:
+    begun = [rates_of(trace.channels["position"], trace.times, _length(trace)) for trace in traces]
+    return {
+        "start_position": np.array([position[0] for position, _, _ in begun]),
+        "start_speed": np.array([speed[0] for _, speed, _ in begun]),
+    }
+
+
+def _columns(trace: Trace, spring: bool, free: bool) -> _Columns:
+    """Terms of the force of one record, where its mass moves."""
+    position, speed, acceleration = (
+        rates_of(trace.channels["position"], trace.times, _length(trace))
+        if free
+        else rates_of(trace.inputs["anchor"][:, 0], trace.times, SMOOTH)
+    )
+    moving = np.abs(speed) > SLOW * np.nanmax(np.abs(speed))
+    if moving.sum() < 16:
+        raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
+    terms = {"mass": acceleration, "friction": np.sign(speed), VISCOUS: speed}
+    terms |= ({SPRING: position} if spring else {}) | {"force_offset": np.ones_like(speed)}
+    force = np.zeros_like(speed)
+    if not free:
+        force = trace.conditions["gain"] * trace.inputs["force"][:, 0]
+    force = force - trace.conditions["added_mass"] * acceleration
+    return _Columns({name: term[moving] for name, term in terms.items()}, force[moving])
+
+
+def _solved(terms: Mapping[str, np.ndarray], force: np.ndarray, initial: Initial, where: str) -> dict[str, float]:
+    """Values of all terms; those that are stated as they are."""
+    known = {name: value for name in terms if (value := initial.get(name)) is not None}
+    if ZERO in initial and SPRING in known and initial[ZERO] is not None:
+        known["force_offset"] = -known[SPRING] * float(initial[ZERO] or 0.0)
+    force = force - sum((value * terms[name] for name, value in known.items()), np.zeros_like(force))
+    sought = [name for name in terms if name not in known]
+    columns = np.column_stack([terms[name] for name in sought]) if sought else np.zeros((len(force), 0))
+    size = np.linalg.norm(columns, axis=0)
+    values = np.linalg.lstsq(columns / np.where(size > 0.0, size, 1.0), force, rcond=1e-8)[0]
+    found = known | dict(zip(sought, (values / np.where(size > 0.0, size, 1.0)).tolist(), strict=True))
+    if not found["mass"] > 0.0:
+        if _explains(columns, force, sought.index("mass")) > PROVEN:
+            raise DataError(
+                where,
+                "the force does not go with the acceleration",
+                "a force that is positive where the position speeds up",
+                "Check the sign and unit of the force and position channels; a negative scale of a channel turns it.",
+            )
+        # The motion is too slow, or too regular, to tell: a mass that hardly matters beside the other terms.
+        found["mass"] = 0.1 * float(np.std(force) / max(np.std(terms["mass"]), 1e-12)) or 1.0
+    return found
+
+
+def _explains(columns: np.ndarray, force: np.ndarray, place: int) -> float:
+    """Share of what the other columns leave of the force that one column explains."""
+    others = np.delete(columns, place, axis=1)
+    left = force - others @ np.linalg.lstsq(others, force, rcond=None)[0]
+    own = columns[:, place] - others @ np.linalg.lstsq(others, columns[:, place], rcond=None)[0]
+    return float((own @ left) ** 2 / max((own @ own) * (left @ left), 1e-300))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.starting import Starting
+from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
 from fibrefit.problem.statement.observations import Trace
 
 SMOOTH = 0.008
@@ -18,7 +18,9 @@ HORIZON = 0.25
 """Time in s that the guesses are trusted to predict."""
 
 
-def starting_inverted_pendulum(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
+def starting_inverted_pendulum(
+    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
+) -> Starting:
     """Stiffness and damping by least squares wherever a fibre carries load; the start from the first samples.
 
     Parameters
@@ -26,6 +28,8 @@ def starting_inverted_pendulum(traces: Sequence[Trace], stated: Sequence[Mapping
     traces : sequence of Trace
     stated : sequence of mapping
         What the study says of each record; nothing of it is needed.
+    initial : mapping of str to float or None
+        Not needed.
 
     Returns
     -------

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.starting import Starting
+from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
 from fibrefit.problem.noise.spectrum import rests
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.rigs.rig import STANDARD_GRAVITY
@@ -21,7 +21,9 @@ FIRST = 0.25
 CAPS = 10.0
 
 
-def starting_pulley_drive(traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = ()) -> Starting:
+def starting_pulley_drive(
+    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
+) -> Starting:
     """First guesses without simulation.
 
     Parameters
@@ -29,6 +31,8 @@ def starting_pulley_drive(traces: Sequence[Trace], stated: Sequence[Mapping[str,
     traces : sequence of Trace
     stated : sequence of mapping
         What the study says of each record; not needed here.
+    initial : mapping of str to float or None
+        Not needed.
 
     Returns
     -------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fibrefit.study.rigs.fibre_mass import FibreMassStudy
 from fibrefit.study.rigs.guided_mass import GuidedMassStudy
 from fibrefit.study.rigs.inverted_pendulum import InvertedPendulumStudy
+from fibrefit.study.rigs.pendulum import PendulumStudy
 from fibrefit.study.rigs.pulley_drive import PulleyDriveStudy
 from fibrefit.study.study import Study
 
@@ -13,4 +14,5 @@ STUDIES: dict[str, type[Study]] = {
     "pulley_drive": PulleyDriveStudy,
     "inverted_pendulum": InvertedPendulumStudy,
     "guided_mass": GuidedMassStudy,
+    "pendulum": PendulumStudy,
 }

@@ -36,10 +36,18 @@ class FibreMassRig(FibreMassConstants):
     """``[rig]`` of a fibre-mass rig."""
 
     kind: Literal["fibre_mass"]
+    measured: Literal["force and position", "force"] = Field(
+        default="force and position", description="force: no position was recorded; the lift is found then."
+    )
 
 
 class FibreMassStudy(Study):
     """Study of a fibre-mass rig."""
+
+    @property
+    def variant(self) -> str:
+        """``force_only`` where no position was measured."""
+        return "force_only" if self.rig.measured == "force" else ""
 
     base_parameters: ClassVar[dict[str, str]] = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
     rig: FibreMassRig

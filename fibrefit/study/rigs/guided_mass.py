@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fibrefit.study.quantity import Duration, Gain
+from fibrefit.study.quantity import Duration, Gain, MassOrNone
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional
 from fibrefit.study.study import Study
 from fibrefit.study.table import Table
@@ -16,6 +16,9 @@ class GuidedMassConstants(Table):
     """Constants of a mass in a guide that a measured force drives."""
 
     window: Duration | None = optional("Length of the stretches that are simulated from states of their own.")
+    added_mass: MassOrNone | None = optional(
+        "Mass added to the moving one; records that differ in it calibrate the force."
+    )
     gain: Gain | None = optional("Force on the mass per measured force; 1 when absent.")
 
 
@@ -27,10 +30,20 @@ class GuidedMassRig(GuidedMassConstants):
     """``[rig]`` of a guided mass."""
 
     kind: Literal["guided_mass"]
+    driven_by: Literal["force", "nothing"] = Field(
+        default="force",
+        description="force: a measured one; nothing: let go once, a free decay, of which values per mass are found: "
+        "hold the mass.",
+    )
 
 
 class GuidedMassStudy(Study):
     """Study of a guided mass."""
+
+    @property
+    def variant(self) -> str:
+        """``free`` where nothing drives the mass."""
+        return "free" if self.rig.driven_by == "nothing" else ""
 
     base_parameters: ClassVar[dict[str, str]] = {"mass": "kg", "friction": "N", "force_offset": "N"}
     rig: GuidedMassRig

@@ -134,7 +134,7 @@ def studies_of(origins: Sequence[Origin]) -> Iterator[Study]:
 def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
     """What is known of the records that were identified by themselves; nothing of those that cannot be read."""
     from fibrefit.problem.formulate.formulate import stated_of
-    from fibrefit.rigs.catalogue import RIGS
+    from fibrefit.rigs.catalogue import rig_of
 
     found = {}
     for job in jobs:
@@ -145,7 +145,7 @@ def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
         except FibrefitError:
             continue
         stated = stated_of(study.records[0])
-        units = {condition.name: condition.unit for condition in RIGS[study.kind].conditions}
+        units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions}
         values = {name: stated[name] for name in units if math.isfinite(stated.get(name, math.nan))}
         found[job.name] = Conditions(values, units)
     return found

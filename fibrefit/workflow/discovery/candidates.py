@@ -11,7 +11,7 @@ from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_
 from fibrefit.effects.families import members
 from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
 from fibrefit.effects.law import Effect
-from fibrefit.rigs.catalogue import RIGS
+from fibrefit.rigs.catalogue import rig_of
 from fibrefit.study import Study
 
 Candidates = dict[str, type[Effect]]
@@ -75,7 +75,7 @@ def _offered(study: Study, present: Iterable[str]) -> Candidates:
     """Effects of the catalogue and of installed packages that are sought, suit the rig and are not in the model."""
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
-    fitting = {name: effect for name, effect in known.items() if is_sought(effect, RIGS[study.kind])}
+    fitting = {name: effect for name, effect in known.items() if is_sought(effect, rig_of(study.kind, study.variant))}
     one_each = {
         member.name: member
         for effect in fitting.values()
@@ -109,8 +109,8 @@ def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type
     where = f'{option} "{name}"'
     if effect.name in present:
         raise UsageError(where, "is in the model already", "an effect that may be missing", "Take it off the list.")
-    if not suits(effect, RIGS[study.kind]):
-        raise UsageError(where, *unsuited(effect, RIGS[study.kind]), "Take it off the list.")
+    if not suits(effect, rig_of(study.kind, study.variant)):
+        raise UsageError(where, *unsuited(effect, rig_of(study.kind, study.variant)), "Take it off the list.")
     return _pointed(effect, study)
 
 
