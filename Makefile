@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test bench validate validate-discover validate-intervals lint format schemas clean
+.PHONY: demo real test bench validate validate-discover validate-intervals lint format schemas clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
@@ -27,6 +27,10 @@ validate-discover: .venv/installed-bench
 # ARGS="--release LABEL --noise slow --scatter 0.005 --series 20" fits twenty further series of each rig.
 validate-intervals: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_intervals $(ARGS)
+
+# DATA=folder holds clones of the public repositories that docs/real_records.md names; none is part of this project.
+real: .venv/installed-test
+	$(RUN) -m tests.real $(DATA) $(ARGS)
 
 lint: .venv/installed-lint
 	$(RUN) -m ruff check .

@@ -15,6 +15,11 @@ from fibrefit.problem.statement.problem import Problem
 WORTHWHILE = 0.8
 """A record is advised if it brings the largest relative error below this share of what it is."""
 
+ONE_WAY = (
+    "Motion in one direction tells the sum of friction and force_offset alone: record the way back too, or hold one of "
+    'them, for example [parameters.force_offset] fixed = "0 N".'
+)
+
 
 def advice(
     problem: Problem,
@@ -45,6 +50,8 @@ def advice(
         said.append('Run "fibrefit discover" on this study: it looks for what the model lacks and names it.')
     if "the noise is known" in failed:
         said.append("Let a record begin before the motion and run on after it: rests tell the noise.")
+    if any({"friction", "force_offset"} <= set(weakness.names) for weakness in weak):
+        said.append(ONE_WAY)
     if weak and (further := _further_record(problem, values, normal, covariance)):
         said.append(further)
     return tuple(said)

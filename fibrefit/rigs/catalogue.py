@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fibrefit.rigs.fibre_mass import FIBRE_MASS, FORCE_ONLY
 from fibrefit.rigs.guided_mass import FREE_MASS, GUIDED_MASS
-from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM
-from fibrefit.rigs.pendulum import PENDULUM
+from fibrefit.rigs.pendulums.inverted import INVERTED_PENDULUM
+from fibrefit.rigs.pendulums.plain import PENDULUM
 from fibrefit.rigs.pulley_drive import PULLEY_DRIVE
 from fibrefit.rigs.rig import Rig
 

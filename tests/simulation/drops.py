@@ -85,7 +85,9 @@ def pushed(samples: int = 801, frequency: float = 3.0, amplitude: float = 30.0) 
     times, omega = np.arange(samples) * STEP, 2.0 * np.pi * frequency
     force = Signals(*map(jnp.asarray, (amplitude * np.sin(omega * times), amplitude * omega * np.cos(omega * times))))
     still = Signals(jnp.zeros(samples), jnp.zeros(samples))
-    known = {"gain": jnp.ones(()), "added_mass": jnp.zeros(())} | {name: jnp.asarray(place) for name, place in SECOND.items()}
+    known = {"gain": jnp.ones(()), "added_mass": jnp.zeros(())} | {
+        name: jnp.asarray(place) for name, place in SECOND.items()
+    }
     return Experiment(jnp.asarray(times), jnp.int32(samples), known, {"force": force, "anchor": still})
 
 

@@ -82,7 +82,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         starting = STARTING[study.variant or study.kind](traces, stated, initial)
     except DataError as error:
         raise _exchange_told(error, traces) from None
-    _refuse_unknown_mass(study, settings)
+    _refuse_unknown_mass(study, settings, traces)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     return Task(
@@ -186,10 +186,11 @@ def any_held(values: Sequence[float | None]) -> bool:
     return any(value is not None for value in values)
 
 
-def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting]) -> None:
+def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]) -> None:
     """Refuse a free decay without a known mass: it tells values per mass only."""
-    if study.variant == "free" and not settings["mass"].fixed:
-        do = 'State it: [parameters.mass] fixed = "2.1 kg"; with "1 kg" all values are per kilogram.'
+    alike = len({trace.conditions.get("added_mass", 0.0) for trace in traces}) == 1
+    if study.variant == "free" and alike and not settings["mass"].fixed:
+        do = 'State it: [parameters.mass] fixed = "2.1 kg" ("1 kg": values per kilogram). Or add a known mass.'
         raise StudyError(str(study.source), "a free decay, and a mass that is not held", "the moving mass", do)
 
 

@@ -8,7 +8,9 @@ from fibrefit.core.errors import DataError
 from fibrefit.problem.statement.observations import Trace
 
 BEGUN = 0.02
-"""Share of its range by which a channel has changed where its motion has surely begun."""
+"""Share of its largest deviation by which a channel has left that place when its motion has surely begun."""
+LATE = 0.1
+"""Share of a record, at its end, whose median is where the motion comes to rest."""
 FEWEST = 32
 """Samples that a motion has to last."""
 
@@ -34,19 +36,24 @@ def rates_of(values: np.ndarray, times: np.ndarray, length: float) -> tuple[np.n
 
 
 def from_motion(trace: Trace, channel: str) -> Trace:
-    """A record from where a channel begins to change: what is held before tells nothing of the motion.
+    """A record from where a motion that nothing drives begins: at its farthest place, where it was let go.
+
+    What comes before, a hand that draws it aside and holds it, tells nothing of the motion.
 
     Raises
     ------
     DataError
-        If it never changes.
+        If it never moves.
     """
     values = trace.channels[channel]
     seen = np.isfinite(values)
     whole = np.interp(trace.times, trace.times[seen], values[seen])
-    moved = np.abs(whole - whole[0]) > BEGUN * np.ptp(whole)
-    start = int(np.argmax(moved)) if moved.any() else len(whole)
-    if len(whole) - start < FEWEST:
+    away = np.abs(whole - np.median(whole[-max(round(LATE * len(whole)), 1) :]))
+    far = away > (1.0 - BEGUN) * away.max()
+    first = int(np.argmax(far))
+    left = ~far[first:]
+    start = first + int(np.argmax(left)) if left.any() else len(whole)
+    if len(whole) - start < FEWEST or not np.ptp(whole) > 0.0:
         do = "Check its column and unit."
         raise DataError(trace.name, f"the {channel} does not change", "a motion that is let go once", do)
     return trace._replace(

@@ -1,0 +1,1 @@
+"""Rigs that swing about a pivot."""
