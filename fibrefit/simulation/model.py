@@ -10,7 +10,8 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.effects.law import DriveLaw, Effect, PushLaw, RigLaw, SensorLaw, laws_of
+from fibrefit.effects.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
+from fibrefit.effects.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock

@@ -14,7 +14,7 @@ from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study, as_study
-from fibrefit.workflow.held import with_nuisances_found
+from fibrefit.workflow.prediction.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 

@@ -18,7 +18,8 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.core.units import expression
 from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects, suits
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PivotLaw, PulleyLaw, PushLaw, SensorLaw
+from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PivotLaw, PulleyLaw, SensorLaw
+from fibrefit.effects.pushes import PushLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.fibre import SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import PushLaw, between_samples, quantity
+from fibrefit.effects.law import quantity
+from fibrefit.effects.pushes import PushLaw, between_samples
 
 
 class PushDelay(PushLaw):

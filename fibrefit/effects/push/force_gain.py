@@ -7,7 +7,8 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import PushLaw, quantity
+from fibrefit.effects.law import quantity
+from fibrefit.effects.pushes import PushLaw
 
 
 class PushGain(PushLaw):

@@ -7,7 +7,8 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import PushLaw, between_samples, quantity
+from fibrefit.effects.law import quantity
+from fibrefit.effects.pushes import PushLaw, between_samples
 
 SHORT = 1e-3
 """Share of a sample below which a mean over the period is taken from its first terms."""

@@ -27,9 +27,9 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import Part
-from fibrefit.workflow.held import Held, with_nuisances_found
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
+from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import Known, known_from, known_of
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
