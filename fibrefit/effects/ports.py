@@ -12,11 +12,11 @@ from fibrefit.effects.law import (
     GuideLaw,
     PivotLaw,
     PulleyLaw,
-    PushLaw,
     RigLaw,
     SensorLaw,
     StudyLaw,
 )
+from fibrefit.effects.pushes import PushLaw
 
 PORTS: dict[str, type[Effect]] = {
     "guide": GuideLaw,
