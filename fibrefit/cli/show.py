@@ -11,11 +11,32 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 
 @click.command("show")
 @click.argument("result", type=click.Path(path_type=Path))
+@click.option(
+    "--figures", metavar="FORMATS", help="Draw its figures again, as png, pdf, svg, several with commas: into --out."
+)
+@click.option(
+    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder of the figures [figures, where you are]."
+)
 @with_terminal
-def command(terminal: Terminal, result: Path) -> None:
-    """Print the report of RESULT, a folder that a run has written."""
+def command(terminal: Terminal, result: Path, figures: str | None, out: Path | None) -> None:
+    """Print the report of RESULT, a folder that a run has written; or draw its figures again."""
+    if figures is not None:
+        _draw(terminal, result, figures, out or Path("figures"))
+        return
     from fibrefit.report.any import report_of
     from fibrefit.store.summary import read_summary
 
     summary = read_summary(result)
     terminal.answer(report_of(summary), summary.model_dump(mode="json", by_alias=True))
+
+
+def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
+    """Draw a saved result again, beside it."""
+    from fibrefit.core.formats import figure_formats
+    from fibrefit.plots import save_figures
+    from fibrefit.workflow.pages.draw import draw_result
+
+    kinds = figure_formats(formats)
+    paths = [str(path) for path in save_figures(draw_result(result), out, formats=kinds)]
+    document = {"schema": "fibrefit/figures/1", "result": str(result), "files": paths}
+    terminal.answer("\n".join(paths), document)

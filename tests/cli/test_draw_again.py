@@ -1,0 +1,42 @@
+"""``fibrefit show --figures``: a saved result is drawn again; and what figures a run writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.errors import UsageError
+from fibrefit.core.formats import figure_formats
+from tests.cli.conftest import Run
+from tests.study.test_summaries import EXAMPLES
+
+
+def saved(folder: Path, schema: str) -> str:
+    folder.mkdir()
+    (folder / "summary.json").write_text(EXAMPLES[schema].model_dump_json(by_alias=True))
+    return str(folder)
+
+
+def test_a_batch_is_drawn_again_in_any_format(fibrefit: Run, tmp_path: Path) -> None:
+    done = fibrefit("show", saved(tmp_path / "batch", "fibrefit/batch/1"), "--figures", "pdf,svg", "--out", "drawn")
+    assert (done.code, done.out.split()) == (0, [str(Path("drawn/parameters.pdf")), str(Path("drawn/parameters.svg"))])
+    assert Path("drawn/parameters.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_result_without_its_arrays_says_that_it_cannot_be_drawn(fibrefit: Run, tmp_path: Path) -> None:
+    done = fibrefit("show", saved(tmp_path / "fit", "fibrefit/fit/1"), "--figures", "png")
+    assert done.code == 2
+    assert "cannot be drawn from what was saved" in done.err
+    assert "Run it again" in done.err
+
+
+@pytest.mark.parametrize(("text", "formats"), [("png", ("png",)), ("pdf, SVG,pdf", ("pdf", "svg")), ("none", ())])
+def test_formats(text: str, formats: tuple[str, ...]) -> None:
+    assert figure_formats(text) == formats
+
+
+@pytest.mark.parametrize("text", ["", "jpg", "png,none", "pgn"])
+def test_unknown_formats_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="expected png, pdf, svg, separated by commas, or none"):
+        figure_formats(text)
