@@ -40,8 +40,9 @@ def test_all_files_are_there_and_nothing_else(saved: Path) -> None:
     assert not saved.with_name("out.partial").exists()
     figures = {path.name for path in (saved / "figures").iterdir()}
     assert figures == {
-        "record_drop_5mm_csv.png",
-        "record_drop_10mm_csv.png",
+        "overview.png",
+        "record_drop_5mm.png",
+        "record_drop_10mm.png",
         "snaps.png",
         "starts.png",
         "correlation.png",
