@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from fibrefit.cli.terminal import Terminal, harmless
+from fibrefit.cli.terminal import Terminal, harmless, say
 from fibrefit.core.progress import Progress
 
 EVERY = 30.0
@@ -64,8 +64,7 @@ def _logged() -> Iterator[Progress]:
 
     def write() -> None:
         while not ended.wait(EVERY):
-            sys.stderr.write(f"{time.monotonic() - began:6.0f} s: {now['doing']}{now['share']}\n")
-            sys.stderr.flush()
+            say(f"{time.monotonic() - began:6.0f} s: {now['doing']}{now['share']}")
 
     writer = threading.Thread(target=write, daemon=True)
     writer.start()
