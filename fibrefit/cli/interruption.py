@@ -36,6 +36,10 @@ def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
         asked.set()
         terminal.remark("Interrupted: concluding with what there is. Ctrl-C again ends at once.")
 
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # Begun by a job script, or with nohup: whoever did so does not want it interrupted.
+        yield asked.is_set
+        return
     before = signal.signal(signal.SIGINT, first)
     try:
         yield asked.is_set

@@ -75,12 +75,22 @@ def cache_directory(environment: Mapping[str, str] | None = None) -> Path:
     if chosen := env.get("FIBREFIT_CACHE"):
         return Path(chosen).expanduser()
     if sys.platform == "win32":
-        return Path(env.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "fibrefit" / "cache"
+        return Path(env.get("LOCALAPPDATA") or _home() / "AppData" / "Local") / "fibrefit" / "cache"
     if base := env.get("XDG_CACHE_HOME"):
         return Path(base) / "fibrefit"
     if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "fibrefit"
-    return Path.home() / ".cache" / "fibrefit"
+        return _home() / "Library" / "Caches" / "fibrefit"
+    return _home() / ".cache" / "fibrefit"
+
+
+def _home() -> Path:
+    """The user's own folder; that of temporary files where a job has none."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        import tempfile
+
+        return Path(tempfile.gettempdir())
 
 
 def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs import bound_programs
 from fibrefit.effects.catalogue import select_effects
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned
@@ -92,6 +93,7 @@ def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
     records : sequence of Record, optional
         Its records where they have been read already.
     """
+    bound_programs()
     model = model_of(study)
     if records is None and is_planned(study):
         return formulate_planned(study, model)

@@ -1,0 +1,35 @@
+"""Compiled programs: kept as long as they are few, so that the memory of a process that works for days stays flat."""
+
+from __future__ import annotations
+
+import gc
+import sys
+
+MOST_PROGRAMS = 300
+"""Programs kept: several studies' worth. Each takes some 10 MB; one that is wanted again comes from the disk cache."""
+
+
+def bound_programs(most: int = MOST_PROGRAMS) -> bool:
+    """Forget all compiled programs if there are more than `most`; to be called between two pieces of work.
+
+    JAX keeps every program for every shape it has met until the process ends.
+
+    Parameters
+    ----------
+    most : int
+
+    Returns
+    -------
+    bool
+        Whether they were forgotten.
+    """
+    if "jax" not in sys.modules:
+        return False
+    import jax
+    from jax.extend.backend import get_backend
+
+    if len(get_backend().live_executables()) <= most:
+        return False
+    jax.clear_caches()
+    gc.collect()
+    return True
