@@ -206,7 +206,7 @@ def named_directory(study: Study, out: Path | None, *settings: str) -> Path:
     pathlib.Path
         `out`, or ``results/<study>-<hash>``.
     """
-    from fibrefit.core.digest import sha256_of
+    from fibrefit.core.paths import sha256_of
     from fibrefit.store.directory import default_directory
 
     digests = [sha256_of(path) for path in study.input_files() if path.is_file()]

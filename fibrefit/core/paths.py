@@ -1,7 +1,8 @@
-"""Files a user names: read where they are plain files, and called by names that can be printed."""
+"""Files a user names: read where they are plain files, called by names that can be printed, identified by content."""
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from fibrefit.core.errors import FibrefitError
@@ -82,3 +83,9 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
         raise error(where, refused.strerror or "cannot be read", what) from None
     except ValueError:
         raise error(where, "a name with a NUL, which no file has", what) from None
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's content, in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

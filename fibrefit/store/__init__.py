@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.digest import sha256_of
+from fibrefit.core.paths import sha256_of
 from fibrefit.store.directory import ResultDirectory, default_directory
 from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Groups, Variable, read_result, write_result

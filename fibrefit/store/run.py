@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fibrefit.core.digest import sha256_of
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import sha256_of
 from fibrefit.store.manifest import Manifest
 from fibrefit.study import Study
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
-from fibrefit.core.digest import sha256_of
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.study.summaries.summaries import Part, Provenance

@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, StrictStr
 
-from fibrefit.core.digest import sha256_of
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.paths import sha256_of
 from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import Card
 from fibrefit.core.units import expression, to_si
