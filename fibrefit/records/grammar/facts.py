@@ -18,15 +18,18 @@ _SAMPLING = (
     r"(?:sampl\w*|abtast\w*|mess|measur\w*|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?"
     r"|echantillonnage)"
 )
+#: The time of these is that between samples; that of an acquisition, a log or a record is its length.
+_ONE_SAMPLE = r"(?:sampl\w*|abtast\w*|scan)"
 _RATE_KEYS = (
     rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
     r"|samples per second|s/s|(?:vzorkovaci )?frekvence(?: vzorkovani)?|frequence d.echantillonnage"
     r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )
 _STEP_KEYS = (
-    rf"dt|ts|tinc|delta[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|period|time|step)|(?:x|t|time|wf)?[ ]?incr?(?:ement)?"
-    r"|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution|horizontal (?:interval|resolution)|time ?axis|clock"
-    r"|time[ ]?(?:step|increment|interval|resolution|base)|abtast(?:intervall|zeit|periode)|samplet(?:ime)?"
+    rf"dt|ts|tinc|delta[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)|{_ONE_SAMPLE}[ ]?(?:period|time)"
+    r"|(?:x|t|time|wf)?[ ]?incr?(?:ement)?|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution"
+    r"|horizontal (?:interval|resolution)|time ?axis|clock|time[ ]?(?:step|increment|interval|resolution)"
+    r"|abtast(?:intervall|zeit|periode)|zeit(?:schritt|inkrement)|samplet(?:ime)?"
     r"|(?:vzorkovaci )?perioda(?: vzorkovani)?"
 )
 _COUNT_KEYS = (

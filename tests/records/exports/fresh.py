@@ -165,6 +165,14 @@ for said, more in {
     "DAQ rate;2000;Hz": {},
 }.items():
     add(f"rate: {said!r}", said + "\n" + FU + lines(fu()), remedy={"rate": 2000.0} if more else None, **more)
+add("a length, not a step", "Acquisition time: 0.03 s\n" + FU + lines(fu()), refused="rate", remedy={"rate": 2000.0})
+add(
+    "the length of a recording",
+    "Recording time,0.03,s\nLog period: 1 s\n" + FU + lines(fu()),
+    refused="rate",
+    remedy={"rate": 2000.0},
+)
+add("a step in German", "Zeitschritt: 0,5 ms\nKraft [N];Weg [mm]\n" + lines(fu(";", de)))
 add("German file, 2.000 Hz", "Abtastrate: 2.000 Hz\nKraft [N];Weg [mm]\n" + lines(fu(";", de)))
 add(
     "German file, 2,000 Hz",
