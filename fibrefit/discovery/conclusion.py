@@ -18,7 +18,9 @@ from fibrefit.discovery.engine.candidates import Hypothesis, carried
 from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
+from fibrefit.discovery.laws.propose import proposed
 from fibrefit.discovery.model.finding import Finding, Parting, Unexplained
+from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
@@ -81,6 +83,9 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if not complete and best.effects:
         instead = parts.take("free curves in place of effects", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
+    law: tuple[Weighed, ProposedLaw] | None = None
+    if readings:
+        law = parts.take("a law for the free curves", partial(proposed, search, best, readings), None)
     search.tell("fitting the final model", None)
     after = before if not best.effects else _final(search, best, limits.seed, budget)
     kept, untried = search.plain(best), _left_out(at)
@@ -107,10 +112,13 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         partings=parts.take(
             "records that tell rivals apart", partial(_partings, search, tuple(rivals.values())), (), 0.9
         ),
-        curves=() if complete else drawn(readings, after, search.samples),
+        curves=() if complete else drawn(readings, after, search.samples, law and law[1]),
+        proposed_law=law and law[1],
         untried=untried,
     )
     more = ("a further effect",) if at.cut_short else ()
+    if law is not None:
+        finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
 
 

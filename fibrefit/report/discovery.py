@@ -48,6 +48,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
         section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(summary.places)),
+        section("What is missing, as a law", _law(summary)),
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
@@ -122,6 +123,23 @@ def _places(places: Sequence[Place]) -> list[str]:
         for place in places
     ]
     return table(("record", "channel", "from / s", "to / s", "phase", "share"), rows, right={2, 3, 5})
+
+
+def _law(summary: DiscoverySummary) -> list[str]:
+    """The law that was composed, with its numbers, and how it does beside others."""
+    law = summary.proposed_law
+    if law is None:
+        return []
+    said = f"No catalogued effect does it. {law.says} With it, the gap falls from {law.gap_before:.3g} to "
+    said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g})"
+    if law.gap_left_out is not None:
+        said += f"; predicted from the others, the records leave {law.gap_left_out:.3g}"
+    rows = [(one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
+    next_best = law.runners_up[:1]
+    others = [paragraph(f"Next: {one.says} It is {-one.evidence:.3g} nats behind.") for one in next_best]
+    file = f"As an effect of your own: {law.effect}, used by study.toml beside this result (--trust runs it)."
+    law_and_numbers = [f"    {law.expression}", "", *table(("", "value", "+/-", "unit"), rows, right={1, 2}), ""]
+    return [paragraph(f"{said}."), "", *law_and_numbers, *others, paragraph(file)]
 
 
 def _curves(summary: DiscoverySummary) -> list[str]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import SI, Reading, acting, in_motion, shape_of
 from fibrefit.discovery.model.finding import FreeCurve
+from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
 
 
-def drawn(readings: Sequence[Reading], found: Identification, samples: float) -> tuple[FreeCurve, ...]:
+def drawn(
+    readings: Sequence[Reading], found: Identification, samples: float, law: ProposedLaw | None = None
+) -> tuple[FreeCurve, ...]:
     """Fitted probes as curves a person can look at, in the same order.
 
     Parameters
@@ -21,9 +25,13 @@ def drawn(readings: Sequence[Reading], found: Identification, samples: float) ->
         Of the model they were fitted on: its motion tells where the records spend their time.
     samples : float
         Number of measured samples.
+    law : ProposedLaw, optional
+        Drawn over the curve that it stands for.
     """
     stays = in_motion(found)
-    return tuple(_curve(reading, *stays[reading.probe.variable], samples) for reading in readings)
+    curves = [_curve(reading, *stays[reading.probe.variable], samples) for reading in readings]
+    over = [law.heights if law is not None and reading.probe.name == law.probe else None for reading in readings]
+    return tuple(replace(curve, law=heights) for curve, heights in zip(curves, over, strict=True))
 
 
 def _curve(reading: Reading, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.units import format_quantity
+from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 
@@ -132,6 +133,8 @@ class FreeCurve:
         With the curve in the model.
     cost : float
         Sum of squared residuals over the noise, and what chance gives to so many knots.
+    law : (n_knot,) in SI units, or None
+        Heights of the law that was proposed in its place.
     """
 
     variable: str
@@ -145,6 +148,7 @@ class FreeCurve:
     acts: tuple[float, float] | None
     gap_after: float
     cost: float
+    law: np.ndarray | None = None
 
 
 SMALL = 0.05
@@ -352,6 +356,8 @@ class Finding:
         not tried, as there was nothing left for them.
     curves : tuple of FreeCurve
         What an unexplained gap looks like, best first.
+    proposed_law : ProposedLaw or None
+        What accounts for what is missing, where a law does better than any curve; `after` is with it.
     untried : tuple of str
         Effects that the time did not suffice for.
     undone : tuple of str
@@ -373,5 +379,6 @@ class Finding:
     detectable: tuple[Direction, ...] = ()
     partings: tuple[Parting, ...] = ()
     curves: tuple[FreeCurve, ...] = ()
+    proposed_law: ProposedLaw | None = None
     untried: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()

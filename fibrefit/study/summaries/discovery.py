@@ -66,6 +66,7 @@ class FreeCurve(Part):
         default=None, description="From where to where it acts, in `unit`, where that is one end of its range."
     )
     gap_after: float = Field(description="With the curve in the model.")
+    law: tuple[float, ...] | None = Field(default=None, description="Heights of the law proposed in its place.")
 
 
 class Unexplained(Part):
@@ -137,6 +138,41 @@ class Detectable(Part):
     unique: float = Field(description="Share of its change that base parameters cannot imitate, 0 to 1.")
 
 
+class LawParameter(Part):
+    """One number of a proposed law."""
+
+    name: str
+    value: float
+    std_error: float | None = None
+    unit: str
+
+
+class OtherLaw(Part):
+    """A law that was fitted too."""
+
+    name: str
+    says: str
+    evidence: float = Field(description="Logarithm of the Bayes factor over the proposed law.")
+
+
+class ProposedLaw(Part):
+    """A law composed for what no effect of the catalogue accounts for."""
+
+    effect: str = Field(description="As a study names it.")
+    says: str
+    port: str
+    variable: str
+    form: str
+    expression: str
+    parameters: tuple[LawParameter, ...]
+    evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
+    gap_before: float
+    gap_after: float
+    gap_left_out_before: float | None = None
+    gap_left_out: float | None = Field(default=None, description="Of each record predicted from the others.")
+    runners_up: tuple[OtherLaw, ...] = ()
+
+
 class DiscoverySummary(FitResultSummary):
     """``summary.json`` of a discovery: that of the fit of the final model, and how it was found."""
 
@@ -157,6 +193,9 @@ class DiscoverySummary(FitResultSummary):
     weights: tuple[Weight, ...] = Field(default=(), description="Of the effects that were added.")
     ranking: tuple[Candidate, ...] = Field(
         default=(), description="Of the last look for more, whether or not anything was added."
+    )
+    proposed_law: ProposedLaw | None = Field(
+        default=None, description="What accounts for an unexplained gap, where a law does better than any curve."
     )
     untried: tuple[str, ...] = Field(default=(), description="Effects that the time did not suffice for.")
     undone: tuple[str, ...] = Field(default=(), description="Other parts that it did not suffice for.")

@@ -22,7 +22,7 @@ from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
-from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
+from fibrefit.workflow.discovery.files import LAWS, discovery_groups, discovery_summary, final_study, law_name
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
@@ -149,7 +149,13 @@ class Discovery(AnyResult, Saved):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""
-        write_parts(directory, self.summary(), self.groups(), self.final)
+        added = self.added
+        if (law := self.finding.proposed_law) is not None:
+            folder = directory.path / LAWS
+            folder.mkdir(exist_ok=True)
+            (folder / law.file).write_text(law.source, encoding="utf-8")
+            added = (*added, str(directory.out / law_name(law)))
+        write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
         write_figures(directory, self.plot)
 
 

@@ -8,6 +8,7 @@ from dataclasses import asdict
 import numpy as np
 
 from fibrefit.discovery.model.finding import Candidate, Direction, Finding, FreeCurve, Parting, Place, Split
+from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -58,8 +59,41 @@ def discovery_summary(
         ),
         weights=tuple(d.Weight(**asdict(found), says=found.says) for found in finding.weights),
         ranking=tuple(map(_candidate, finding.ranking)),
+        proposed_law=_law(finding.proposed_law),
         untried=finding.untried,
         undone=finding.undone,
+    )
+
+
+LAWS = "laws"
+"""Folder of a result with the laws that were composed for it."""
+
+
+def law_name(law: ProposedLaw) -> str:
+    """Name of a composed law in a study beside the folder of laws."""
+    return f"{LAWS}/{law.file}:{law.title}"
+
+
+def _law(law: ProposedLaw | None) -> d.ProposedLaw | None:
+    if law is None:
+        return None
+    return d.ProposedLaw(
+        effect=law_name(law),
+        says=law.says,
+        port=law.port,
+        variable=law.variable,
+        form=law.form,
+        expression=law.expression,
+        parameters=tuple(
+            d.LawParameter(name=name.rpartition(".")[2], value=value, std_error=finite(error), unit=unit)
+            for name, (value, error, unit) in law.parameters.items()
+        ),
+        evidence=law.gain,
+        gap_before=law.gap_before,
+        gap_after=law.gap_after,
+        gap_left_out_before=finite(law.left_out_before),
+        gap_left_out=finite(law.left_out_after),
+        runners_up=tuple(d.OtherLaw(name=one.name, says=one.says, evidence=one.behind) for one in law.runners_up),
     )
 
 
@@ -270,4 +304,5 @@ def _curve(curve: FreeCurve) -> d.FreeCurve:
         seconds=tuple(curve.seconds.tolist()),
         acts=curve.acts,
         gap_after=curve.gap_after,
+        law=None if curve.law is None else tuple(curve.law.tolist()),
     )

@@ -1,0 +1,219 @@
+"""The forms a law may have, and which of them a free curve has: fast regressions that propose, and decide nothing.
+
+Each form is linear in its heights and not in its shape. The heights, and what base parameters take up of any curve, are
+eliminated; the shape is looked for on a grid and then to the bottom.
+
+Source
+------
+Variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973). Schwarz, Ann. Stat. 6 (1978), on the price of
+parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+
+Shape = tuple[float, ...]
+
+
+class Quantity(NamedTuple):
+    """One number of a form.
+
+    Parameters
+    ----------
+    name : str
+    says : str
+    kind : {"height", "slope", "place", "length", "number", "angle"}
+        What it is measured in: as the curve, as the curve over the variable, as the variable, or by itself. A length is
+        positive and spans decades.
+    """
+
+    name: str
+    says: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a law may depend on its variable.
+
+    Parameters
+    ----------
+    name, says : str
+        ``says`` follows on "a friction that".
+    law : str
+        The equation, x the variable.
+    code : str
+        The same in the methods of an effect; ``LOW`` and ``SPAN`` stand for the left end of the variable's range and its
+        length.
+    quantities : tuple of Quantity
+        Heights first.
+    columns : callable
+        Of places ``(n,)`` from 0 to 1 along the range and a shape in units of it: ``(n, n_height)``.
+    grid : tuple of tuple of float
+        Of each number of the shape, in units of the range.
+    named : callable
+        Heights and shape as the form's quantities, given the left end and length of the range.
+    """
+
+    name: str
+    says: str
+    law: str
+    code: str
+    quantities: tuple[Quantity, ...]
+    columns: Callable[[np.ndarray, Shape], np.ndarray]
+    grid: tuple[tuple[float, ...], ...]
+    named: Callable[[np.ndarray, Shape, float, float], tuple[float, ...]]
+
+
+STEEP = 0.01
+"""Half width of a step, as a share of the range: a jump, but one that can be integrated across."""
+_AMPLITUDE = Quantity("amplitude", "largest value", "height")
+_SLOPE = Quantity("slope", "change over the variable", "slope")
+_KNEE = Quantity("knee", "place from which it acts", "place")
+_PLACES = tuple(np.linspace(0.05, 0.95, 37))
+_LENGTHS = tuple(np.geomspace(0.02, 3.0, 24))
+_PERIODS = tuple(np.geomspace(0.05, 2.0, 240))
+
+
+def _one(values: np.ndarray) -> np.ndarray:
+    return values[:, None]
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "linear", "is proportional to", "a x", "self.slope * x", (_SLOPE,),
+        lambda u, shape: _one(u), (),
+        lambda heights, shape, low, span: (heights[0] / span,),
+    ),
+    Form(
+        "knee_above", "grows in proportion beyond a place in", "a max(x - b, 0)",
+        "self.slope * jnp.maximum(x - self.knee, 0.0)", (_SLOPE, _KNEE),
+        lambda u, shape: _one(np.maximum(u - shape[0], 0.0)), (_PLACES,),
+        lambda heights, shape, low, span: (heights[0] / span, low + span * shape[0]),
+    ),
+    Form(
+        "knee_below", "grows in proportion below a place in", "a max(b - x, 0)",
+        "self.slope * jnp.maximum(self.knee - x, 0.0)", (_SLOPE, _KNEE),
+        lambda u, shape: _one(np.maximum(shape[0] - u, 0.0)), (_PLACES,),
+        lambda heights, shape, low, span: (heights[0] / span, low + span * shape[0]),
+    ),
+    Form(
+        "power", "is a power of", "a ((x - x0) / X)^n",
+        "self.amplitude * jnp.maximum((x - LOW) / SPAN, 1e-9) ** self.exponent",
+        (_AMPLITUDE, Quantity("exponent", "exponent", "number")),
+        lambda u, shape: _one(np.maximum(u, 1e-9) ** shape[0]), (tuple(np.geomspace(0.2, 6.0, 30)),),
+        lambda heights, shape, low, span: (heights[0], shape[0]),
+    ),
+    Form(
+        "saturating", "saturates with", "a (x - x0) / (x - x0 + s)",
+        "self.amplitude * jnp.maximum(x - LOW, 0.0) / (jnp.maximum(x - LOW, 0.0) + self.scale)",
+        (_AMPLITUDE, Quantity("scale", "where half of it is reached", "length")),
+        lambda u, shape: _one(u / (u + shape[0])), (_LENGTHS,),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+    ),
+    Form(
+        "exponential", "fades exponentially with", "a exp(-(x - x0) / s)",
+        "self.amplitude * jnp.exp(-(x - LOW) / self.scale)",
+        (_AMPLITUDE, Quantity("scale", "over which it falls to 1/e", "length")),
+        lambda u, shape: _one(np.exp(-u / shape[0])), (_LENGTHS,),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+    ),
+    Form(
+        "bump", "has a bump at a place in", "a exp(-((x - b) / w)^2 / 2)",
+        "self.amplitude * jnp.exp(-(((x - self.centre) / self.width) ** 2) / 2.0)",
+        (_AMPLITUDE, Quantity("centre", "place of the bump", "place"), Quantity("width", "standard width", "length")),
+        lambda u, shape: _one(np.exp(-(((u - shape[0]) / shape[1]) ** 2) / 2.0)),
+        (_PLACES, tuple(np.geomspace(0.01, 0.5, 12))),
+        lambda heights, shape, low, span: (heights[0], low + span * shape[0], span * shape[1]),
+    ),
+    Form(
+        "sine", "varies as a sine of", "a sin(2 pi (x - x0) / p + c)",
+        "self.amplitude * jnp.sin(2.0 * jnp.pi * (x - LOW) / self.period + self.phase)",
+        (_AMPLITUDE, Quantity("period", "period", "length"), Quantity("phase", "phase", "angle")),
+        lambda u, shape: np.column_stack([np.sin(2.0 * np.pi * u / shape[0]), np.cos(2.0 * np.pi * u / shape[0])]),
+        (_PERIODS,),
+        lambda heights, shape, low, span: (
+            float(np.hypot(*heights)), span * shape[0], float(np.arctan2(heights[1], heights[0]))
+        ),
+    ),
+    Form(
+        "step", "steps at a place in", "a (1 + tanh((x - b) / w)) / 2",
+        f"self.amplitude * (1.0 + jnp.tanh((x - self.place) / ({STEEP} * SPAN))) / 2.0",
+        (_AMPLITUDE, Quantity("place", "place of the step", "place")),
+        lambda u, shape: _one((1.0 + np.tanh((u - shape[0]) / STEEP)) / 2.0), (_PLACES,),
+        lambda heights, shape, low, span: (heights[0], low + span * shape[0]),
+    ),
+)  # fmt: skip
+
+
+class Fitted(NamedTuple):
+    """A form fitted to a curve.
+
+    Parameters
+    ----------
+    form : Form
+    values : tuple of float
+        Of its quantities, in SI units.
+    score : float
+        Schwarz's criterion; the lower the better.
+    """
+
+    form: Form
+    values: tuple[float, ...]
+    score: float
+
+
+def fitted(knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int) -> list[Fitted]:
+    """Every form at its best for a curve, the best first.
+
+    Parameters
+    ----------
+    knots, heights, errors : (n_knot,) in SI units
+    absorbed : int
+        Degree of the polynomial in the variable that base parameters take up of any curve.
+    """
+    low, span = float(knots[0]), float(knots[-1] - knots[0])
+    places = (knots - low) / span
+    weight = 1.0 / np.maximum(errors, 1e-3 * float(np.max(errors)) + 1e-300)
+    level = places[:, None] ** np.arange(absorbed + 1)
+    found = [_fit(form, places, heights, weight, level, (low, span)) for form in FORMS]
+    return sorted((one for one in found if one is not None), key=lambda one: one.score)
+
+
+def _fit(
+    form: Form,
+    places: np.ndarray,
+    heights: np.ndarray,
+    weight: np.ndarray,
+    level: np.ndarray,
+    ends: tuple[float, float],
+) -> Fitted | None:
+    def left(shape: Shape) -> tuple[float, np.ndarray]:
+        columns = np.column_stack([form.columns(places, shape), level]) * weight[:, None]
+        found = np.linalg.lstsq(columns, heights * weight, rcond=1e-10)[0]
+        return float(np.sum((heights * weight - columns @ found) ** 2)), found
+
+    def inside(shape: np.ndarray) -> float:
+        bounds = [(min(steps), max(steps)) for steps in form.grid]
+        if any(not low <= value <= high for value, (low, high) in zip(shape, bounds, strict=True)):
+            return np.inf
+        return left(tuple(shape))[0]
+
+    shape = min(product(*form.grid), key=lambda one: left(one)[0])
+    if shape:
+        shape = tuple(minimize(inside, shape, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6}).x)
+    squares, found = left(shape)
+    size = found[: form.columns(places, shape).shape[1]]
+    number = len(size) + len(shape) + level.shape[1]
+    told_apart = np.linalg.matrix_rank(np.column_stack([form.columns(places, shape), level])) == len(found)
+    if len(places) <= number + 1 or not np.isfinite(squares) or not told_apart:
+        return None
+    score = len(places) * np.log(max(squares, 1e-12) / len(places)) + number * np.log(len(places))
+    return Fitted(form, form.named(size, shape, *ends), float(score))

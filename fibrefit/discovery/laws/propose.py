@@ -1,0 +1,125 @@
+"""A law for a free curve: proposed by regressions, decided by the likelihood, held to records it was not fitted to.
+
+Free curves show where something acts and on what it depends. A handful of forms that follow them best are written as
+effects and fitted in full, with all base parameters, in the likelihood of the search. How many forms were looked at is
+paid for. The best one has to make the records more probable than the best free curve does: a law is worth more than a
+curve only if it says as much in fewer numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.discovery.curves.free_form import Reading, shape_of
+from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
+from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.laws.forms import FORMS, fitted
+from fibrefit.discovery.laws.source import PLACES, Composed, composed, loaded, start_of
+from fibrefit.discovery.model.law import ProposedLaw, Runner
+from fibrefit.discovery.search.cross_validation import held_out
+from fibrefit.discovery.search.search import Search
+
+CURVES = 3
+"""Free curves that laws are looked for in, the best ones."""
+TRIED = 6
+"""Laws that are fitted in full."""
+EACH = 3
+"""Of one curve at most."""
+PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
+"""Nats: any place and any form could have been the one."""
+
+
+def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tuple[Weighed, ProposedLaw] | None:
+    """The best law for what a model lacks, and the model with it; None where no law does better than a free curve.
+
+    Parameters
+    ----------
+    search : Search
+    parent : Weighed
+        The model that lacks something.
+    readings : sequence of Reading
+        Free curves on top of it, the best first.
+    """
+    laws = _composed(search, readings)
+    if not laws:
+        return None
+    search.tell("fitting laws to the free curves", None)
+    effects = [loaded(law) for law in laws]
+    frame = frame_of(search.task, (*parent.effects, *effects), parent.frame.reactions)
+    jobs = [partial(_weighed, search, frame, parent, law) for law in laws]
+    ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
+    ranked = sorted(
+        ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
+        key=lambda pair: -pair[0].log,
+    )
+    if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= readings[0].gain:
+        return None
+    return ranked[0][0], _told(search, parent, ranked, readings)
+
+
+def _composed(search: Search, readings: Sequence[Reading]) -> list[Composed]:
+    """The laws worth a fit: of each of the best curves the forms that follow it best."""
+    found = []
+    for reading in readings[:CURVES]:
+        place = PLACES.get(reading.probe.name)
+        if place is None:
+            continue
+        forms = fitted(reading.knots, shape_of(reading), reading.errors, place.absorbed)
+        found.append([composed(reading.probe, form, reading.knots) for form in forms[:EACH]])
+    # The best form of each curve comes before the second of any.
+    turns = [law for turn in range(EACH) for laws in found for law in laws[turn : turn + 1]]
+    return turns[:TRIED]
+
+
+def _weighed(search: Search, frame: Frame, parent: Weighed, law: Composed) -> Weighed:
+    """A parent with a law, from where the regression left it."""
+    local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+    for name, value in start_of(law).items():
+        declared = frame.declared[name]
+        local[:, frame.names.index(name)] = np.clip(value, declared.lower, declared.upper)
+    found = parent.evidence.mode
+    return search.scales.weigh(frame, (*parent.effects, loaded(law)), local, found.sigma, found.place.eta)
+
+
+def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
+    """The law at places along its variable, without the median."""
+    found = np.asarray(loaded(law)(*map(jnp.asarray, values)).at(jnp.asarray(knots)))  # type: ignore[attr-defined]
+    return found - np.median(found)
+
+
+def _told(
+    search: Search, parent: Weighed, ranked: Sequence[tuple[Weighed, Composed]], readings: Sequence[Reading]
+) -> ProposedLaw:
+    best, law = ranked[0]
+    knots = next(reading.knots for reading in readings if reading.probe is law.probe)
+    kept, before = search.plain(best), search.plain(parent)
+    left_out = held_out(search, before, kept)
+    shared, errors = best.shared, best.errors
+    names = [f"{law.name}.{quantity.name}" for quantity in law.fitted.form.quantities]
+    units = {name: best.frame.declared[name].unit for name in names}
+    rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps)))) if gaps else float("nan")  # noqa: E731
+    return ProposedLaw(
+        name=law.name,
+        title=law.title,
+        file=law.file,
+        says=law.says,
+        port=law.name.partition(".")[0],
+        variable=law.probe.variable,
+        form=law.fitted.form.name,
+        expression=law.fitted.form.law,
+        parameters={name: (shared[name], errors[name], units[name]) for name in names},
+        gain=best.log - parent.log - PRICE_OF_LOOKS,
+        gap_before=search.gap(before),
+        gap_after=search.gap(kept),
+        left_out_before=rms([held.gap_before for held in left_out]),
+        left_out_after=rms([held.gap_after for held in left_out]),
+        runners_up=tuple(Runner(other.name, other.says, end.log - best.log) for end, other in ranked[1:]),
+        heights=_heights(law, [shared[name] for name in names], knots),
+        probe=law.probe.name,
+        source=law.source,
+    )

@@ -1,0 +1,242 @@
+"""A law as the source of an effect: what is tried in a search and what a study names afterwards are the same file."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import types
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.roles import ROLES, STATES
+from fibrefit.discovery.curves.probes import Curve
+from fibrefit.discovery.laws.forms import Fitted, Form, Quantity
+from fibrefit.effects.law import Effect
+from fibrefit.effects.template import class_name
+
+
+class Place(NamedTuple):
+    """Where a law acts, in code.
+
+    Parameters
+    ----------
+    port : str
+        Of the name.
+    base : str
+        Class of laws.
+    hook : str
+        Signature and body of the method, ``VALUE`` for the law and ``VARIABLE`` for the variable.
+    variable : str
+        Of the curve, as the method knows it.
+    absorbed : int
+        Degree of the polynomial in the variable that base parameters take up.
+    more : str
+        A further line of the class; empty for most.
+    """
+
+    port: str
+    base: str
+    hook: str
+    variable: str
+    absorbed: int = 0
+    more: str = ""
+
+
+_ON = "    acts_on: ClassVar[frozenset[Capability]] = frozenset({{Capability.{}}})\n"
+_FRICTION = (
+    "friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array",
+    '"""Addition to the level of friction, in N."""',
+)
+_TENSION = (
+    "tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array",
+    '"""Tension added, in N."""',
+)
+
+
+def _method(head: tuple[str, str], answer: str = "self.at(VARIABLE)") -> str:
+    return f"    def {head[0]}:\n        {head[1]}\n        return {answer}\n"
+
+
+PLACES: dict[str, Place] = {
+    "probe.force_of_position": Place(
+        "guide", "GuideLaw",
+        _method(("force(self, position: jax.Array, velocity: jax.Array) -> jax.Array",
+                 '"""Force on the weight against the + direction, in N."""')),
+        "position",
+    ),
+    "probe.friction_of_position": Place(
+        "guide", "GuideLaw",
+        _method(("roughness(self, position: jax.Array) -> jax.Array", '"""Addition to the level of friction, in N."""')),
+        "position",
+    ),
+    "probe.friction_of_speed": Place("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
+    "probe.friction_of_tension": Place("guide", "GuideLaw", _method(_FRICTION), "tension"),
+    "probe.tension_of_stretch": Place("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
+    "probe.tension_of_rate": Place("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
+    "probe.force_error_of_force": Place(
+        "sensor", "SensorLaw",
+        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of the force gauges."""'),
+                "of_force(channels, lambda force: force + self.at(force))"),
+        "force", 1, _ON.format("FIBRE"),
+    ),
+    "probe.position_error_of_position": Place(
+        "sensor", "SensorLaw",
+        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of the position."""'),
+                'channels | {"position": channels["position"] + self.at(channels["position"])}'),
+        "position", 1, _ON.format("GUIDE"),
+    ),
+}  # fmt: skip
+"""Of each probe: a law that is composed acts where a free curve does."""
+
+_SOURCE = '''"""{says}
+
+Composed by `fibrefit discover`: nothing of the catalogue accounted for what the records show.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.core.capability import Capability
+from fibrefit.effects.law import {imports}
+
+
+class {cls}({base}):
+    """{says}
+
+    Law
+    ---
+    ``{law}`` in {unit}, x the {variable} in {variable_unit}.
+
+    Parameters
+    ----------
+{documented}
+
+    Valid range
+    -----------
+    {variable_says} from {low:.6g} to {high:.6g} {variable_unit}, where the records saw it.
+
+    Source
+    ------
+    Composed from a small grammar of forms, and fitted to records.
+    """
+
+    name: ClassVar[str] = "{name}"
+{more}{fields}
+
+    def at(self, x: jax.Array) -> jax.Array:
+        """The law at `x`, in {unit}."""
+        return {code}
+
+{hook}'''
+
+
+class Composed(NamedTuple):
+    """A law that was composed.
+
+    Parameters
+    ----------
+    probe : Curve class
+        The curve it stands for.
+    fitted : Fitted
+    name : str
+        Of the effect, ``port.effect``.
+    says : str
+    source : str
+        Of the file.
+    """
+
+    probe: type[Curve]
+    fitted: Fitted
+    name: str
+    says: str
+    source: str
+
+    @property
+    def title(self) -> str:
+        """Name of the class in the file."""
+        return class_name(self.name.partition(".")[2])
+
+    @property
+    def file(self) -> str:
+        """Name of the file."""
+        return f"{self.name.partition('.')[2]}.py"
+
+
+def composed(probe: type[Curve], form: Fitted, knots: np.ndarray) -> Composed:
+    """Source of a law.
+
+    Parameters
+    ----------
+    probe : Curve class
+        Where it acts, and on what it depends.
+    form : Fitted
+    knots : (n_knot,) in SI units
+        Range of the variable that the records saw.
+    """
+    place, low, high = PLACES[probe.name], float(knots[0]), float(knots[-1])
+    unit = (ROLES | STATES)[probe.variable]
+    effect = f"{probe.name.partition('.')[2]}_{form.form.name}"
+    says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}."
+    sizes = {"height": probe.size, "slope": probe.size / (high - low), "place": high - low, "length": high - low}
+    fields = [_field(quantity, probe.unit, unit, sizes, (low, high)) for quantity in form.form.quantities]
+    documented = "\n".join(
+        f"    {quantity.name} : () in {_unit(quantity, probe.unit, unit)}\n        {quantity.says.capitalize()}."
+        for quantity in form.form.quantities
+    )
+    kinds = [word for word in ("Channels", "Memory", "of_force") if word in place.hook]
+    source = _SOURCE.format(
+        says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
+        cls=class_name(effect), base=place.base, law=form.form.law, unit=probe.unit, variable=probe.variable,
+        variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high, documented=documented,
+        name=f"{place.port}.{effect}", more=place.more, fields="\n".join(fields),
+        code=form.form.code.replace("LOW", f"{low:.9g}").replace("SPAN", f"{high - low:.9g}"),
+        hook=place.hook.replace("VARIABLE", place.variable),
+    )  # fmt: skip
+    return Composed(probe, form, f"{place.port}.{effect}", says, source)
+
+
+def _unit(quantity: Quantity, height: str, variable: str) -> str:
+    slope = f"{height}/({variable})" if "/" in variable else f"{height}/{variable}"
+    units = {"height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "angle": "rad"}
+    return units[quantity.kind]
+
+
+def _field(quantity: Quantity, height: str, variable: str, sizes: dict[str, float], ends: tuple[float, float]) -> str:
+    unit = _unit(quantity, height, variable)
+    if quantity.kind in ("height", "slope"):
+        more = f"{sizes[quantity.kind]:.6g}"
+    elif quantity.kind == "place":
+        more = f"{(ends[0] + ends[1]) / 2.0:.6g}, lower={ends[0]:.9g}, upper={ends[1]:.9g}"
+    elif quantity.kind == "length":
+        more = f"{0.3 * sizes['length']:.6g}, lower={1e-3 * sizes['length']:.6g}, log=True"
+    elif quantity.kind == "number":
+        more = "1.5, lower=0.05, upper=20.0, log=True"
+    else:
+        more = "1.0"
+    return f'    {quantity.name}: jax.Array = quantity("{unit}", "{quantity.says}", {more})'
+
+
+def loaded(law: Composed) -> type[Effect]:
+    """The effect of a law's source."""
+    title = f"fibrefit_composed_{hashlib.sha256(law.source.encode()).hexdigest()[:16]}"
+    module = sys.modules.get(title)
+    if module is None:
+        module = types.ModuleType(title)
+        sys.modules[title] = module
+        exec(compile(law.source, law.file, "exec"), module.__dict__)
+    found: type[Effect] = getattr(module, law.title)
+    return found
+
+
+def start_of(law: Composed) -> dict[str, float]:
+    """Values the regression found, by the names of the effect's parameters, in SI units."""
+    named = zip(law.fitted.form.quantities, law.fitted.values, strict=True)
+    return {f"{law.name}.{quantity.name}": value for quantity, value in named}
+
+
+__all__ = ["PLACES", "Composed", "Form", "Place", "composed", "loaded", "start_of"]
