@@ -170,7 +170,7 @@ def _outdone(
         base = search.scales.weigh(search.base.frame, (), local)
     else:
         base = search.scales.again(base)
-    readings = probe_all(search, base, before, best.log - base.log + NAMED)
+    readings = probe_all(search, base, before, best.log - base.log + NAMED, NAMED)
     return (base, readings) if readings else None
 
 

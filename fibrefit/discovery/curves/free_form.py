@@ -55,7 +55,9 @@ WALKS = (0.03, 0.3)
 """Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
 
 
-def probe_all(search: Search, parent: Weighed, found: Identification, worth: float) -> list[Reading]:
+def probe_all(
+    search: Search, parent: Weighed, found: Identification, worth: float, promising: float | None = None
+) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
     Parameters
@@ -65,8 +67,12 @@ def probe_all(search: Search, parent: Weighed, found: Identification, worth: flo
     found : Identification
         Of the model before the search: its motion tells the range of each variable.
     worth : float
-        Logarithm of the Bayes factor from which a probe is fitted in full.
+        Logarithm of the Bayes factor that a probe has to gain.
+    promising : float, optional
+        What its slopes have to promise for it to be fitted in full; as much unless said. Far from a good fit they
+        promise less than there is.
     """
+    promising = worth if promising is None else promising
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     probes = [probe for probe in PROBES if probe.variable in ranges and suits(probe, rig)]
@@ -74,7 +80,7 @@ def probe_all(search: Search, parent: Weighed, found: Identification, worth: flo
         return []
     frame = frame_of(search.task, (*parent.effects, *probes), parent.frame.reactions)
     start = _prepared(frame, parent, probes, ranges)
-    jobs = [partial(_fit, search, frame, parent, probe, start, worth) for probe in probes]
+    jobs = [partial(_fit, search, frame, parent, probe, start, promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     readings = [
         _read(search, probe, end, parent.log, ranges)
