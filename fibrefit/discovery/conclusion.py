@@ -25,7 +25,7 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.cross_validation import held_out
-from fibrefit.discovery.search.inputs import with_inputs
+from fibrefit.discovery.search.inputs import waves_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.catalogue import look_alikes
@@ -238,9 +238,6 @@ def _event(found: Identification) -> str:
 
 def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
     task, values = search.task_with(best)
-    found = with_inputs(search, best)
-    if found is not None:
-        values = found.values
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
@@ -248,12 +245,12 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )
-    enough = budget.left > SHARPENED * budget.seconds
+    enough, waves = budget.left > SHARPENED * budget.seconds, waves_of(search, best)
     return identify(
-        nearby, FINAL_STARTS, seed, waves=None if found is None else found.waves, whiten=enough, progress=search.tell,
+        nearby, FINAL_STARTS if waves is None else 1, seed, waves=waves, whiten=enough, progress=search.tell,
         stop=lambda: budget.left < 0.0,
     )  # fmt: skip
 
 
-SHARPENED = 0.15
+SHARPENED = 0.3
 """Share of the time that has to be left for the whitened estimate of a driven rig."""

@@ -174,12 +174,13 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     swift = [effect for effect in effects if not is_costly(effect)]
     costly = [effect for effect in effects if is_costly(effect)]
     with time_limit(LOOKING * time_left()):
-        tried = search.tried(parent, swift, what)
+        tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
     look = _in_one_noise(search, parent, tried)
-    if not costly or _explains(look):
+    enough, _ = in_time(partial(_explains, look), False)
+    if not costly or enough:
         return look
     with time_limit(LOOKING * time_left()):
-        more = look.search.tried(look.parent, costly, what)
+        more, _ = in_time(partial(look.search.tried, look.parent, costly, what), Tried([], tuple(costly)))
     found = sorted([*look.found, *more.found], key=lambda one: -one.log)
     return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
 

@@ -13,11 +13,13 @@ from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
-from fibrefit.discovery.engine.thresholds import PRICE
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
     RIGID,
+    STEPS,
+    Gram,
     PosteriorMode,
     Unknowns,
     arrowhead,
@@ -34,6 +36,8 @@ from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
+FEW = 10
+"""Evaluations at the most for what slopes promise no name; if it comes near the best, it is weighed again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -241,12 +245,34 @@ class Scales:
         for values in (promise.values, promise.weak):
             for name, value in values.items():
                 local[:, frame.names.index(name)] = value
-            ends.append(self.weigh(frame, (*parent.effects, effect), local, found.sigma, found.place.eta))
+            effects = (*parent.effects, effect)
+            unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+            start = place_of(unknowns, local, found.place.eta)
+            steps = STEPS if promise.gain > NAMED else FEW
+            evidence = weigh(unknowns, start, self._gram(frame), found.sigma, max_steps=steps)
+            ends.append(Weighed(effects, frame, evidence))
             if ends[-1].log > parent.log - WRONG_MINIMUM:
                 break
         return max(ends, key=lambda end: end.log)
 
-    def screened(self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]]) -> dict[type[Effect], Promise]:
+    def slopes(self, parent: Weighed) -> jax.Array:
+        """Residuals of a parent at its mode and their slopes along its unknowns, see `Frame.rows`.
+
+        A candidate at its null is its parent: all candidates share these rows, and only what is new is simulated.
+        """
+        unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
+        seen, kept = self.yardstick.on(parent.frame), []
+
+        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            kept.append(seen.rows(local, columns, targets, self.ground.whole))
+            return np.zeros((len(local), len(columns) + 1, len(columns) + 1))
+
+        local_grams(unknowns, found.place, gram)
+        return kept[0]
+
+    def screened(
+        self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]], slopes: jax.Array | None = None
+    ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect on top of a parent, at the best of its shapes.
 
         All effects of a frame are looked at together, one simulation each.
@@ -257,8 +283,12 @@ class Scales:
         frame : Frame
             One that holds all of them.
         effects : sequence of Effect classes
+        slopes : array, optional
+            Of the parent, where they are known, see `slopes`.
         """
         unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
+        slopes = self.slopes(parent) if slopes is None else slopes
+        gram = self._gram_beside(frame, slopes, len(unknowns.columns))
         base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
         promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
@@ -268,13 +298,14 @@ class Scales:
             for effect, direction in there.items():
                 for name, value in direction.shapes.items():
                     local[:, frame.names.index(f"{effect.name}.{name}")] = value
-            for effect, promise in self._promises(frame, unknowns, local, found, there):
+            for effect, promise in self._promises(frame, gram, unknowns, local, found, there):
                 promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
         return promised
 
     def _promises(
         self,
         frame: Frame,
+        gram: Gram,
         unknowns: Unknowns,
         local: np.ndarray,
         found: PosteriorMode,
@@ -285,7 +316,7 @@ class Scales:
         columns = np.array([frame.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
         place = place_of(unknowns, local, found.place.eta)
         values = np.array([value for *_, value in ways])
-        grams = local_grams(unknowns, place, self._gram(frame), (columns, values))
+        grams = local_grams(unknowns, place, gram, (columns, values))
         score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
         seen = np.where(information > 0.0, information, np.inf)
         gains = np.where(information > 0.0, 0.5 * score**2 / seen - PRICE, -np.inf)
@@ -387,6 +418,16 @@ class Scales:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
         left = jnp.asarray(self.residuals(weighed)[0])
         return np.asarray(_whitened(self.yardstick.whitening, left[None])[0])
+
+    def _gram_beside(self, frame: Frame, slopes: jax.Array, number: int) -> Gram:
+        """Products of known slopes of a parent's unknowns, `number` of them, and of further columns of a frame."""
+        seen = self.yardstick.on(frame)
+
+        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            further = seen.rows(local, columns[number:], targets[:, number:], self.ground.whole)
+            return seen.grams_with(slopes, number, further, len(columns) - number)
+
+        return gram
 
     def _gram(self, frame: Frame):  # type: ignore[no-untyped-def]
         seen = self.yardstick.on(frame)

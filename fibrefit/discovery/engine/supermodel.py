@@ -134,6 +134,16 @@ class Frame:
         OutOfTimeError
             If there is no time left, see `time_limit`.
         """
+        rows = self.rows(local, columns, targets, counts)
+        grams = np.asarray(_products(rows, len(self.problem.observations.weight), self.reactions, self.whitening))
+        keep = np.r_[1 : 1 + len(columns), 0]
+        return grams[:, keep][:, :, keep]
+
+    def rows(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> jax.Array:
+        """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``; padded with nil, not whitened.
+
+        Parameters and errors as `grams`.
+        """
         check_time()
         active = len(columns)
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
@@ -147,10 +157,24 @@ class Frame:
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
         rows = _rows(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
-        weight = self.problem.observations.weight
-        rows = rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
-        grams = np.asarray(_products(rows, len(weight), self.reactions, self.whitening))
-        keep = np.r_[1 : 1 + active, 0]
+        return rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
+
+    def grams_with(self, slopes: jax.Array, number: int, further: jax.Array, added: int) -> np.ndarray:
+        """Local Gram matrices of slopes that are known and of further ones, as `grams` gives them.
+
+        Parameters
+        ----------
+        slopes, further : (n_record, n_row, n_channel * n_time)
+            As `rows` gives them, of the same residuals.
+        number, added : int
+            Of columns.
+        """
+        # As few different numbers of rows as there are widths: a program each would take longer than the rows do.
+        width = next(width for width in WIDTHS if width >= added)
+        beside = jnp.pad(further[:, 1 : 1 + added], ((0, 0), (0, width - added), (0, 0)))
+        rows, channels = jnp.concatenate([slopes, beside], axis=1), len(self.problem.observations.weight)
+        grams = np.asarray(_products(rows, channels, self.reactions, self.whitening))
+        keep = np.r_[1 : 1 + number, slopes.shape[1] : slopes.shape[1] + added, 0]
         return grams[:, keep][:, :, keep]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:

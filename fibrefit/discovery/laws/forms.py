@@ -50,8 +50,8 @@ class Form:
     law : str
         The equation, x the variable.
     code : str
-        The same in the methods of an effect; ``LOW`` and ``SPAN`` stand for the left end of the variable's range and its
-        length.
+        The same in a method of an effect; ``LOW`` and ``SPAN`` stand for the left end and the length of the variable's
+        range.
     quantities : tuple of Quantity
         Heights first.
     columns : callable

@@ -88,7 +88,7 @@ def _weighed(search: Search, frame: Frame, parent: Weighed, law: Composed) -> We
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
     """The law at places along its variable, without the median."""
-    found = np.asarray(loaded(law)(*map(jnp.asarray, values)).at(jnp.asarray(knots)))  # type: ignore[attr-defined]
+    found = np.asarray(loaded(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
     return found - np.median(found)
 
 

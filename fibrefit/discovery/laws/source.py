@@ -54,7 +54,7 @@ _TENSION = (
 )
 
 
-def _method(head: tuple[str, str], answer: str = "self.at(VARIABLE)") -> str:
+def _method(head: tuple[str, str], answer: str = "self._at(VARIABLE)") -> str:
     return f"    def {head[0]}:\n        {head[1]}\n        return {answer}\n"
 
 
@@ -67,7 +67,7 @@ PLACES: dict[str, Place] = {
     ),
     "probe.friction_of_position": Place(
         "guide", "GuideLaw",
-        _method(("roughness(self, position: jax.Array) -> jax.Array", '"""Addition to the level of friction, in N."""')),
+        _method(("roughness(self, position: jax.Array) -> jax.Array", '"""Addition to the friction, in N."""')),
         "position",
     ),
     "probe.friction_of_speed": Place("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
@@ -76,14 +76,14 @@ PLACES: dict[str, Place] = {
     "probe.tension_of_rate": Place("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
     "probe.force_error_of_force": Place(
         "sensor", "SensorLaw",
-        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of the force gauges."""'),
-                "of_force(channels, lambda force: force + self.at(force))"),
+        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of force."""'),
+                "of_force(channels, lambda force: force + self._at(force))"),
         "force", 1, _ON.format("FIBRE"),
     ),
     "probe.position_error_of_position": Place(
         "sensor", "SensorLaw",
-        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of the position."""'),
-                'channels | {"position": channels["position"] + self.at(channels["position"])}'),
+        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of position."""'),
+                'channels | {"position": channels["position"] + self._at(channels["position"])}'),
         "position", 1, _ON.format("GUIDE"),
     ),
 }  # fmt: skip
@@ -128,7 +128,7 @@ class {cls}({base}):
     name: ClassVar[str] = "{name}"
 {more}{fields}
 
-    def at(self, x: jax.Array) -> jax.Array:
+    def _at(self, x: jax.Array) -> jax.Array:
         """The law at `x`, in {unit}."""
         return {code}
 

@@ -12,25 +12,21 @@ from fibrefit.discovery.engine.marginal import Scales, Weighed, yardstick_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, waves_at
 from fibrefit.discovery.search.search import Search
-from fibrefit.fitting.search.varpro import Joint, expected_gap, joint
-from fibrefit.problem.inputs.errors_in_variables import input_errors
+from fibrefit.problem.inputs.errors_in_variables import Waves
 from fibrefit.problem.inputs.reactions import reactions_of
 
 
-def with_inputs(search: Search, weighed: Weighed) -> Joint | None:
-    """A hypothesis refitted together with the errors of noisy inputs, for the motion it leads to; None without.
+def waves_of(search: Search, weighed: Weighed) -> Waves | None:
+    """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without such inputs.
 
     Parameters
     ----------
     search : Search
     weighed : Weighed
     """
-    reactions = search.base.frame.reactions
-    if reactions is None:
+    if (reactions := weighed.frame.reactions) is None:
         return None
-    search.tell("finding the errors of measured inputs", None)
-    task, values = search.task_with(weighed)
-    return joint(task, input_errors(task), values, waves_at(task, values, reactions), whole=False)
+    return waves_at(*search.task_with(weighed), reactions)
 
 
 def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
@@ -41,14 +37,13 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     search : Search
     weighed : Weighed
     """
-    if (found := with_inputs(search, weighed)) is None:
+    if (waves := waves_of(search, weighed)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    task, _ = search.task_with(weighed)
-    expected = expected_gap(task, input_errors(task), found)[0]
-    reactions = reactions_of(task, found.values, found.waves, found.gap > FAR * expected)
+    task, values = search.task_with(weighed)
+    reactions = reactions_of(task, values, waves, search.gap(search.plain(weighed)) > FAR)
     frame, own = frame_of(search.task, (), reactions), frame_of(search.task, weighed.effects, reactions)
-    local = np.asarray(task.problem.layout.local(found.values))
+    local = np.asarray(task.problem.layout.local(values))
     local = carried(own, absent_values(own, len(local)), Frame(task), local)
     base = refit(frame, search.ground.subset(()), search.base.fit.local, search.ground.whole)
     scales = Scales(search.ground, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))

@@ -21,8 +21,8 @@ from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
-PROMISING = 2.0
-"""Cost over the lowest one, after some steps, up to which a candidate is refitted in full."""
+PROMISING = 0.5
+"""Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
 """Candidates that always are."""
 SHAPED = 2
@@ -242,12 +242,14 @@ class Search:
         for effect in effects:
             frame = self.frame_for(effect, parent.effects)
             groups.setdefault(id(frame), (frame, []))[1].append(effect)
+        slopes = self.scales.slopes(parent)
         screens = [
             self.recalled(
-                "screened", parent, [effect.name for effect in some], partial(self.scales.screened, parent, frame, some)
+                "screened", parent, [effect.name for effect in some],
+                partial(self.scales.screened, parent, frame, some, slopes),
             )
             for frame, some in groups.values()
-        ]
+        ]  # fmt: skip
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
 
@@ -272,8 +274,7 @@ class Search:
     ) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
         ends = sorted(self._in_plain_squares(plain, effects, what), key=lambda end: end.fit.cost)
-        far = PROMISING * ends[0].fit.cost if ends else 0.0
-        near = [i < REFITTED or end.fit.cost < far for i, end in enumerate(ends)]
+        near = _near(plain.fit.cost, [end.fit.cost for end in ends])
         jobs = [
             self.recalled(
                 "weighed", parent, (end.names, end.fit.cost, near[i]), partial(self._weighed, parent, end, near[i])
@@ -309,8 +310,8 @@ class Search:
         tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
         trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
         trials.sort(key=lambda trial: trial.scouts[0].cost)
-        far = PROMISING * trials[0].scouts[0].cost if trials else 0.0
-        near = [trial for i, trial in enumerate(trials) if i < REFITTED or trial.scouts[0].cost < far]
+        close = _near(plain.fit.cost, [trial.scouts[0].cost for trial in trials])
+        near = [trial for trial, is_near in zip(trials, close, strict=True) if is_near]
         further = [
             self.recalled(
                 "refitted", plain, (trial.effects[-1].name, trial.scouts[0].cost), partial(trial.refitted, self.ground)
@@ -324,6 +325,12 @@ class Search:
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
+
+
+def _near(before: float, costs: Sequence[float]) -> list[bool]:
+    """Which of some costs, the lowest first, fall so far below that of the model before that they may be the best."""
+    most = PROMISING * (before - costs[0]) if costs else 0.0
+    return [i < REFITTED or before - cost >= most for i, cost in enumerate(costs)]
 
 
 def _name(thing: Any) -> str | None:

@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Weighed
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
-from fibrefit.discovery.search.search import NEARLY, Search
+from fibrefit.discovery.search.search import NEARLY, Search, Tried
 from fibrefit.effects.law import Effect
 from fibrefit.series.together.laws import parameter_of
 
@@ -54,12 +54,14 @@ class SpeedSearch(Search):
             self.frames.append(frame_of(self.task, self.effects, self.base.frame.reactions))
             return self.frames[-1]
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
-        """A parent with each of some laws, the most probable first."""
+    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> Tried:
+        """A parent with each of some laws, as far as the time goes."""
         far = self.gap(self.plain(parent)) > NEARLY
         jobs = [partial(self._with_law, parent, effect, far) for effect in effects]
         found = fit_all(jobs, lambda done: self.tell(what, done / max(len(jobs), 1)))
-        return sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
+        missed = tuple(effect for effect, one in zip(effects, found, strict=True) if one is None)
+        ends = [one for one in found if one is not None and np.isfinite(one.log)]
+        return Tried(sorted(ends, key=lambda one: -one.log), missed)
 
     def _with_law(self, parent: Weighed, effect: type[Effect], far: bool) -> Weighed:
         """A parent with one law, from the best of its starts."""

@@ -1,0 +1,84 @@
+"""Laws for free curves: forms are told from one another, and written as effects that keep the contract."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fibrefit.discovery.curves.probes import PROBES
+from fibrefit.discovery.laws.forms import FORMS, Fitted, Form, fitted
+from fibrefit.discovery.laws.source import PLACES, composed, loaded, start_of
+from fibrefit.effects.contract import violations
+from fibrefit.rigs.catalogue import RIGS
+
+LOW, HIGH = 0.02, 0.11
+KNOTS = np.linspace(LOW, HIGH, 40)
+NOISE = 0.02
+TRUE: dict[str, tuple[float, ...]] = {
+    "linear": (30.0,),
+    "knee_above": (40.0, 0.07),
+    "knee_below": (60.0, 0.05),
+    "power": (2.0, 2.6),
+    "saturating": (3.0, 0.01),
+    "exponential": (2.0, 0.02),
+    "bump": (1.5, 0.06, 0.006),
+    "sine": (1.0, 0.017, 0.8),
+    "step": (1.2, 0.065),
+}
+CONDITIONS = {condition.name: 1.0 for rig in RIGS.values() for condition in rig.conditions}
+BY_NAME = {form.name: form for form in FORMS}
+
+
+def height(form: Form, values: tuple[float, ...]) -> np.ndarray:
+    """A form at the knots, by the effect that is written of it."""
+    law = composed(PROBES[1], Fitted(form, values, 0.0), KNOTS)
+    return np.asarray(loaded(law)(*values)._at(KNOTS))  # type: ignore[attr-defined]
+
+
+def test_there_is_a_case_for_every_form() -> None:
+    assert set(TRUE) == set(BY_NAME)
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_a_form_is_found_by_its_curve(name: str) -> None:
+    """Level and noise on top: the values come back, and no other form does better."""
+    random = np.random.default_rng(3)
+    heights = height(BY_NAME[name], TRUE[name]) + 0.7 + NOISE * random.standard_normal(len(KNOTS))
+    found = fitted(KNOTS, heights, np.full(len(KNOTS), NOISE), 0)
+    assert found[0].form.name == name
+    assert found[0].values == pytest.approx(TRUE[name], rel=0.15)
+
+
+def test_noise_has_no_form() -> None:
+    """The negative control: of pure noise no form says more than its numbers cost."""
+    random, gained = np.random.default_rng(4), []
+    for _ in range(20):
+        heights = random.standard_normal(len(KNOTS))
+        left = np.sum((heights - heights.mean()) ** 2) / len(KNOTS)
+        nothing = len(KNOTS) * np.log(left) + np.log(len(KNOTS))
+        gained.append(nothing - fitted(KNOTS, heights, np.ones(len(KNOTS)), 0)[0].score)
+    assert np.median(gained) < 5.0
+
+
+def test_what_base_parameters_take_up_is_no_law() -> None:
+    names = [one.form.name for one in fitted(KNOTS, 3.0 * KNOTS + 1.0, np.ones(len(KNOTS)), 1)]
+    assert "linear" not in names
+
+
+def test_every_probe_has_a_place() -> None:
+    assert set(PLACES) == {probe.name for probe in PROBES}
+
+
+@pytest.mark.parametrize("probe", PROBES, ids=lambda probe: probe.name)
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
+    law = composed(probe, Fitted(form, TRUE[form.name], 0.0), KNOTS)
+    effect = loaded(law)
+    assert effect.name == law.name
+    assert effect.__doc__
+    names = [f"{law.name}.{parameter.name}" for parameter in effect.parameters]
+    assert list(start_of(law)) == names
+    assert effect.strength == (effect.parameters[0].name,)
+    # The places the contract looks at may lie where a law with a knee does not act.
+    assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
+    assert loaded(law) is effect
