@@ -71,7 +71,15 @@ def _curve(axes: Axes, curve: FreeCurve) -> None:
     axes.fill_between(knots, low, high, facecolor=SKY, alpha=0.45, edgecolor="none", zorder=2, label="95 % band")
     axes.plot(knots, heights, color=BLUE, linewidth=1.0, marker="o", markersize=2.2, zorder=3, label="height at a knot")
     if curve.law is not None:
-        axes.plot(knots, np.array(curve.law) / up[1], color=ORANGE, linewidth=1.6, linestyle="--", zorder=4, label="proposed law")
+        axes.plot(
+            knots,
+            np.array(curve.law) / up[1],
+            color=ORANGE,
+            linewidth=1.6,
+            linestyle="--",
+            zorder=4,
+            label="proposed law",
+        )
     axes.set_xlim(float(knots[0]), float(knots[-1]))
     # Where no record has been, the band is as wide as anything: it does not set the scale.
     seen = (np.array(curve.seconds) > 0.0) | (half == half.min())
