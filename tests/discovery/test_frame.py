@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
-from fibrefit.discovery.engine.marginal import yardstick_of
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Frame,
@@ -18,6 +17,7 @@ from fibrefit.discovery.engine.supermodel import (
     stretch_products,
     waves_at,
 )
+from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.effects.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_waves

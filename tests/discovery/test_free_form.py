@@ -25,10 +25,11 @@ from fibrefit.discovery.curves.probes import (
     PositionErrorOfPosition,
     TensionOfRate,
 )
-from fibrefit.discovery.engine.marginal import Scales, yardstick_of
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.model.finding import FreeCurve
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.curves.probes import PROBES
-from fibrefit.discovery.laws.forms import FORMS, Fitted, Form, fitted
-from fibrefit.discovery.laws.source import PLACES, composed, loaded, start_of
+from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, forms_of
+from fibrefit.discovery.laws.source import PLACES, composed, effect_of_law, start_of_law
 from fibrefit.effects.contract import violations
 from fibrefit.rigs.catalogue import RIGS
 
@@ -31,8 +31,8 @@ BY_NAME = {form.name: form for form in FORMS}
 
 def height(form: Form, values: tuple[float, ...]) -> np.ndarray:
     """A form at the knots, by the effect that is written of it."""
-    law = composed(PROBES[1], Fitted(form, values, 0.0), KNOTS)
-    return np.asarray(loaded(law)(*values)._at(KNOTS))  # type: ignore[attr-defined]
+    law = composed(PROBES[1], FittedForm(form, values, 0.0), KNOTS)
+    return np.asarray(effect_of_law(law)(*values)._at(KNOTS))  # type: ignore[attr-defined]
 
 
 def test_there_is_a_case_for_every_form() -> None:
@@ -44,7 +44,7 @@ def test_a_form_is_found_by_its_curve(name: str) -> None:
     """Level and noise on top: the values come back, and no other form does better."""
     random = np.random.default_rng(3)
     heights = height(BY_NAME[name], TRUE[name]) + 0.7 + NOISE * random.standard_normal(len(KNOTS))
-    found = fitted(KNOTS, heights, np.full(len(KNOTS), NOISE), 0)
+    found = forms_of(KNOTS, heights, np.full(len(KNOTS), NOISE), 0)
     assert found[0].form.name == name
     assert found[0].values == pytest.approx(TRUE[name], rel=0.15)
 
@@ -56,12 +56,12 @@ def test_noise_has_no_form() -> None:
         heights = random.standard_normal(len(KNOTS))
         left = np.sum((heights - heights.mean()) ** 2) / len(KNOTS)
         nothing = len(KNOTS) * np.log(left) + np.log(len(KNOTS))
-        gained.append(nothing - fitted(KNOTS, heights, np.ones(len(KNOTS)), 0)[0].score)
+        gained.append(nothing - forms_of(KNOTS, heights, np.ones(len(KNOTS)), 0)[0].score)
     assert np.median(gained) < 5.0
 
 
 def test_what_base_parameters_take_up_is_no_law() -> None:
-    names = [one.form.name for one in fitted(KNOTS, 3.0 * KNOTS + 1.0, np.ones(len(KNOTS)), 1)]
+    names = [one.form.name for one in forms_of(KNOTS, 3.0 * KNOTS + 1.0, np.ones(len(KNOTS)), 1)]
     assert "linear" not in names
 
 
@@ -72,13 +72,13 @@ def test_every_probe_has_a_place() -> None:
 @pytest.mark.parametrize("probe", PROBES, ids=lambda probe: probe.name)
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
-    law = composed(probe, Fitted(form, TRUE[form.name], 0.0), KNOTS)
-    effect = loaded(law)
+    law = composed(probe, FittedForm(form, TRUE[form.name], 0.0), KNOTS)
+    effect = effect_of_law(law)
     assert effect.name == law.name
     assert effect.__doc__
     names = [f"{law.name}.{parameter.name}" for parameter in effect.parameters]
-    assert list(start_of(law)) == names
+    assert list(start_of_law(law)) == names
     assert effect.strength == (effect.parameters[0].name,)
     # The places the contract looks at may lie where a law with a knee does not act.
     assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
-    assert loaded(law) is effect
+    assert effect_of_law(law) is effect

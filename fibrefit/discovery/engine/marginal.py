@@ -12,8 +12,9 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
-from fibrefit.discovery.engine.supermodel import Frame, Reactions, residual_rows, stretch_products
+from fibrefit.discovery.engine.supermodel import Frame, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
+from fibrefit.discovery.engine.yardstick import Yardstick, yardstick_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
@@ -29,10 +30,9 @@ from fibrefit.problem.estimate.gauss_newton import (
 )
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
-from fibrefit.problem.inputs.reactions import reactions_through
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
+from fibrefit.problem.noise.whittle import noise_of_residuals
 
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
@@ -40,44 +40,6 @@ FEW = 10
 """Evaluations at the most for what slopes promise no name; if it comes near the best, it is weighed again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-
-
-@dataclass(frozen=True)
-class Yardstick:
-    """What all hypotheses of a round are measured with.
-
-    Parameters
-    ----------
-    noise : tuple of Noise
-        Of each channel, in SI units.
-    whitening : Coloured
-    reactions : Reactions or None
-        To errors of measured inputs, whitened.
-    """
-
-    noise: tuple[Noise, ...]
-    whitening: Coloured
-    reactions: Reactions | None
-
-    def on(self, frame: Frame) -> Frame:
-        """A frame whose residuals are whitened."""
-        return replace(frame, whitening=self.whitening, reactions=self.reactions)
-
-
-def yardstick_of(frame: Frame, noise: Sequence[Noise]) -> Yardstick:
-    """Yardstick for noise of known spectra.
-
-    Parameters
-    ----------
-    frame : Frame
-        Any of the search, not whitened.
-    noise : sequence of Noise
-    """
-    whitening = whitening_of(frame.problem, noise)
-    reactions = frame.reactions
-    if reactions is not None:
-        reactions = reactions_through(reactions, whitening)
-    return Yardstick(tuple(noise), whitening, reactions)
 
 
 @jax.jit

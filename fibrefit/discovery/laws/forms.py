@@ -22,14 +22,14 @@ from scipy.optimize import minimize
 Shape = tuple[float, ...]
 
 
-class Quantity(NamedTuple):
+class Term(NamedTuple):
     """One number of a form.
 
     Parameters
     ----------
     name : str
     says : str
-    kind : {"height", "slope", "place", "length", "number", "angle"}
+    kind : {"height", "slope", "place", "length", "number", "turn"}
         What it is measured in: as the curve, as the curve over the variable, as the variable, or by itself. A length is
         positive and spans decades.
     """
@@ -52,7 +52,7 @@ class Form:
     code : str
         The same in a method of an effect; ``LOW`` and ``SPAN`` stand for the left end and the length of the variable's
         range.
-    quantities : tuple of Quantity
+    quantities : tuple of Term
         Heights first.
     columns : callable
         Of places ``(n,)`` from 0 to 1 along the range and a shape in units of it: ``(n, n_height)``.
@@ -66,7 +66,7 @@ class Form:
     says: str
     law: str
     code: str
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Term, ...]
     columns: Callable[[np.ndarray, Shape], np.ndarray]
     grid: tuple[tuple[float, ...], ...]
     named: Callable[[np.ndarray, Shape, float, float], tuple[float, ...]]
@@ -74,9 +74,9 @@ class Form:
 
 STEEP = 0.01
 """Half width of a step, as a share of the range: a jump, but one that can be integrated across."""
-_AMPLITUDE = Quantity("amplitude", "largest value", "height")
-_SLOPE = Quantity("slope", "change over the variable", "slope")
-_KNEE = Quantity("knee", "place from which it acts", "place")
+_AMPLITUDE = Term("amplitude", "largest value", "height")
+_SLOPE = Term("slope", "change over the variable", "slope")
+_KNEE = Term("knee", "place from which it acts", "place")
 _PLACES = tuple(np.linspace(0.05, 0.95, 37))
 _LENGTHS = tuple(np.geomspace(0.02, 3.0, 24))
 _PERIODS = tuple(np.geomspace(0.05, 2.0, 240))
@@ -107,28 +107,28 @@ FORMS: tuple[Form, ...] = (
     Form(
         "power", "is a power of", "a ((x - x0) / X)^n",
         "self.amplitude * jnp.maximum((x - LOW) / SPAN, 1e-9) ** self.exponent",
-        (_AMPLITUDE, Quantity("exponent", "exponent", "number")),
+        (_AMPLITUDE, Term("exponent", "exponent", "number")),
         lambda u, shape: _one(np.maximum(u, 1e-9) ** shape[0]), (tuple(np.geomspace(0.2, 6.0, 30)),),
         lambda heights, shape, low, span: (heights[0], shape[0]),
     ),
     Form(
         "saturating", "saturates with", "a (x - x0) / (x - x0 + s)",
         "self.amplitude * jnp.maximum(x - LOW, 0.0) / (jnp.maximum(x - LOW, 0.0) + self.scale)",
-        (_AMPLITUDE, Quantity("scale", "where half of it is reached", "length")),
+        (_AMPLITUDE, Term("scale", "where half of it is reached", "length")),
         lambda u, shape: _one(u / (u + shape[0])), (_LENGTHS,),
         lambda heights, shape, low, span: (heights[0], span * shape[0]),
     ),
     Form(
         "exponential", "fades exponentially with", "a exp(-(x - x0) / s)",
         "self.amplitude * jnp.exp(-(x - LOW) / self.scale)",
-        (_AMPLITUDE, Quantity("scale", "over which it falls to 1/e", "length")),
+        (_AMPLITUDE, Term("scale", "over which it falls to 1/e", "length")),
         lambda u, shape: _one(np.exp(-u / shape[0])), (_LENGTHS,),
         lambda heights, shape, low, span: (heights[0], span * shape[0]),
     ),
     Form(
         "bump", "has a bump at a place in", "a exp(-((x - b) / w)^2 / 2)",
         "self.amplitude * jnp.exp(-(((x - self.centre) / self.width) ** 2) / 2.0)",
-        (_AMPLITUDE, Quantity("centre", "place of the bump", "place"), Quantity("width", "standard width", "length")),
+        (_AMPLITUDE, Term("centre", "place of the bump", "place"), Term("width", "standard width", "length")),
         lambda u, shape: _one(np.exp(-(((u - shape[0]) / shape[1]) ** 2) / 2.0)),
         (_PLACES, tuple(np.geomspace(0.01, 0.5, 12))),
         lambda heights, shape, low, span: (heights[0], low + span * shape[0], span * shape[1]),
@@ -136,7 +136,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "sine", "varies as a sine of", "a sin(2 pi (x - x0) / p + c)",
         "self.amplitude * jnp.sin(2.0 * jnp.pi * (x - LOW) / self.period + self.phase)",
-        (_AMPLITUDE, Quantity("period", "period", "length"), Quantity("phase", "phase", "angle")),
+        (_AMPLITUDE, Term("period", "period", "length"), Term("phase", "phase", "turn")),
         lambda u, shape: np.column_stack([np.sin(2.0 * np.pi * u / shape[0]), np.cos(2.0 * np.pi * u / shape[0])]),
         (_PERIODS,),
         lambda heights, shape, low, span: (
@@ -146,14 +146,14 @@ FORMS: tuple[Form, ...] = (
     Form(
         "step", "steps at a place in", "a (1 + tanh((x - b) / w)) / 2",
         f"self.amplitude * (1.0 + jnp.tanh((x - self.place) / ({STEEP} * SPAN))) / 2.0",
-        (_AMPLITUDE, Quantity("place", "place of the step", "place")),
+        (_AMPLITUDE, Term("place", "place of the step", "place")),
         lambda u, shape: _one((1.0 + np.tanh((u - shape[0]) / STEEP)) / 2.0), (_PLACES,),
         lambda heights, shape, low, span: (heights[0], low + span * shape[0]),
     ),
 )  # fmt: skip
 
 
-class Fitted(NamedTuple):
+class FittedForm(NamedTuple):
     """A form fitted to a curve.
 
     Parameters
@@ -170,7 +170,7 @@ class Fitted(NamedTuple):
     score: float
 
 
-def fitted(knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int) -> list[Fitted]:
+def forms_of(knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int) -> list[FittedForm]:
     """Every form at its best for a curve, the best first.
 
     Parameters
@@ -194,7 +194,7 @@ def _fit(
     weight: np.ndarray,
     level: np.ndarray,
     ends: tuple[float, float],
-) -> Fitted | None:
+) -> FittedForm | None:
     def left(shape: Shape) -> tuple[float, np.ndarray]:
         columns = np.column_stack([form.columns(places, shape), level]) * weight[:, None]
         found = np.linalg.lstsq(columns, heights * weight, rcond=1e-10)[0]
@@ -216,4 +216,4 @@ def _fit(
     if len(places) <= number + 1 or not np.isfinite(squares) or not told_apart:
         return None
     score = len(places) * np.log(max(squares, 1e-12) / len(places)) + number * np.log(len(places))
-    return Fitted(form, form.named(size, shape, *ends), float(score))
+    return FittedForm(form, form.named(size, shape, *ends), float(score))

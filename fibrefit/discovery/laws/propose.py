@@ -18,8 +18,8 @@ from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
 from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
-from fibrefit.discovery.laws.forms import FORMS, fitted
-from fibrefit.discovery.laws.source import PLACES, Composed, composed, loaded, start_of
+from fibrefit.discovery.laws.forms import FORMS, forms_of
+from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
 from fibrefit.discovery.model.law import ProposedLaw, Runner
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.search import Search
@@ -49,7 +49,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
     if not laws:
         return None
     search.tell("fitting laws to the free curves", None)
-    effects = [loaded(law) for law in laws]
+    effects = [effect_of_law(law) for law in laws]
     frame = frame_of(search.task, (*parent.effects, *effects), parent.frame.reactions)
     jobs = [partial(_weighed, search, frame, parent, law) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
@@ -69,7 +69,7 @@ def _composed(search: Search, readings: Sequence[Reading]) -> list[Composed]:
         place = PLACES.get(reading.probe.name)
         if place is None:
             continue
-        forms = fitted(reading.knots, shape_of(reading), reading.errors, place.absorbed)
+        forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed)
         found.append([composed(reading.probe, form, reading.knots) for form in forms[:EACH]])
     # The best form of each curve comes before the second of any.
     turns = [law for turn in range(EACH) for laws in found for law in laws[turn : turn + 1]]
@@ -79,16 +79,16 @@ def _composed(search: Search, readings: Sequence[Reading]) -> list[Composed]:
 def _weighed(search: Search, frame: Frame, parent: Weighed, law: Composed) -> Weighed:
     """A parent with a law, from where the regression left it."""
     local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-    for name, value in start_of(law).items():
+    for name, value in start_of_law(law).items():
         declared = frame.declared[name]
         local[:, frame.names.index(name)] = np.clip(value, declared.lower, declared.upper)
     found = parent.evidence.mode
-    return search.scales.weigh(frame, (*parent.effects, loaded(law)), local, found.sigma, found.place.eta)
+    return search.scales.weigh(frame, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta)
 
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
     """The law at places along its variable, without the median."""
-    found = np.asarray(loaded(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
+    found = np.asarray(effect_of_law(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
     return found - np.median(found)
 
 

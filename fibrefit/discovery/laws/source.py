@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import Curve
-from fibrefit.discovery.laws.forms import Fitted, Form, Quantity
+from fibrefit.discovery.laws.forms import FittedForm, Form, Term
 from fibrefit.effects.law import Effect
 from fibrefit.effects.template import class_name
 
@@ -142,7 +142,7 @@ class Composed(NamedTuple):
     ----------
     probe : Curve class
         The curve it stands for.
-    fitted : Fitted
+    fitted : FittedForm
     name : str
         Of the effect, ``port.effect``.
     says : str
@@ -151,7 +151,7 @@ class Composed(NamedTuple):
     """
 
     probe: type[Curve]
-    fitted: Fitted
+    fitted: FittedForm
     name: str
     says: str
     source: str
@@ -167,14 +167,14 @@ class Composed(NamedTuple):
         return f"{self.name.partition('.')[2]}.py"
 
 
-def composed(probe: type[Curve], form: Fitted, knots: np.ndarray) -> Composed:
+def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Composed:
     """Source of a law.
 
     Parameters
     ----------
     probe : Curve class
         Where it acts, and on what it depends.
-    form : Fitted
+    form : FittedForm
     knots : (n_knot,) in SI units
         Range of the variable that the records saw.
     """
@@ -200,13 +200,13 @@ def composed(probe: type[Curve], form: Fitted, knots: np.ndarray) -> Composed:
     return Composed(probe, form, f"{place.port}.{effect}", says, source)
 
 
-def _unit(quantity: Quantity, height: str, variable: str) -> str:
+def _unit(quantity: Term, height: str, variable: str) -> str:
     slope = f"{height}/({variable})" if "/" in variable else f"{height}/{variable}"
-    units = {"height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "angle": "rad"}
+    units = {"height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "turn": "rad"}
     return units[quantity.kind]
 
 
-def _field(quantity: Quantity, height: str, variable: str, sizes: dict[str, float], ends: tuple[float, float]) -> str:
+def _field(quantity: Term, height: str, variable: str, sizes: dict[str, float], ends: tuple[float, float]) -> str:
     unit = _unit(quantity, height, variable)
     if quantity.kind in ("height", "slope"):
         more = f"{sizes[quantity.kind]:.6g}"
@@ -221,7 +221,7 @@ def _field(quantity: Quantity, height: str, variable: str, sizes: dict[str, floa
     return f'    {quantity.name}: jax.Array = quantity("{unit}", "{quantity.says}", {more})'
 
 
-def loaded(law: Composed) -> type[Effect]:
+def effect_of_law(law: Composed) -> type[Effect]:
     """The effect of a law's source."""
     title = f"fibrefit_composed_{hashlib.sha256(law.source.encode()).hexdigest()[:16]}"
     module = sys.modules.get(title)
@@ -233,10 +233,10 @@ def loaded(law: Composed) -> type[Effect]:
     return found
 
 
-def start_of(law: Composed) -> dict[str, float]:
+def start_of_law(law: Composed) -> dict[str, float]:
     """Values the regression found, by the names of the effect's parameters, in SI units."""
     named = zip(law.fitted.form.quantities, law.fitted.values, strict=True)
     return {f"{law.name}.{quantity.name}": value for quantity, value in named}
 
 
-__all__ = ["PLACES", "Composed", "Form", "Place", "composed", "loaded", "start_of"]
+__all__ = ["PLACES", "Composed", "Form", "Place", "composed", "effect_of_law", "start_of_law"]

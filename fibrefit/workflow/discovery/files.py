@@ -74,10 +74,10 @@ def law_name(law: ProposedLaw) -> str:
     return f"{LAWS}/{law.file}:{law.title}"
 
 
-def _law(law: ProposedLaw | None) -> d.ProposedLaw | None:
+def _law(law: ProposedLaw | None) -> d.LawSummary | None:
     if law is None:
         return None
-    return d.ProposedLaw(
+    return d.LawSummary(
         effect=law_name(law),
         says=law.says,
         port=law.port,
