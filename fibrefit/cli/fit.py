@@ -42,13 +42,14 @@ def command(
     place = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study
 
-    with place as folder, asked_to_stop(terminal) as stop, shown_progress(terminal) as progress:
-        fit = fit_study(study, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
-        progress("drawing and writing", None)
+    asked = {"starts": starts, "seed": seed, "robust": robust, "profile": profile}
+    with place as folder, asked_to_stop(terminal) as stop:
+        with shown_progress(terminal) as progress:
+            fit = fit_study(study, **asked, progress=progress, stop=stop)  # type: ignore[arg-type]
+        # What was found is told before the figures are drawn, which takes as long again.
+        terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         fit.save(folder, force=force, stop=stop)
         interrupted = stop()
-    summary = fit.summary()
-    terminal.answer(fit.report(), summary.model_dump(mode="json", by_alias=True))
     figures = "no or not all figures" if interrupted else "figures"
     terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, {figures}.")
     if interrupted:

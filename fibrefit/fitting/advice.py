@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.units import format_quantity
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.problem.statement.problem import Problem
@@ -89,7 +90,7 @@ def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) 
     return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)
 
 
-@eqx.filter_jit
+@kept_program
 def _information(problem: Problem, values: jax.Array, conditions: dict[str, jax.Array]) -> jax.Array:
     """Normal matrix of the shared values from one more record like the first, its own nuisances eliminated."""
     data = problem.observations

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.fitting.error_bars import ErrorBars
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.unknowns import fit_unknowns, free_values, places_of
@@ -81,8 +81,8 @@ class View:
         places = np.searchsorted(free, unknowns.columns)
 
         def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            steps = jnp.asarray(targets - local[:, columns])
-            linear = self.problem.linearised_at(jnp.asarray(local))
+            steps = targets - local[:, columns]
+            linear = self.problem.linearised_at(local)
             return np.asarray(_products(linear, places, steps, self.whitening, self.reactions))
 
         return of
@@ -92,12 +92,12 @@ class View:
 
         The first draw is at the best errors of the inputs, the others where these may be as well.
         """
-        rows = np.asarray(self.problem.linearised_at(jnp.asarray(local)).residuals)
+        rows = np.asarray(self.problem.linearised_at(local).residuals)
         if self.reactions is None or self.raw is None:
             return rows[None], {}
         offset = np.asarray(self.raw.offset).reshape(rows.shape)
         rows = np.where(rows != 0.0, rows + offset, 0.0)
-        white = rows if self.whitening is None else np.asarray(_whitened(self.whitening, jnp.asarray(rows)))
+        white = rows if self.whitening is None else np.asarray(_whitened(self.whitening, rows))
         random, found, best = np.random.default_rng(0), [], []
         for r, row in enumerate(rows):
             inverse, seen = np.asarray(self.reactions.inverse[r]), np.asarray(self.reactions.rows[r], dtype=float)
@@ -111,7 +111,7 @@ class View:
         return np.stack(found, axis=1), waves_found
 
 
-@eqx.filter_jit
+@kept_program
 def _products(
     linear: Linearised, places: np.ndarray, steps: jax.Array, whitening: Coloured | None, reactions: Reactions | None
 ) -> jax.Array:
@@ -133,7 +133,7 @@ def _products(
     return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, reactions.inverse, pulled)
 
 
-@jax.jit
+@kept_program
 def _whitened(whitening: Coloured, residuals: jax.Array) -> jax.Array:
     return whitening.whiten(residuals)
 
@@ -185,7 +185,7 @@ class Sharp:
     def innovations(self) -> np.ndarray:
         """Whitened residuals, ``(n_record, n_channel, n_time)``."""
         assert self.seen.whitening is not None
-        return np.asarray(_whitened(self.seen.whitening, jnp.asarray(self.residuals)))
+        return np.asarray(_whitened(self.seen.whitening, self.residuals))
 
 
 def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
@@ -243,7 +243,7 @@ def _apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) ->
             break
         there = place._replace(eta=np.zeros_like(place.eta))
         for counts in ladder:
-            shorter = replace(seen, problem=seen.problem.until(jnp.asarray(counts)))
+            shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
             end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
             there = end.place
         found.append(end)
@@ -277,7 +277,7 @@ def _seen(task: Task, values: np.ndarray, waves: Waves) -> View:
 
 def _bends(task: Task, sharp: Sharp) -> bool:
     """Whether errors of inputs have moved so far that what the readings make of them is not what was foretold."""
-    there = np.asarray(problem_at(task, sharp).linearised_at(jnp.asarray(sharp.local)).residuals)
+    there = np.asarray(problem_at(task, sharp).linearised_at(sharp.local).residuals)
     counted = sharp.residuals != 0.0
     fade = 1.0 if sharp.seen.raw is None else sharp.seen.raw.fade
     return not float(np.mean((there * fade - sharp.residuals)[counted] ** 2)) < MISSED

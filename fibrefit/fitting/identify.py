@@ -145,7 +145,7 @@ def _concluded(
 ) -> Identification:
     plain = optimum(task, values, waves)
     normal = plain.scores.normal_matrix()
-    rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times[0])).mean())
+    rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
     bars = error_bars(plain.problem, plain.scores, rate)
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
     problem, seen, sound = best.problem, best.seen, dict(best.sound)

@@ -8,7 +8,6 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.fitting.result import Starts
@@ -130,7 +129,7 @@ def search(
 def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.ndarray:
     """Steps that suit a horizon: where a motion bounces on, those of the whole record are far too small for a part."""
     best = int(np.argmin(found.cost))
-    return widths(problem.until(jnp.asarray(counts[best])), found.free[best])
+    return widths(problem.until(counts[best]), found.free[best])
 
 
 def _run(problem: Problem, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Any:
@@ -202,7 +201,7 @@ def _part(
     """Descents from the starts `part`; a short part is filled up, since one of another length is another program."""
     rows = np.resize(part, CHUNK)
     active = np.arange(CHUNK) < len(part)
-    ended = descend_all(problem, frees[rows], width, counts[rows], active, jnp.asarray(near))
+    ended = descend_all(problem, frees[rows], width, counts[rows], active, np.asarray(near))
     return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
 
 

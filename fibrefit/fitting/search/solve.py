@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Linearised, Problem, gram_root
 
@@ -82,7 +83,7 @@ def linearised(problem: Problem, values: np.ndarray) -> Linearised:
     problem : Problem
     values : (n_free,) in SI units
     """
-    return jax.tree.map(np.asarray, problem.linearised(jnp.asarray(values)))
+    return jax.tree.map(np.asarray, problem.linearised(np.asarray(values)))
 
 
 def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
@@ -103,7 +104,7 @@ def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
     return 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
 
 
-@eqx.filter_jit
+@kept_program
 def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = MAX_STEPS) -> Descent:
     """Levenberg-Marquardt from one start, over horizons that grow to the whole record.
 
@@ -136,7 +137,7 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: in
     return Descent(free, cost[-1], steps, success[-1])
 
 
-@eqx.filter_jit
+@kept_program
 def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: Any, near: Any) -> Descent:
     """Levenberg-Marquardt over one horizon from many starts.
 

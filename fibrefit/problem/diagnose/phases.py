@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.roles import BACK, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
@@ -53,7 +52,7 @@ class Motion:
     driven: np.ndarray | None = None
 
 
-@eqx.filter_jit
+@kept_program
 def _responses(problem: Problem, local: jax.Array) -> tuple[Response, Any]:
     def one(local: jax.Array, data: Observations) -> tuple[Response, Any]:
         named = dict(zip(problem.layout.names, local, strict=True))
@@ -70,7 +69,7 @@ def motion(problem: Problem, values: jax.Array) -> Motion:
 
 def motion_of(problem: Problem, local: np.ndarray) -> Motion:
     """Simulated motion of all records at their own values ``(n_record, n_local)`` in SI units."""
-    response, fibres = jax.tree.map(np.asarray, _responses(problem, jnp.asarray(local)))
+    response, fibres = jax.tree.map(np.asarray, _responses(problem, np.asarray(local)))
     experiment, modes, known = problem.observations.experiment, response.solution.modes, _known(response, fibres)
     times = np.asarray(experiment.times)
     held = np.zeros(times.shape, dtype=bool)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening, innovations
@@ -67,8 +66,8 @@ def whitened(layout: Layout, linear: Linearised, whitening: Whitening, level: np
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
-    slopes = np.asarray(innovations(whitening, jnp.asarray(linear.slopes))) / level[:, None, None]
-    residuals = np.asarray(innovations(whitening, jnp.asarray(linear.residuals))) / level[:, None]
+    slopes = np.asarray(innovations(whitening, linear.slopes)) / level[:, None, None]
+    residuals = np.asarray(innovations(whitening, linear.residuals)) / level[:, None]
     columns, size = layout.local_columns, layout.size
     normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
     gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
@@ -85,7 +84,7 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
     counts : (n_channel,)
         Samples that count.
     """
-    fresh = np.asarray(innovations(whitening, jnp.asarray(residuals)))
+    fresh = np.asarray(innovations(whitening, residuals))
     return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), QUIETEST)
 
 

@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.coloured import longest
 from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
@@ -192,7 +193,7 @@ def _score(whitening: Whitening, evidence: _Evidence, numbers: int) -> float:
     return float(profile - log_scale - 0.5 * numbers * np.log(counts.sum()))
 
 
-@jax.jit
+@kept_program
 def _squares(whitening: Whitening, residuals: jax.Array, valid: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     return jnp.sum(whitening.whiten(residuals) ** 2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale
 

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 RELAXATIONS = 10
@@ -57,7 +58,7 @@ def bank_of(rates: Sequence[float], duration: float) -> Bank:
     corners = np.geomspace(LOWEST / duration, HIGHEST * max(rates), RELAXATIONS)
     decay = np.exp(-2.0 * np.pi * corners / np.asarray(rates)[:, None])
     pink = np.stack([_pink(corners, rate, LOWEST / duration) for rate in rates])
-    return Bank(*map(jnp.asarray, (corners, decay, pink, np.asarray(rates, dtype=float))))
+    return Bank(*map(jax.device_put, (corners, decay, pink, np.asarray(rates, dtype=float))))
 
 
 def bank_for(times: np.ndarray, counts: np.ndarray) -> Bank:
@@ -171,12 +172,12 @@ def coloured_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray, valid: np.
     kept = np.sort(some[: min(size, max(-(-used // PARTS) * PARTS, PARTS))])
     variance = np.concatenate([variance[..., kept], variance[..., size : size + number], variance[..., -1:]], axis=-1)
     gain, inverse_scale, along, across = _filtered(
-        bank.decay[:, kept], bank.rate, jnp.asarray(turn), jnp.asarray(variance), jnp.asarray(valid)
+        np.asarray(bank.decay)[:, kept], bank.rate, turn, variance, np.asarray(valid)
     )
-    return Coloured(gain, inverse_scale, along, across, jnp.asarray(variance), number)
+    return Coloured(gain, inverse_scale, along, across, jax.device_put(variance), number)
 
 
-@jax.jit
+@kept_program
 def _filtered(
     decay: jax.Array, rate: jax.Array, lines: jax.Array, variance: jax.Array, valid: jax.Array
 ) -> tuple[jax.Array, ...]:
@@ -220,7 +221,7 @@ def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Ar
         lines = [variance for _, variance in _lines(of)]
         parts[:, channel, len(corners) : len(corners) + len(lines)] = lines
         parts[:, channel, -1] = of.white * 0.5 * rate
-    return jnp.asarray(parts / np.asarray(unit)[..., None] ** 2)
+    return jax.device_put(parts / np.asarray(unit)[..., None] ** 2)
 
 
 def _lines(noise: Noise) -> list[tuple[float, float]]:

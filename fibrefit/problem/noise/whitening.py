@@ -13,6 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
+
 BLANK = 1e-12
 
 
@@ -149,7 +151,7 @@ class Autoregressive(eqx.Module):
         return np.broadcast_to(np.stack(found), (self.valid.shape[0], len(found), n_lag)).copy()
 
 
-@eqx.filter_jit
+@kept_program
 def innovations(whitening: Whitening, residuals: jax.Array) -> jax.Array:
     """`Whitening.whiten` as a compiled program; any axes behind ``(n_record, n_channel, n_time)`` are mapped over."""
     whiten = whitening.whiten

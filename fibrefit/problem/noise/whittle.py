@@ -151,7 +151,7 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
     """
     parts = []
     for r, (mask, count) in enumerate(zip(valid, counts, strict=True)):
-        number, rate = int(mask.sum()), float(bank.rate[r])
+        number, rate = int(mask.sum()), float(np.asarray(bank.rate)[r])
         if number < 2:
             continue
         inner = slice(1, (int(count) + 1) // 2)

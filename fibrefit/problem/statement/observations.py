@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import DataError
@@ -81,7 +80,7 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[float]]) -> Obse
     size = -(-longest // LENGTH_STEP) * LENGTH_STEP
     experiment = Experiment(
         times=_stacked([_extended(trace.times, size) for trace in traces]),
-        count=jnp.array([len(trace.times) for trace in traces], dtype=jnp.int32),
+        count=jax.device_put(np.array([len(trace.times) for trace in traces], dtype=np.int32)),
         conditions={name: _stacked([trace.conditions[name] for trace in traces]) for name in traces[0].conditions},
         inputs={
             name: Signals(*(_stacked([_padded(t.inputs[name][:, i], size) for t in traces]) for i in (0, 1)))
@@ -114,4 +113,5 @@ def _weight(values: np.ndarray, size: int, noise: float) -> np.ndarray:
 
 
 def _stacked(rows: Sequence[np.ndarray] | Sequence[float]) -> jax.Array:
-    return jnp.asarray(np.array(rows, dtype=float))
+    # As it is: another way of handing it over would be a program for each shape.
+    return jax.device_put(np.array(rows, dtype=float))

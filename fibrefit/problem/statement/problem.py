@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.statement.jump_weights import certainty
 from fibrefit.problem.statement.layout import Layout
@@ -83,7 +84,7 @@ class Problem(eqx.Module):
         """
         return jax.lax.map(lambda row: self.record_residuals(*row), (self.layout.local(values), self.observations))
 
-    def linearised(self, values: jax.Array) -> Linearised:
+    def linearised(self, values: Any) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.
 
         A record depends on few of a problem's values; the full Jacobian, mostly zeros, is never made.
@@ -91,13 +92,13 @@ class Problem(eqx.Module):
         return self.linearised_at(self.layout.local(values))
 
     # Compiled under their own names, they are traced once for all the programs that contain them.
-    @eqx.filter_jit
+    @kept_program
     def linearised_at(self, local: jax.Array) -> Linearised:
         """As `linearised`, from the values of each record, ``(n_record, n_local)`` in SI units."""
         # One after the other: what belongs to one record stays in the fast memory of a processor.
         return jax.lax.map(lambda row: self.record_linearised(*row), (local, self.observations))
 
-    @eqx.filter_jit
+    @kept_program
     def record_linearised(self, local: jax.Array, data: Observations) -> Linearised:
         """As `linearised`, of one record, from its values ``(n_local,)`` and its data."""
         columns = jnp.array(self.layout.local_free)
@@ -136,12 +137,13 @@ class Problem(eqx.Module):
         whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
         return whole[:-1, :-1]
 
-    def until(self, counts: jax.Array) -> Problem:
+    def until(self, counts: Any) -> Problem:
         """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""
         data = self.observations
-        counts = jnp.minimum(counts, data.experiment.count)
-        early = jnp.arange(data.experiment.times.shape[1]) < counts[:, None]
-        weight = {c: jnp.where(early, w, 0.0) for c, w in data.weight.items()}
+        xp = functions_for(counts)
+        counts = xp.minimum(counts, data.experiment.count)
+        early = xp.arange(data.experiment.times.shape[1]) < counts[:, None]
+        weight = {c: xp.where(early, w, 0.0) for c, w in data.weight.items()}
         shorter = data._replace(experiment=data.experiment._replace(count=counts), weight=weight)
         return eqx.tree_at(lambda problem: problem.observations, self, shorter)
 

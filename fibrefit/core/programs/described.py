@@ -1,0 +1,146 @@
+"""A description of fixed values that is the same in every process: what a kept program is found by."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import functools
+import hashlib
+import importlib
+from collections.abc import Mapping
+from pathlib import Path, PurePath
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Any
+
+import numpy as np
+
+PACKAGE = Path(__file__).resolve().parents[2]
+
+COMPILED = ("core", "effects", "rigs", "simulation", "problem", "fitting", "sampling", "discovery", "series")
+"""Packages whose code goes into programs."""
+
+KNOWN = ("fibrefit", "builtins", "functools", "operator", "math", "numpy", "jax", "equinox", "optimistix", "lineax")
+"""Where classes and functions may come from: their code is in the key, as source or as a version."""
+
+DEEPEST = 60
+
+
+class NotDescribedError(Exception):
+    """A value has no description that means the same in another process."""
+
+
+def fingerprint(value: Any) -> str:
+    """Text that two values share only if a program made for one does for the other.
+
+    Parameters
+    ----------
+    value : object
+        Numbers, text, arrays of NumPy, containers, data classes, classes and functions of known packages.
+
+    Raises
+    ------
+    NotDescribedError
+        If it holds anything else.
+    """
+    return _said(value, 0)
+
+
+def resolved(name: str) -> Any:
+    """Class of this package from its description.
+
+    Raises
+    ------
+    NotDescribedError
+        If it is none of this package.
+    """
+    module, _, path = name.partition(":")
+    if module.partition(".")[0] != "fibrefit":
+        raise NotDescribedError(name)
+    return _at(module, path)
+
+
+@functools.cache
+def source_digest() -> str:
+    """SHA-256 of all code of this package that goes into programs."""
+    digest = hashlib.sha256()
+    for folder in COMPILED:
+        for path in sorted((PACKAGE / folder).rglob("*.py")):
+            digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _said(value: Any, depth: int) -> str:
+    if depth > DEEPEST:
+        raise NotDescribedError("nested too deeply")
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
+        return f"{type(value).__name__} {value!r}"
+    if isinstance(value, type):
+        return _named(value)
+    if isinstance(value, FunctionType):
+        return _function(value, depth)
+    for kinds, say in _KINDS:
+        if isinstance(value, kinds):
+            return say(value, depth + 1)
+    if dataclasses.is_dataclass(value):
+        fields = [(field.name, getattr(value, field.name)) for field in dataclasses.fields(value)]
+        return f"{_named(type(value))}({_all(fields, depth + 1)})"
+    raise NotDescribedError(f"{type(value).__module__}.{type(value).__qualname__}")
+
+
+def _all(values: Any, depth: int) -> str:
+    return ", ".join(_said(value, depth) for value in values)
+
+
+def _named(thing: Any) -> str:
+    """Module and name of a class or function that is found there again."""
+    module, path = thing.__module__ or "", thing.__qualname__
+    if module.partition(".")[0] not in KNOWN or _at(module, path) is not thing:
+        raise NotDescribedError(f"{module}:{path}")
+    return f"{module}:{path}"
+
+
+def _at(module: str, path: str) -> Any:
+    try:
+        found: Any = importlib.import_module(module)
+        for part in path.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError):
+        raise NotDescribedError(f"{module}:{path}") from None
+    return found
+
+
+def _function(function: FunctionType, depth: int) -> str:
+    """A function by its place in the source and all that it closes over."""
+    module = function.__module__ or ""
+    if module.partition(".")[0] not in KNOWN:
+        raise NotDescribedError(f"{module}:{function.__qualname__}")
+    code = function.__code__
+    where = f"{module}:{function.__qualname__}:{code.co_firstlineno}:{hashlib.sha256(code.co_code).hexdigest()[:16]}"
+    try:
+        closed = [cell.cell_contents for cell in function.__closure__ or ()]
+    except ValueError:
+        raise NotDescribedError(where) from None
+    return f"{where}({_all([closed, function.__defaults__, function.__kwdefaults__], depth + 1)})"
+
+
+def _array(value: np.ndarray, depth: int) -> str:
+    if value.dtype.hasobject:
+        return f"objects {value.shape} ({_all(value.ravel().tolist(), depth)})"
+    return f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()}"
+
+
+_KINDS: tuple[tuple[Any, Any], ...] = (
+    (tuple, lambda value, depth: f"{_named(type(value))}({_all(value, depth)})"),
+    (list, lambda value, depth: f"[{_all(value, depth)}]"),
+    (Mapping, lambda value, depth: f"{{{_all(value.items(), depth)}}}"),
+    ((set, frozenset), lambda value, depth: f"set({sorted(_said(part, depth) for part in value)})"),
+    (enum.Enum, lambda value, depth: f"{_named(type(value))}.{value.name}"),
+    (np.ndarray, _array),
+    (np.dtype, lambda value, depth: f"dtype {value}"),
+    (PurePath, lambda value, depth: f"path {value}"),
+    (slice, lambda value, depth: repr(value)),
+    (range, lambda value, depth: repr(value)),
+    (functools.partial, lambda v, depth: f"partial({_all((v.func, v.args, v.keywords), depth)})"),
+    (MethodType, lambda v, depth: f"method({_all((v.__func__, v.__self__), depth)})"),
+    (BuiltinFunctionType, lambda value, depth: _named(value)),
+)

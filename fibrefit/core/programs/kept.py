@@ -1,0 +1,370 @@
+"""Programs compiled before, taken up again without tracing.
+
+JAX keeps what its compiler made, but traces and lowers a function in every process before it looks there; for a fit
+that took four times as long as the fit itself. Here the key of a program is made from what goes into it: the code of
+this package, the structure and all fixed parts of the arguments, shapes and types of the arrays, versions and
+processor. A program that is not there, or whose arguments hold something that has no stable description, such as a law
+from a file of the user's own, is traced as ever.
+
+Files of programs are as trustworthy as the folder they lie in, which is the user's own: they hold native code.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import platform
+import sys
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import MethodType
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax
+
+from fibrefit.core.environment import cache_directory, versions
+from fibrefit.core.programs.described import NotDescribedError, fingerprint, resolved, source_digest
+
+R = TypeVar("R")
+
+MOST_IN_MEMORY = 128
+"""Programs of one function that a process keeps at hand."""
+MOST_ON_DISK = 400
+"""Programs in the cache folder; beyond, those unused for longest go."""
+SUFFIX = ".program"
+SETTLED_SECONDS = 3600.0
+"""Time after which code that has not changed is taken to be in use."""
+
+Program = Callable[[Sequence[Any]], Any]
+
+
+class Call(NamedTuple):
+    """Arguments of a call but for the values of its arrays.
+
+    Parameters
+    ----------
+    fixed : list
+        Leaves of the arguments; None in the place of each array.
+    tree : PyTreeDef
+    places : list of int
+        Of the arrays among the leaves.
+    shapes : tuple
+        Shape, type and weakness of the type of each array.
+    """
+
+    fixed: list[Any]
+    tree: Any
+    places: list[int]
+    shapes: tuple[Any, ...]
+
+    def with_(self, arrays: Sequence[Any]) -> Any:
+        """The arguments with other arrays."""
+        leaves = list(self.fixed)
+        for place, array in zip(self.places, arrays, strict=True):
+            leaves[place] = array
+        return jax.tree.unflatten(self.tree, leaves)
+
+
+class KeptProgram(Generic[R]):
+    """A pure function of pytrees whose arrays vary and whose other parts are fixed, compiled and kept.
+
+    Parameters
+    ----------
+    function : callable
+        Of positional arguments; it returns arrays in tuples, lists and dicts.
+    """
+
+    def __init__(self, function: Callable[..., R]) -> None:
+        functools.update_wrapper(self, function)
+        self._function = function
+        self._traced = eqx.filter_jit(function)
+        self._programs: OrderedDict[Any, Program] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def __get__(self, instance: Any, owner: type) -> Any:
+        return self if instance is None else MethodType(self, instance)
+
+    def __call__(self, *args: Any, **kwargs: Any) -> R:
+        """As the function."""
+        leaves, tree = jax.tree.flatten(args)
+        places = [i for i, leaf in enumerate(leaves) if eqx.is_array(leaf)]
+        arrays = [leaves[i] for i in places]
+        if kwargs or any(isinstance(array, jax.core.Tracer) for array in arrays) or _setting("disable_jit"):
+            return self._traced(*args, **kwargs)
+        shapes = tuple(map(_shape, arrays))
+        fixed = [None if eqx.is_array(leaf) else leaf for leaf in leaves]
+        key = (tree, tuple(fixed), tuple(places), shapes)
+        program = self._programs.get(key)
+        if program is None:
+            with self._lock:
+                program = self._programs.get(key) or self._found(Call(fixed, tree, places, shapes), arrays)
+                self._programs[key] = program
+                while len(self._programs) > MOST_IN_MEMORY:
+                    self._programs.popitem(last=False)
+        found: R = program(arrays)
+        return found
+
+    def clear_cache(self) -> None:
+        """Forget all programs that are in memory."""
+        self._programs.clear()
+        jax.clear_caches()
+
+    def _found(self, call: Call, arrays: list[Any]) -> Program:
+        file = self._file(call)
+        known = None if file is None else _loaded(file)
+        if known is None or file is None:
+            return self._compiled(call, arrays, file)
+        return Watched(known, lambda: self._compiled(call, arrays, _without(file)))
+
+    def _file(self, call: Call) -> Path | None:
+        folder = programs_folder()
+        if folder is None:
+            return None
+        try:
+            said = fingerprint((self._function, call.with_(["array"] * len(call.places)), call.shapes))
+        except NotDescribedError:
+            return None
+        return folder / f"{hashlib.sha256(f'{_surroundings()}{said}'.encode()).hexdigest()}{SUFFIX}"
+
+    def _compiled(self, call: Call, arrays: list[Any], file: Path | None) -> Program:
+        structure: list[Any] = []
+
+        def flat(*values: Any) -> list[Any]:
+            leaves, tree = jax.tree.flatten(self._function(*call.with_(values)))
+            structure[:] = [jax.tree.unflatten(tree, range(len(leaves)))]
+            return leaves
+
+        flat.__name__ = self._function.__name__
+        lowered = jax.jit(flat).lower(*arrays)
+        compiled, fresh = _compile(lowered, file)
+        if file is not None and fresh:
+            _save(file, compiled, structure[0], len(arrays))
+        return _program(compiled, structure[0])
+
+
+def kept_program(function: Callable[..., R]) -> KeptProgram[R]:
+    """Decorate a function to be compiled once for all processes; see `KeptProgram`."""
+    return KeptProgram(function)
+
+
+def programs_folder() -> Path | None:
+    """Folder of the programs; None where nothing is to be kept or it cannot be written."""
+    if not os.environ.get("JAX_COMPILATION_CACHE_DIR"):
+        return None
+    folder = cache_directory() / "programs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def _shape(array: Any) -> tuple[Any, ...]:
+    return array.shape, array.dtype, getattr(array, "weak_type", False)
+
+
+@functools.cache
+def _surroundings() -> str:
+    """All that a program depends on besides its function and arguments."""
+    device = jax.devices()[0]
+    told = {
+        "versions": versions(),
+        "source": source_digest(),
+        "device": f"{device.platform} {device.device_kind} {len(jax.devices())} {device.client.platform_version}",
+        "processor": f"{platform.machine()} {_instructions()}",
+        "flags": os.environ.get("XLA_FLAGS", ""),
+        "settings": f"{_setting('enable_x64')} {_setting('debug_nans')} {sys.byteorder}",
+    }
+    return json.dumps(told, sort_keys=True)
+
+
+def _setting(name: str) -> Any:
+    return jax.config.values[f"jax_{name}"]
+
+
+def _instructions() -> str:
+    """Instructions the processor knows; programs hold native code."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line for line in lines if line.startswith(("flags", "Features"))), "")
+
+
+def _program(compiled: Any, skeleton: Any) -> Program:
+    order, tree = jax.tree.flatten(skeleton)
+
+    def run(arrays: Sequence[Any]) -> Any:
+        leaves = compiled(*arrays)
+        return jax.tree.unflatten(tree, [leaves[i] for i in order])
+
+    return run
+
+
+def _compile(lowered: Any, file: Path | None) -> tuple[Any, bool]:
+    """The compiled program, and whether it was compiled just now: what JAX took from its own cache cannot be kept.
+
+    One that JAX has although the code has changed around it is compiled anew once that code has been in use for a
+    while: not after each change by somebody who works on it.
+    """
+    seen = None if file is None else file.with_suffix(".seen")
+    if seen is not None and seen.exists() and time.time() - seen.stat().st_mtime > SETTLED_SECONDS:
+        with _without_cache():
+            compiled = lowered.compile()
+        seen.unlink(missing_ok=True)
+        return compiled, True
+    before = _hits()
+    compiled = lowered.compile()
+    fresh = _hits() == before
+    if seen is not None and not fresh and not seen.exists():
+        seen.touch()
+    return compiled, fresh
+
+
+@contextmanager
+def _without_cache() -> Iterator[None]:
+    from jax.experimental.compilation_cache import compilation_cache
+
+    jax.config.update("jax_enable_compilation_cache", False)
+    compilation_cache.reset_cache()
+    try:
+        yield
+    finally:
+        jax.config.update("jax_enable_compilation_cache", True)
+        compilation_cache.reset_cache()
+
+
+class _Hits(threading.local):
+    """How often JAX found a program of this thread in its own cache."""
+
+    number = 0
+
+
+@functools.cache
+def _counter() -> _Hits:
+    hits = _Hits()
+
+    def listen(event: str, **told: Any) -> None:
+        hits.number += event == "/jax/compilation_cache/cache_hits"
+
+    jax.monitoring.register_event_listener(listen)
+    return hits
+
+
+def _hits() -> int:
+    return _counter().number
+
+
+class Watched:
+    """A program that was loaded, watched the first time: one that was damaged may fail only when it runs.
+
+    Parameters
+    ----------
+    loaded : Program
+    again : callable
+        Makes the program in another way.
+    """
+
+    def __init__(self, loaded: Program, again: Callable[[], Program]) -> None:
+        self._program, self._again, self._proven = loaded, again, False
+
+    def __call__(self, arrays: Sequence[Any]) -> Any:
+        """As the program."""
+        if self._proven:
+            return self._program(arrays)
+        try:
+            found = jax.block_until_ready(self._program(arrays))
+        except Exception:  # whatever is wrong with it, the function can be traced
+            self._program = self._again()
+            found = self._program(arrays)
+        self._proven = True
+        return found
+
+
+def _without(file: Path) -> Path:
+    file.unlink(missing_ok=True)
+    return file
+
+
+def _loaded(file: Path) -> Program | None:
+    """A program from its file; None where there is none, or none that can be used."""
+    from jax.experimental.serialize_executable import deserialize_and_load
+
+    try:
+        head, _, payload = file.read_bytes().partition(b"\n")
+        told = json.loads(head)
+        _bind_lapack()
+        inputs = jax.tree.structure((tuple(range(told["inputs"])), {}))
+        skeleton = _built(told["result"])
+        outputs = jax.tree.structure(list(range(len(jax.tree.leaves(skeleton)))))
+        compiled = deserialize_and_load(payload, inputs, outputs)
+        os.utime(file)
+    except FileNotFoundError:
+        return None
+    except Exception:  # whatever is wrong with it, the function can be traced
+        file.unlink(missing_ok=True)
+        return None
+    return _program(compiled, skeleton)
+
+
+@functools.cache
+def _bind_lapack() -> None:
+    """JAX looks up the routines of LAPACK when it first lowers one; a program that is only loaded would find none."""
+    jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
+
+
+def _save(file: Path, compiled: Any, skeleton: Any, inputs: int) -> None:
+    """Keep a program, if it is one of those that can be kept."""
+    from jax.experimental.serialize_executable import serialize
+
+    try:
+        head = json.dumps({"inputs": inputs, "result": _told(skeleton)})
+        payload, _, _ = serialize(compiled)
+    except (NotDescribedError, NotImplementedError, ValueError, TypeError):
+        return
+    temporary = file.with_suffix(f".{os.getpid()}.{threading.get_ident()}")
+    try:
+        temporary.write_bytes(head.encode() + b"\n" + payload)
+        os.replace(temporary, file)
+        _trim(file.parent)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+
+
+def _trim(folder: Path) -> None:
+    """Keep the folder from growing without end."""
+    files = [*folder.glob(f"*{SUFFIX}"), *folder.glob("*.seen")]
+    if len(files) > MOST_ON_DISK:
+        for old in sorted(files, key=lambda path: path.stat().st_mtime)[: len(files) - MOST_ON_DISK]:
+            old.unlink(missing_ok=True)
+
+
+def _told(skeleton: Any) -> Any:
+    """Structure of a result as JSON; leaves are their numbers."""
+    if skeleton is None or type(skeleton) is int:
+        return skeleton
+    if isinstance(skeleton, dict):
+        return {"dict": [[key, _told(value)] for key, value in skeleton.items()]}
+    if isinstance(skeleton, tuple) and hasattr(skeleton, "_fields"):
+        return {"named": fingerprint(type(skeleton)), "of": [_told(part) for part in skeleton]}
+    if isinstance(skeleton, tuple | list):
+        return {type(skeleton).__name__: [_told(part) for part in skeleton]}
+    raise NotDescribedError(type(skeleton).__name__)
+
+
+def _built(told: Any) -> Any:
+    if not isinstance(told, dict):
+        return told
+    if "named" in told:
+        return resolved(told["named"])(*map(_built, told["of"]))
+    ((kind, parts),) = told.items()
+    if kind == "dict":
+        return {key: _built(value) for key, value in parts}
+    return (tuple if kind == "tuple" else list)(map(_built, parts))

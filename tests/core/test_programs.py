@@ -1,0 +1,111 @@
+"""Programs that are kept: found again without tracing, never taken for another, and never trusted blindly."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.core.parameter import Parameter
+from fibrefit.core.programs import kept as programs
+from fibrefit.core.programs.described import NotDescribedError, fingerprint
+from fibrefit.core.programs.kept import KeptProgram
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(programs, "programs_folder", lambda: tmp_path)
+    return tmp_path
+
+
+def fresh(traced: list[int]) -> KeptProgram[Any]:
+    """As another process would have it: nothing in memory; `traced` grows with every trace."""
+
+    def function(times: Any, power: int) -> dict[str, Any]:
+        traced.append(power)
+        return {"of": (times**power, None), "root": jnp.linalg.cholesky(jnp.eye(2) * 4.0)}
+
+    return KeptProgram(function)
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function of a test has no stable name: its arguments are told alone."""
+    monkeypatch.setattr(programs, "fingerprint", lambda value: fingerprint(value[1:]))
+
+
+@pytest.mark.usefixtures("told")
+def test_it_is_found_again_without_tracing(folder: Path) -> None:
+    traced: list[int] = []
+    with programs._without_cache():
+        first = fresh(traced)(np.arange(3.0), 2)
+    again = fresh(traced)(np.arange(3.0) + 1.0, 2)
+    assert traced == [2]
+    assert len(list(folder.glob("*.program"))) == 1
+    np.testing.assert_array_equal(first["of"][0], [0.0, 1.0, 4.0])
+    np.testing.assert_array_equal(again["of"][0], [1.0, 4.0, 9.0])
+    np.testing.assert_array_equal(again["root"], 2.0 * np.eye(2))
+    assert again["of"][1] is None
+
+
+@pytest.mark.usefixtures("told")
+@pytest.mark.parametrize("other", [(np.arange(3.0), 3), (np.arange(4.0), 2), (np.arange(3), 2)])
+def test_another_call_is_another_program(folder: Path, other: tuple[Any, int]) -> None:
+    traced: list[int] = []
+    with programs._without_cache():
+        fresh(traced)(np.arange(3.0), 2)
+        found = fresh(traced)(*other)
+    assert len(traced) == 2
+    np.testing.assert_array_equal(found["of"][0], other[0] ** other[1])
+
+
+@pytest.mark.usefixtures("told")
+def test_a_damaged_file_is_replaced(folder: Path) -> None:
+    traced: list[int] = []
+    with programs._without_cache():
+        fresh(traced)(np.arange(3.0), 2)
+        (file,) = folder.glob("*.program")
+        file.write_bytes(file.read_bytes()[:200])
+        found = fresh(traced)(np.arange(3.0), 2)
+    assert traced == [2, 2]
+    np.testing.assert_array_equal(found["of"][0], [0.0, 1.0, 4.0])
+
+
+def test_the_folder_does_not_grow_without_end(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(programs, "MOST_ON_DISK", 3)
+    for number in range(5):
+        (folder / f"{number}.program").touch()
+    programs._trim(folder)
+    assert len(list(folder.glob("*.program"))) == 3
+
+
+def test_what_has_no_stable_description_is_refused() -> None:
+    class Own:
+        """A class of a user's file."""
+
+    for value in (Own, Own(), object(), lambda: 1):
+        with pytest.raises(NotDescribedError):
+            fingerprint(value)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (1, 1.0),
+        (True, 1),
+        ("1", 1),
+        ((1, 2), [1, 2]),
+        (np.arange(2.0), np.arange(2)),
+        (Parameter("a", "N", "x", 1.0), Parameter("a", "N", "x", 2.0)),
+        (functools.partial(fingerprint, value=0), functools.partial(fingerprint, value=1)),
+    ],
+)
+def test_values_that_differ_are_described_differently(one: Any, other: Any) -> None:
+    said: Callable[[Any], str] = fingerprint
+    assert said(one) != said(other)
+    assert said(one) == said(one)
