@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.programs import bound_programs
+from fibrefit.core.programs.bound import bound_programs
 from fibrefit.effects.catalogue import select_effects
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned

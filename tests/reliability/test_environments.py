@@ -13,7 +13,7 @@ import pytest
 from fibrefit.cli.interruption import asked_to_stop
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core import environment
-from fibrefit.core.programs import bound_programs
+from fibrefit.core.programs.bound import bound_programs
 
 BARE = {"PATH": os.environ["PATH"], "LANG": "C", "LC_ALL": "C", "PYTHONPATH": os.pathsep.join(sys.path)}
 

@@ -25,6 +25,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import MethodType
 from typing import Any, Generic, NamedTuple, TypeVar
+from weakref import WeakSet
 
 import equinox as eqx
 import jax
@@ -87,6 +88,7 @@ class KeptProgram(Generic[R]):
         self._traced = eqx.filter_jit(function)
         self._programs: OrderedDict[Any, Program] = OrderedDict()
         self._lock = threading.Lock()
+        _ALL.add(self)
 
     def __get__(self, instance: Any, owner: type) -> Any:
         return self if instance is None else MethodType(self, instance)
@@ -111,10 +113,10 @@ class KeptProgram(Generic[R]):
         found: R = program(arrays)
         return found
 
-    def clear_cache(self) -> None:
+    def forget(self) -> None:
         """Forget all programs that are in memory."""
-        self._programs.clear()
-        jax.clear_caches()
+        with self._lock:
+            self._programs.clear()
 
     def _found(self, call: Call, arrays: list[Any]) -> Program:
         file = self._file(call)
@@ -147,6 +149,15 @@ class KeptProgram(Generic[R]):
         if file is not None and fresh:
             _save(file, compiled, structure[0], len(arrays))
         return _program(compiled, structure[0])
+
+
+_ALL: WeakSet[KeptProgram[Any]] = WeakSet()
+
+
+def forget_programs() -> None:
+    """Forget all programs of all functions that are in memory; those on disk stay."""
+    for program in list(_ALL):
+        program.forget()
 
 
 def kept_program(function: Callable[..., R]) -> KeptProgram[R]:

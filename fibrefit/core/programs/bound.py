@@ -31,5 +31,7 @@ def bound_programs(most: int = MOST_PROGRAMS) -> bool:
     if len(get_backend().live_executables()) <= most:
         return False
     jax.clear_caches()
+    if kept := sys.modules.get("fibrefit.core.programs.kept"):
+        kept.forget_programs()
     gc.collect()
     return True
