@@ -28,6 +28,7 @@ NOT_TRUSTED = 5
 @click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of each search.")
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")
+@click.option("--shard", metavar="I/N", help="Only the I-th of N parts, for job arrays; a run without it gathers them.")
 @trust_option
 @result_options
 @with_terminal
@@ -42,6 +43,7 @@ def command(
     starts: int,
     robust: bool,
     resume: bool,
+    shard: str | None,
     out: Path | None,
     force: bool,
     seed: int,
@@ -53,6 +55,7 @@ def command(
     """
     from fibrefit.workflow.batches.jobs import origins_of, studies_of
     from fibrefit.workflow.batches.run import batch
+    from fibrefit.workflow.batches.shards import shard_of
 
     for study in studies_of(origins_of(series, rig, overrides)):
         check_trust(study, overrides)
@@ -70,10 +73,13 @@ def command(
             robust=robust,
             force=force,
             resume=resume,
+            shard=None if shard is None else shard_of(shard),
             progress=progress,
         )
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     if found.taken_up:
         terminal.remark(f"\n{found.taken_up} of {len(found.jobs)} had been done before.")
-    terminal.remark(f"\nWritten to {found.folder}: summary.json, results.csv, items, figures.")
+    terminal.remark(
+        f"\nWritten to {found.folder}: summary.json, results.csv, table.csv, table.parquet, items, figures."
+    )
     return NOT_TRUSTED if found.status == "failed" else 0

@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
+from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLACK, BLUE, ORANGE, PURPLE, SMALL, label, legend, new_figure, stack, title
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.summaries import BatchItem
+    from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 
 ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 18.0, 12.0, 5.0
 MOST_NAMED = 30
@@ -22,8 +23,23 @@ MOST_NAMED = 30
 STATES = {"ok": BLUE, "suspect": ORANGE, "failed": PURPLE}
 
 
-def batch_figures(items: Mapping[str, BatchItem]) -> Figures:
-    """``parameters``: every free value of every item with twice its standard error; none where nothing was found."""
+def batch_figures(summary: BatchSummary) -> Figures:
+    """``parameters``: every free value of every item; ``population`` and ``trends`` where there are any."""
+    figures = _parameters(summary.items)
+    usable = {name: item for name, item in summary.items.items() if item.status in ("ok", "suspect")}
+    values = {
+        name: {key: RecordValue(one.value, one.std_error or np.nan) for key, one in item.parameters.items() if one.free}
+        for name, item in usable.items()
+    }
+    if summary.population:
+        figures["population"] = population_figure(summary.population, values)
+    if summary.trends:
+        conditions = {name: item.conditions for name, item in usable.items()}
+        figures["trends"] = trends_figure(summary.trends, values, conditions)
+    return figures
+
+
+def _parameters(items: Mapping[str, BatchItem]) -> Figures:
     free = {name: found.unit for item in items.values() for name, found in item.parameters.items() if found.free}
     return Figures({"parameters": _figure(items, free)} if free else {})
 

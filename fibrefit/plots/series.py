@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
+from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLACK,
@@ -19,7 +20,6 @@ from fibrefit.plots.style import (
     PALE,
     SKY,
     SMALL,
-    VERMILLION,
     label,
     legend,
     new_figure,
@@ -28,23 +28,31 @@ from fibrefit.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.series import OwnSummary, SeriesRecord, SeriesSummary, SpeedCurveSummary, TrendSummary
+    from fibrefit.study.summaries.series import SeriesRecord, SeriesSummary, SpeedCurveSummary
 
 LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
 HEIGHT = 44.0
 WIDTH = 183.0
 ANSWERS = {"constant": "one set of parameters", "speed_law": "a law of speed", "per_record": "values of each record"}
 COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
-COLUMNS, MOST = 3, 12
+MOST = 12
 
 
 def series_figures(summary: SeriesSummary) -> Figures:
     """``answer``, ``population`` and ``trends``."""
     found = {"answer": _answer(summary)}
+    values = {
+        name: {
+            key: RecordValue(own.value, own.std_error, own.shrunk, own.shrunk_error)
+            for key, own in one.parameters.items()
+        }
+        for name, one in summary.records.items()
+    }
     if summary.population:
-        found["population"] = _population(summary)
+        found["population"] = population_figure(summary.population, values)
     if summary.trends:
-        found["trends"] = _trends(summary)
+        conditions = {name: one.conditions for name, one in summary.records.items()}
+        found["trends"] = trends_figure(summary.trends, values, conditions)
     return Figures(found)
 
 
@@ -115,84 +123,3 @@ def _left_out(axes: Axes, summary: SeriesSummary) -> None:
     axes.tick_params(axis="x", labelsize=SMALL)
     label(axes, y="gap when left out")
     legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
-
-
-def _population(summary: SeriesSummary) -> Figure:
-    """Values of each record, drawn to the mean, with the intervals of the mean and of a new record."""
-    names = list(summary.population)
-    figure = new_figure(TOP + len(names) * (HEIGHT * 0.7 + 6.0) + BOTTOM + 8.0)
-    title(figure, "Population", "open: record by itself; filled: partially pooled; bars: twice the standard error")
-    high = TOP + len(names) * (HEIGHT * 0.7 + 6.0) + BOTTOM + 8.0
-    for i, name in enumerate(names):
-        bottom = high - TOP - (i + 1) * (HEIGHT * 0.7) - i * 6.0
-        axes = place(figure, LEFT, bottom, WIDTH - LEFT - RIGHT, HEIGHT * 0.7)
-        _pooled(axes, summary, name)
-        if i < len(names) - 1:
-            axes.tick_params(labelbottom=False)
-    return figure
-
-
-def _pooled(axes: Axes, summary: SeriesSummary, name: str) -> None:
-    found = summary.population[name]
-    rows = [one.parameters[name] for one in summary.records.values()]
-    places = np.arange(1, len(rows) + 1)
-    unit, worth = readable_unit(np.array([found.mean]), found.unit)
-    axes.axhspan(
-        *(end / worth for end in found.new_record_interval_95), color=PALE, linewidth=0, label="a new record, 95 %"
-    )
-    axes.axhspan(
-        *(end / worth for end in found.mean_interval_95), color=SKY, alpha=0.6, linewidth=0, label="mean, 95 %"
-    )
-    values, errors = (np.array([getattr(row, key) for row in rows]) / worth for key in ("value", "std_error"))
-    axes.errorbar(places - 0.1, values, 2.0 * errors, fmt="o", color=GREY, markerfacecolor="white", markersize=3,
-                  elinewidth=0.6)  # fmt: skip
-    shrunk, around = (
-        np.array([np.nan if getattr(row, key) is None else getattr(row, key) for row in rows]) / worth
-        for key in ("shrunk", "shrunk_error")
-    )
-    axes.errorbar(places + 0.1, shrunk, 2.0 * around, fmt="o", color=BLUE, markersize=3, elinewidth=0.6)
-    named = len(rows) <= MOST
-    axes.set_xticks(places if named else [], [key[-28:] for key in summary.records] if named else [])
-    axes.tick_params(axis="x", labelsize=SMALL)
-    label(axes, y=axis_label(name, unit), x="" if named else "record")
-    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
-
-
-def _trends(summary: SeriesSummary) -> Figure:
-    """The surest trends, each parameter over its condition with its line."""
-    told = summary.trends[:MOST]
-    rows = -(-len(told) // COLUMNS)
-    high = TOP + rows * (HEIGHT * 0.75 + UP) + 2.0
-    figure = new_figure(high)
-    title(figure, "Trends, the surest first", "line: weighted regression; bars: twice the standard error")
-    wide = (WIDTH - LEFT - RIGHT - (COLUMNS - 1) * ACROSS) / COLUMNS
-    for i, one in enumerate(told):
-        row, column = divmod(i, COLUMNS)
-        bottom = high - TOP - (row + 1) * HEIGHT * 0.75 - row * UP
-        _trend(place(figure, LEFT + column * (wide + ACROSS), bottom, wide, HEIGHT * 0.75), summary, one)
-    return figure
-
-
-def _trend(axes: Axes, summary: SeriesSummary, one: TrendSummary) -> None:
-    strays = {o.record for o in one.outliers}
-    rows = _points(summary, one)
-    unit, worth = readable_unit(np.array([own.value for *_, own in rows]), one.unit)
-    across, scale = readable_unit(np.array([x for _, x, _ in rows]), one.condition_unit)
-    for record, x, own in rows:
-        colour = VERMILLION if record in strays else BLUE
-        bar = [2.0 * own.std_error / worth]
-        axes.errorbar([x / scale], [own.value / worth], bar, fmt="o", color=colour, markersize=3, elinewidth=0.6)
-    ends = np.array([min(x for _, x, _ in rows), max(x for _, x, _ in rows)])
-    axes.plot(ends / scale, (one.intercept + one.slope * ends) / worth, color=BLACK, linewidth=0.8)
-    axes.set_title(f"chance {one.chance_corrected:.2g}", fontsize=SMALL, loc="right", pad=2)
-    label(axes, x=axis_label(one.condition, across), y=axis_label(one.parameter, unit))
-
-
-def _points(summary: SeriesSummary, one: TrendSummary) -> list[tuple[str, float, OwnSummary]]:
-    """Name, condition and value of each record that shows both."""
-    key = f"speed of {one.parameter}" if one.condition == "speed" else one.condition
-    return [
-        (name, record.conditions[key], record.parameters[one.parameter])
-        for name, record in summary.records.items()
-        if key in record.conditions
-    ]

@@ -7,6 +7,7 @@ import textwrap
 
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
@@ -41,6 +42,8 @@ def batch_report(summary: BatchSummary) -> str:
         paragraph(VERDICTS[summary.status]),
         section("How many", _counts(summary)),
         section("What was found", _found(summary)),
+        section("Population", population_lines(summary.population)),
+        section("Trends", trend_lines(summary.trends)),
         section("What to doubt", _doubts(summary)),
         section("What to do next", items(_next(summary))),
         GLOSSARY,

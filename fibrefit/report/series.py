@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import textwrap
 
-from fibrefit.core.units import format_number, format_quantity, shown_unit
+from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
+from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import with_error
-from fibrefit.study.summaries.series import SeriesSummary, TrendSummary
+from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
 MODELS = {
@@ -16,8 +17,7 @@ MODELS = {
     "speed_law": "a law of speed",
     "per_record": "values of each record",
 }
-MOST_TRENDS, MOST_LAWS, MOST_RECORDS = 6, 5, 12
-SIGNIFICANT = 0.05
+MOST_LAWS, MOST_RECORDS = 5, 12
 LONGEST = 18
 
 
@@ -41,8 +41,8 @@ def series_report(summary: SeriesSummary) -> str:
         section("Values of the model that serves", _values(summary)),
         section("Laws of speed, each by itself", _laws(summary)),
         section("Records", _records(summary)),
-        section("Population", _population(summary)),
-        section("Trends", _trends(summary)),
+        section("Population", population_lines(summary.population)),
+        section("Trends", trend_lines(summary.trends)),
         section("What to doubt", failures(summary.checks)),
         section("Checks", passes(summary.checks)),
         section("What to do next", items(summary.advice)),
@@ -109,43 +109,3 @@ def _records(summary: SeriesSummary) -> list[str]:
     head = ("", "m/s", *names, "left out")
     more = len(summary.records) - MOST_RECORDS
     return [*table(head, rows, set(range(1, len(head)))), *([f"and {more} more: see table.csv."] if more > 0 else [])]
-
-
-def _population(summary: SeriesSummary) -> list[str]:
-    rows = []
-    for name, one in summary.population.items():
-        unit, worth = shown_unit(one.mean, one.unit)
-        scale = 100.0 if one.relative else 1.0 / worth
-        sd = f"{scale * one.between_records:.2g}{' %' if one.relative else ''}"
-        ends = [_ends(*pair, worth) for pair in (one.mean_interval_95, one.new_record_interval_95)]
-        rows.append((name, format_number(one.mean / worth), ends[0], sd, ends[1], "" if unit == "-" else unit))
-    return table(("", "mean", "95 %", "sd", "a new record, 95 %", ""), rows, {1, 3})
-
-
-def _ends(low: float, high: float, worth: float) -> str:
-    return f"{format_number(low / worth)} to {format_number(high / worth)}"
-
-
-def _trends(summary: SeriesSummary) -> list[str]:
-    told = [one for one in summary.trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
-    lines = items(_trend(one) for one in told)
-    strays = {o.record: (one, o.score) for one in summary.trends for o in one.outliers}
-    lines += items(
-        f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
-        f"{'above' if score > 0 else 'below'} their line over {one.condition}."
-        for record, (one, score) in list(strays.items())[:MOST_TRENDS]
-    )
-    if not told and summary.trends:
-        lines.append(
-            paragraph(f"None of {len(summary.trends)} looks shows more than chance, corrected for all of them.")
-        )
-    return lines
-
-
-def _trend(one: TrendSummary) -> str:
-    per = "" if one.condition_unit == "-" else f" per {one.condition_unit}"
-    value, error, unit = with_error(one.slope, one.slope_error, one.unit)
-    return (
-        f"{one.parameter} over {one.condition}: {value} +/- {error} {unit}{per} "
-        f"({one.records} records, probability by chance {one.chance_corrected:.2g})"
-    )

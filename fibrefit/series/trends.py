@@ -217,13 +217,16 @@ def _between(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> float:
 def _stray(line: _Line, number: int) -> tuple[int, float, float] | None:
     """The record that is furthest from the line of the others, where that is more than chance."""
     from scipy.stats import t
+    from statsmodels.regression.linear_model import OLS
     from statsmodels.stats.outliers_influence import OLSInfluence
 
     freedom = int(line.fit.df_resid) - 1  # type: ignore[attr-defined]
     if freedom < 1:
         return None
     with np.errstate(all="ignore"):
-        inside = np.asarray(OLSInfluence(line.fit).resid_studentized_internal)
+        # Influence is that of ordinary least squares: it is asked of what weights make of the records.
+        weighted = line.fit.model  # type: ignore[attr-defined]
+        inside = np.asarray(OLSInfluence(OLS(weighted.wendog, weighted.wexog).fit()).resid_studentized_internal)
         scores = np.nan_to_num(inside * np.sqrt(freedom / np.maximum(freedom + 1.0 - inside**2, 1e-12)))
     place = int(np.argmax(np.abs(scores)))
     chance = min(1.0, number * 2.0 * float(t.sf(abs(scores[place]), freedom)))

@@ -18,6 +18,7 @@ from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+from fibrefit.workflow.batches.shards import part_of, parts_of, shard_of
 from fibrefit.workflow.growing import growing_folder
 from tests.fitting import made
 from tests.study.test_summaries import FIT
@@ -161,8 +162,78 @@ def test_nothing_usable_is_a_failed_batch(series: Path, asked: list[str], tmp_pa
 def test_progress_tells_how_far_and_how_long(series: Path, asked: list[str], tmp_path: Path) -> None:
     said: list[tuple[str, float | None]] = []
     batch_studies("many", jobs(series, "a", "bad"), tmp_path, Engine(), lambda *words: said.append(words))
-    assert said[0] == ("1 of 2 identified, about 0 s left", 0.5)
-    assert said[1][0].startswith("2 of 2 identified, 1 not possible")
+    assert said[0][0].startswith("1 of 2 identified; ")
+    assert said[0][0].endswith(" a second, about 0 s left")
+    assert said[0][1] == 0.5
+    assert said[1][0].startswith("2 of 2 identified, 1 not possible; ")
+
+
+@pytest.fixture
+def lifted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A series of ten records whose stiffness rises with the lift; that of the last one is far off."""
+    where = tmp_path / "lifted"
+    lifts = [1e-3 * (5 + n) for n in range(10)]
+    made.study(where, lifts)
+
+    def outcome(job: Job) -> Outcome:
+        lift = job.study.records[0].lift
+        noise = 5.0 * (-1.0) ** round(1e3 * lift)
+        value = 2e4 + 1e5 * lift + noise + (900.0 if lift > 0.0135 else 0.0)
+        stiffness = FIT.parameters["stiffness"].model_copy(update={"value": value, "std_error": 10.0})
+        fit = FIT.model_copy(update={"status": "ok", "parameters": {"stiffness": stiffness}})
+        return Outcome(fit.model_dump_json(by_alias=True), 1.0)
+
+    monkeypatch.setattr(batch, "identified", outcome)
+    return where
+
+
+def of_records(series: Path) -> list[Job]:
+    return jobs_of(origins_of([str(series)], None, ()), "record", 4, 0)
+
+
+def test_a_batch_says_what_its_records_say_together(lifted: Path, tmp_path: Path) -> None:
+    found = carried_out(of_records(lifted), tmp_path / "out")
+    summary = found.summary()
+    trend = next(one for one in summary.trends if one.condition == "lift")
+    assert trend.chance_corrected < 1e-3
+    assert trend.slope_interval_95[0] < 1e5 < trend.slope_interval_95[1]
+    assert [stray.record for stray in trend.outliers] == ["drop_14mm.csv"]
+    pooled = summary.population["stiffness"]
+    assert pooled.mean_interval_95[0] < 21000.0 < pooled.mean_interval_95[1]
+    assert pooled.chance < 1e-6
+    plain = " ".join(found.report().split())
+    assert "stiffness over lift: 100" in plain
+    assert "drop_14mm.csv does not follow the others" in plain
+    assert {"population", "trends"} <= {path.stem for path in (tmp_path / "out" / "figures").glob("*.png")}
+    with (tmp_path / "out" / "table.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["record"] for row in rows[:2]] == ["drop_5mm.csv", "drop_6mm.csv"]
+    assert float(rows[1]["lift [m]"]) == 0.006
+    assert (tmp_path / "out" / "table.parquet").exists()
+
+
+def test_parts_are_gathered(lifted: Path, tmp_path: Path) -> None:
+    whole, work = tmp_path / "out", of_records(lifted)
+    for number in (1, 2, 3):
+        folder, mine = part_of(whole, work, (number, 3))
+        carried_out(mine, folder)
+    assert [path.name for path in parts_of(whole)] == [f"out.shard-{n}-of-3" for n in (1, 2, 3)]
+    found = batch_studies("many", work, (tmp_path / "growing", *parts_of(whole)))
+    assert found.taken_up == len(work)
+    assert list(found.items) == [job.name for job in work]
+    alone = batch_studies("many", work, tmp_path / "alone")
+    assert found.table() == alone.table()
+
+
+@pytest.mark.parametrize("said", ["0/3", "4/3", "3", "a/b", "-1/3"])
+def test_a_part_that_is_none_is_refused(said: str) -> None:
+    with pytest.raises(UsageError, match="i/n with i from 1 to n"):
+        shard_of(said)
+
+
+def test_more_parts_than_records_are_refused(lifted: Path) -> None:
+    with pytest.raises(UsageError, match="as many parts at the most"):
+        part_of(Path("out"), of_records(lifted), (11, 11))
 
 
 def test_a_study_gives_a_job_a_record(series: Path) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.diagnose.phases import LOADING, UNLOADING, Motion
+from fibrefit.core.roles import LOADING, UNLOADING
+from fibrefit.problem.diagnose.phases import Motion
 
 SLOWEST, FASTEST = 0.05, 0.95
 """Shares of the moving samples between whose speeds a record is said to tell of a parameter."""

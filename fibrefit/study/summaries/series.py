@@ -6,7 +6,16 @@ from typing import Literal
 
 from pydantic import Field
 
-from fibrefit.study.summaries.summaries import CheckSummary, Interval, ParameterSummary, Part, Provenance, Status
+from fibrefit.study.summaries.summaries import (
+    CheckSummary,
+    Interval,
+    ParameterSummary,
+    Part,
+    PopulationSummary,
+    Provenance,
+    Status,
+    TrendSummary,
+)
 
 Answer = Literal["constant", "speed_law", "per_record"]
 
@@ -48,19 +57,6 @@ class SpeedCurveSummary(Part):
     high: tuple[float, ...]
 
 
-class PopulationSummary(Part):
-    """A parameter over the records, partially pooled."""
-
-    unit: str
-    mean: float
-    mean_interval_95: Interval
-    between_records: float = Field(description="Standard deviation between records; relative where `relative`.")
-    between_records_interval_95: Interval
-    relative: bool
-    new_record_interval_95: Interval = Field(description="Where the true value of one more record lies.")
-    chance: float = Field(description="Probability of values as different as these if records did not differ.")
-
-
 class OwnSummary(Part):
     """What one record says by itself, and drawn to the others by as much as it is uncertain."""
 
@@ -80,32 +76,6 @@ class SeriesRecord(Part):
     conditions: dict[str, float] = Field(default_factory=dict, description="In SI units.")
     parameters: dict[str, OwnSummary]
     gap_left_out: dict[Answer, float]
-
-
-class OutlierSummary(Part):
-    """A record that does not follow a trend."""
-
-    record: str
-    score: float = Field(description="Distance from the line of the others in standard deviations.")
-    chance: float
-
-
-class TrendSummary(Part):
-    """A parameter against a condition."""
-
-    parameter: str
-    condition: str
-    slope: float
-    slope_error: float
-    slope_interval_95: Interval
-    intercept: float
-    unit: str
-    condition_unit: str
-    between_records: float = Field(description="Standard deviation between records about the line, in `unit`.")
-    chance: float
-    chance_corrected: float = Field(description="Among all looks (Holm).")
-    records: int
-    outliers: tuple[OutlierSummary, ...] = ()
 
 
 class SeriesSummary(Part):

@@ -323,12 +323,52 @@ class PosteriorSummary(Part):
     provenance: Provenance | None = None
 
 
+class PopulationSummary(Part):
+    """A parameter over the records, partially pooled."""
+
+    unit: str
+    mean: float
+    mean_interval_95: Interval
+    between_records: float = Field(description="Standard deviation between records; relative where `relative`.")
+    between_records_interval_95: Interval
+    relative: bool
+    new_record_interval_95: Interval = Field(description="Where the true value of one more record lies.")
+    chance: float = Field(description="Probability of values as different as these if records did not differ.")
+
+
+class OutlierSummary(Part):
+    """A record that does not follow a trend."""
+
+    record: str
+    score: float = Field(description="Distance from the line of the others in standard deviations.")
+    chance: float
+
+
+class TrendSummary(Part):
+    """A parameter against a condition."""
+
+    parameter: str
+    condition: str
+    slope: float
+    slope_error: float
+    slope_interval_95: Interval
+    intercept: float
+    unit: str
+    condition_unit: str
+    between_records: float = Field(description="Standard deviation between records about the line, in `unit`.")
+    chance: float
+    chance_corrected: float = Field(description="Among all looks (Holm).")
+    records: int
+    outliers: tuple[OutlierSummary, ...] = ()
+
+
 class BatchItem(Part):
     """One identification of a batch."""
 
     status: Status | None = Field(default=None, description="null where it was not carried out.")
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
     gap: float | None = None
+    conditions: dict[str, float] = Field(default_factory=dict, description="Of its record, in SI units.")
     result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
     error: str | None = None
 
@@ -346,5 +386,7 @@ class BatchSummary(Part):
     status: Status
     name: str
     items: dict[str, BatchItem]
+    population: dict[str, PopulationSummary] = Field(default_factory=dict)
+    trends: tuple[TrendSummary, ...] = ()
     checks: tuple[CheckSummary, ...] = ()
     provenance: Provenance | None = None

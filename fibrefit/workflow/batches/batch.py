@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,14 +18,24 @@ from fibrefit.series.engines import Done, in_processes, in_this_process, on_clus
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
+from fibrefit.study.summaries.summaries import (
+    BatchItem,
+    BatchSummary,
+    FitSummary,
+    PopulationSummary,
+    TrendSummary,
+)
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
-from fibrefit.workflow.batches.jobs import Conditions, conditions_of
+from fibrefit.workflow.batches.jobs import Conditions, conditions_of, headed
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
+from fibrefit.workflow.together.pooled import USABLE, pooled_batch, quantities_of
+from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows, write_table
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
 
@@ -99,10 +111,22 @@ class Batch(AnyResult):
         return BatchSummary(
             status=batch_status(self.items),
             name=self.name,
-            items=dict(self.items),
+            items=dict(self._with_conditions),
+            population=self._pooled[0],
+            trends=self._pooled[1],
             checks=batch_checks(self.items),
             provenance=origin,
         )
+
+    @cached_property
+    def _with_conditions(self) -> dict[str, BatchItem]:
+        known = {name: headed(one) for name, one in self.conditions.items()}
+        return {name: item.model_copy(update={"conditions": known.get(name, {})}) for name, item in self.items.items()}
+
+    @cached_property
+    def _pooled(self) -> tuple[dict[str, PopulationSummary], tuple[TrendSummary, ...]]:
+        """Population and trends, where each record was identified by itself."""
+        return pooled_batch(self._with_conditions) if self.conditions else ({}, ())
 
     def groups(self) -> dict[str, dict[str, Variable]]:
         """None: the arrays of a batch are those of its items."""
@@ -112,15 +136,20 @@ class Batch(AnyResult):
         """The terminal report, at most 80 columns wide."""
         return batch_report(self.summary())
 
+    def tidy(self) -> pd.DataFrame:
+        """One row a record and parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
+        names = [name for name, item in self.items.items() if item.status in USABLE]
+        return tidy_frame(tidy_rows(names, *quantities_of(self._with_conditions)))
+
     def table(self) -> list[list[str]]:
         """Head and one row an item: conditions, status, gap, values and errors, in SI units."""
         return batch_table(self.items, self.conditions)
 
     def plot(self) -> Figures:
-        """``parameters``: every value of every item with its error."""
+        """``parameters``: every value of every item with its error; ``population`` and ``trends`` of records."""
         from fibrefit.plots import batch_figures
 
-        return batch_figures(self.items)
+        return batch_figures(self.summary())
 
     def write(self, directory: ResultDirectory) -> None:
         """Write all but the items, which are there already, into a folder that is being made."""
@@ -128,11 +157,16 @@ class Batch(AnyResult):
 
         write_summary(directory.path, self.summary())
         write_whole(directory.path / TABLE, csv_text(self.table()))
+        write_table(directory.path / "table", self.tidy())
         save_figures(self.plot(), directory.path / "figures")
 
 
 def batch_studies(
-    name: str, jobs: Sequence[Job], folder: Path, engine: Engine | None = None, progress: Progress | None = None
+    name: str,
+    jobs: Sequence[Job],
+    folders: Path | Sequence[Path],
+    engine: Engine | None = None,
+    progress: Progress | None = None,
 ) -> Batch:
     """Carry out every job that `folder` does not hold the outcome of.
 
@@ -141,9 +175,9 @@ def batch_studies(
     name : str
         Of the batch.
     jobs : sequence of Job
-    folder : pathlib.Path
-        Each item is written below it as soon as it is done; what is there and depends on nothing that has changed
-        since is taken up.
+    folders : pathlib.Path or sequence of them
+        Each item is written below the first as soon as it is done; what is in any of them and depends on nothing that
+        has changed since is taken up.
     engine : Engine, optional
     progress : callable, optional
         Called with what is being done and the share that is finished.
@@ -161,10 +195,11 @@ def batch_studies(
 
     began, follow = time.perf_counter(), progress or _ignored
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
+    folder, *others = (folders,) if isinstance(folders, Path) else folders
     items: dict[str, BatchItem] = {}
     todo: list[Job] = []
     for job in jobs:
-        known = _known(folder / ITEMS / places[job], job)
+        known = _known(folder / ITEMS / places[job], job) or _gathered(folder / ITEMS / places[job], job, others)
         if known is None:
             todo.append(job)
         else:
@@ -186,6 +221,18 @@ def _known(place: Path, job: Job) -> BatchItem | None:
         return BatchItem.model_validate(kept["item"], strict=False) if same else None
     except (OSError, ValueError, KeyError, TypeError, FibrefitError):
         return None
+
+
+def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> BatchItem | None:
+    """What another part of the batch found, copied to its place."""
+    for folder in folders:
+        source = folder / ITEMS / place.name
+        if (known := _known(source, job)) is not None:
+            place.mkdir(parents=True, exist_ok=True)
+            for name in (NAME, ITEM):
+                write_whole(place / name, (source / name).read_bytes())
+            return known
+    return None
 
 
 def _kept(place: Path, job: Job, done: Done) -> BatchItem:
@@ -218,10 +265,12 @@ def _said(error: Exception) -> str:
 def _progress_line(
     done: int, total: int, items: Mapping[str, BatchItem], here: int, seconds: float
 ) -> tuple[str, float | None]:
-    failed = sum(item.status is None for item in items.values())
     remaining = seconds / max(here, 1) * (total - done)
-    also = f", {failed} not possible" if failed else ""
-    return f"{done} of {total} identified{also}, about {spoken(remaining)} left", done / total
+    found = Counter(item.status or "not possible" for item in items.values())
+    also = "".join(f", {found[kind]} {kind}" for kind in ("suspect", "failed", "not possible") if found[kind])
+    rate = here / max(seconds, 1e-9)
+    pace = f"{rate:.2g} a second" if rate >= 1.0 else f"{60.0 * rate:.2g} a minute"
+    return f"{done} of {total} identified{also}; {pace}, about {spoken(remaining)} left", done / total
 
 
 def _ignored(doing: str, share: float | None) -> None:

@@ -13,6 +13,7 @@ from fibrefit.store import Run
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.workflow.batches.item import Job, Origin, loaded
+from fibrefit.workflow.together.pooled import MOTION
 
 Each = Literal["record", "study"]
 
@@ -146,6 +147,15 @@ def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
             continue
         stated = stated_of(study.records[0])
         units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions}
+        units |= MOTION
         values = {name: stated[name] for name in units if math.isfinite(stated.get(name, math.nan))}
         found[job.name] = Conditions(values, units)
     return found
+
+
+def headed(conditions: Conditions) -> dict[str, float]:
+    """Conditions by names with their units: ``lift [m]``."""
+    return {
+        name if conditions.units[name] == "-" else f"{name} [{conditions.units[name]}]": value
+        for name, value in conditions.values.items()
+    }

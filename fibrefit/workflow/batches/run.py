@@ -11,6 +11,7 @@ from fibrefit.core.progress import Progress
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
 from fibrefit.workflow.batches.jobs import Each, jobs_of, origins_of, run_of
+from fibrefit.workflow.batches.shards import part_of, parts_of
 from fibrefit.workflow.growing import growing_folder
 
 
@@ -28,6 +29,7 @@ def batch(
     robust: bool = False,
     force: bool = False,
     resume: bool = False,
+    shard: tuple[int, int] | None = None,
     progress: Progress | None = None,
 ) -> Batch:
     """Identify every record, or every study, of a series by itself, and write the results as one table.
@@ -54,6 +56,9 @@ def batch(
         Replace what is in the folder.
     resume : bool
         Keep what an interrupted or finished run there has done.
+    shard : (int, int), optional
+        Number of a part, from 1, and how many parts there are: only that part is done, in a folder of its own beside
+        `out`. A run without it takes up what the parts have done.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
@@ -80,11 +85,12 @@ def batch(
     origins = origins_of(words, rig, overrides)
     jobs = jobs_of(origins, each, starts, seed, robust)
     name = jobs[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(jobs)} studies"
-    folder = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
+    whole = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
+    folder, jobs = part_of(whole, jobs, shard)
     engine = Engine(processes or os.cpu_count() or 1, scheduler)
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
         if progress:
             progress(f"{len(jobs)} identifications", None)
-        found = replace(batch_studies(name, jobs, directory.path, engine, progress), folder=folder)
+        found = replace(batch_studies(name, jobs, (directory.path, *parts_of(whole)), engine, progress), folder=folder)
         found.write(directory)
     return found

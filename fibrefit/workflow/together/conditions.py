@@ -10,10 +10,8 @@ from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.trends import Quantity
 from fibrefit.study import Study
+from fibrefit.workflow.together.pooled import MOTION, ORDER
 
-ORDER = "order of the records"
-#: Stated of a record, but no condition it was taken under.
-UNITS = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 WORDS = ("excitation",)
 
 
@@ -26,7 +24,7 @@ def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quan
     records : sequence of record tables
         Of the study, in the order in which they were taken.
     """
-    units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions} | UNITS
+    units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions} | MOTION
     stated = [stated_of(record) for record in records]
     found = [_exact(name, unit, np.array([row.get(name, np.nan) for row in stated])) for name, unit in units.items()]
     for name in WORDS:

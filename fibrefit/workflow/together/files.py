@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discovery.engine.marginal import Weighed
-from fibrefit.series.population import Population
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import Told, Verdict
-from fibrefit.series.trends import Quantity, Trend
+from fibrefit.series.trends import Quantity
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable
@@ -95,20 +94,6 @@ def speed_curve_summary(one: Told) -> s.SpeedCurveSummary:
     )
 
 
-def population_summary(one: Population, unit: str) -> s.PopulationSummary:
-    """A parameter over the records."""
-    return s.PopulationSummary(
-        unit=unit,
-        mean=one.mean,
-        mean_interval_95=one.mean_interval,
-        between_records=one.sd,
-        between_records_interval_95=one.sd_interval,
-        relative=one.logarithmic,
-        new_record_interval_95=one.new_record,
-        chance=one.chance,
-    )
-
-
 def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[Quantity]) -> dict[str, s.SeriesRecord]:
     """What each record says."""
     told = {}
@@ -133,25 +118,6 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
             speeds=speeds, conditions=by_record(conditions, r), parameters=parameters, gap_left_out=left
         )
     return told
-
-
-def trend_summary(one: Trend) -> s.TrendSummary:
-    """A parameter against a condition."""
-    return s.TrendSummary(
-        parameter=one.parameter,
-        condition=one.condition,
-        slope=one.slope,
-        slope_error=one.slope_error,
-        slope_interval_95=one.slope_interval,
-        intercept=one.intercept,
-        unit=one.unit,
-        condition_unit=one.condition_unit,
-        between_records=one.scatter,
-        chance=one.chance,
-        chance_corrected=one.corrected,
-        records=one.records,
-        outliers=tuple(s.OutlierSummary(record=o.record, score=o.score, chance=o.chance) for o in one.outliers),
-    )
 
 
 def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
@@ -241,21 +207,3 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
         for one in found.told
     }
     return {"records": records, "left_out": left, **curves}
-
-
-def tidy_rows(
-    names: Sequence[str], parameters: Sequence[Quantity], conditions: Sequence[Quantity]
-) -> list[dict[str, object]]:
-    """One row a record and parameter: value, error, unit and every condition in SI units."""
-    return [
-        {
-            "record": name,
-            "parameter": parameter.name,
-            "value": float(parameter.values[r]),
-            "std_error": float(parameter.errors[r]),
-            "unit": parameter.unit,
-            **{one.name if one.unit == "-" else f"{one.name} [{one.unit}]": float(one.values[r]) for one in conditions},
-        }
-        for r, name in enumerate(names)
-        for parameter in parameters
-    ]

@@ -21,9 +21,10 @@ from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
-from fibrefit.workflow.tidy import write_table
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
+from fibrefit.workflow.together.pooled import population_summary, trend_summary
+from fibrefit.workflow.together.tidy import write_table
 from fibrefit.workflow.together.words import BASE, answer_in_words
 
 if TYPE_CHECKING:
@@ -111,11 +112,9 @@ class SeriesResult(AnyResult, Saved):
             laws=files.law_summaries(found),
             not_told_apart=found.alike if found.answer == "speed_law" else (),
             curves=tuple(map(files.speed_curve_summary, found.told)),
-            population={
-                name: files.population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()
-            },
+            population={name: population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
-            trends=tuple(map(files.trend_summary, self.trends)),
+            trends=tuple(map(trend_summary, self.trends)),
             checks=files.series_checks(found),
             advice=self._advice(),
             provenance=provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.seconds),
@@ -137,9 +136,9 @@ class SeriesResult(AnyResult, Saved):
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a record and base parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
-        from fibrefit.workflow.tidy import tidy_frame
+        from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows
 
-        return tidy_frame(files.tidy_rows(self.names, self.parameters, self._with_speeds))
+        return tidy_frame(tidy_rows(self.names, self.parameters, self._with_speeds))
 
     def plot(self) -> Figures:
         """``answer``: parameters over speed; ``trends``: over the conditions; ``population``."""

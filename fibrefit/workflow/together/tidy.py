@@ -13,6 +13,8 @@ from fibrefit.store.files import write_whole
 if TYPE_CHECKING:
     import pandas as pd
 
+    from fibrefit.series.trends import Quantity
+
 
 def tidy_frame(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:
     """Rows as a table; a number that is not known is missing."""
@@ -37,3 +39,21 @@ def write_table(stem: Path, frame: pd.DataFrame) -> None:
     buffer = io.BytesIO()
     frame.to_parquet(buffer, index=False)
     write_whole(stem.with_suffix(".parquet"), buffer.getvalue())
+
+
+def tidy_rows(
+    names: Sequence[str], parameters: Sequence[Quantity], conditions: Sequence[Quantity]
+) -> list[dict[str, object]]:
+    """One row a record and parameter: value, error, unit and every condition in SI units."""
+    return [
+        {
+            "record": name,
+            "parameter": parameter.name,
+            "value": float(parameter.values[r]),
+            "std_error": float(parameter.errors[r]),
+            "unit": parameter.unit,
+            **{one.name if one.unit == "-" else f"{one.name} [{one.unit}]": float(one.values[r]) for one in conditions},
+        }
+        for r, name in enumerate(names)
+        for parameter in parameters
+    ]

@@ -1,0 +1,138 @@
+"""Records side by side: drawn to what they have in common, and over their conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    PALE,
+    SKY,
+    SMALL,
+    VERMILLION,
+    label,
+    legend,
+    new_figure,
+    place,
+    title,
+)
+
+if TYPE_CHECKING:
+    from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+
+LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
+HEIGHT, WIDTH, GAP = 32.0, 183.0, 8.0
+COLUMNS, MOST, NAMED = 3, 12, 12
+
+
+class RecordValue(NamedTuple):
+    """What a record says of a parameter, and what is believed of it beside the others."""
+
+    value: float
+    error: float
+    shrunk: float | None = None
+    around: float | None = None
+
+
+Values = Mapping[str, Mapping[str, RecordValue]]
+
+
+def population_figure(population: Mapping[str, PopulationSummary], values: Values) -> Figure:
+    """Values of each record with the intervals of the mean and of a new record.
+
+    Parameters
+    ----------
+    population : mapping of parameter to PopulationSummary
+    values : mapping of record to mapping of parameter to RecordValue
+    """
+    high = TOP + len(population) * (HEIGHT + GAP) + BOTTOM
+    figure = new_figure(high)
+    title(figure, "Population", "open: record by itself; filled: partially pooled; bars: twice the standard error")
+    for i, (name, found) in enumerate(population.items()):
+        axes = place(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
+        _pooled(axes, name, found, values)
+        last = i == len(population) - 1
+        named = len(values) <= NAMED
+        axes.set_xticks(np.arange(1, len(values) + 1) if named else [], [key[-28:] for key in values] if named else [])
+        axes.tick_params(axis="x", labelsize=SMALL, labelbottom=last)
+        label(axes, x="record" if last and not named else "")
+    return figure
+
+
+def _pooled(axes: Axes, name: str, found: PopulationSummary, values: Values) -> None:
+    rows = [one.get(name, RecordValue(np.nan, np.nan)) for one in values.values()]
+    places = np.arange(1, len(rows) + 1)
+    unit, worth = readable_unit(np.array([found.mean]), found.unit)
+    new, mean = ([end / worth for end in ends] for ends in (found.new_record_interval_95, found.mean_interval_95))
+    axes.axhspan(*new, color=PALE, linewidth=0, label="a new record, 95 %")
+    axes.axhspan(*mean, color=SKY, alpha=0.6, linewidth=0, label="mean, 95 %")
+    columns = [np.array([np.nan if x is None else x for x in column]) / worth for column in zip(*rows, strict=True)]
+    style = {"fmt": "o", "markersize": 3, "elinewidth": 0.6}
+    axes.errorbar(places - 0.1, columns[0], 2.0 * columns[1], color=GREY, markerfacecolor="white", **style)  # type: ignore[arg-type]
+    axes.errorbar(places + 0.1, columns[2], 2.0 * columns[3], color=BLUE, **style)  # type: ignore[arg-type]
+    label(axes, y=axis_label(name.rpartition(".")[2], unit))
+    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+
+
+def trends_figure(
+    trends: Sequence[TrendSummary], values: Values, conditions: Mapping[str, Mapping[str, float]]
+) -> Figure:
+    """The surest trends, each parameter over its condition with its line.
+
+    Parameters
+    ----------
+    trends : sequence of TrendSummary
+        The surest first, one at least.
+    values : mapping of record to mapping of parameter to RecordValue
+    conditions : mapping of record to mapping of condition to float
+        By bare names or with their units; ``speed of <parameter>`` for the speed.
+    """
+    told = trends[:MOST]
+    high = TOP + -(-len(told) // COLUMNS) * (HEIGHT + UP) + 2.0
+    figure = new_figure(high)
+    title(figure, "Trends, the surest first", "line: weighted regression; bars: twice the standard error; red: outlier")
+    wide = (WIDTH - LEFT - RIGHT - (COLUMNS - 1) * ACROSS) / COLUMNS
+    for i, one in enumerate(told):
+        row, column = divmod(i, COLUMNS)
+        bottom = high - TOP - (row + 1) * HEIGHT - row * UP
+        _trend(
+            place(figure, LEFT + column * (wide + ACROSS), bottom, wide, HEIGHT), one, _points(one, values, conditions)
+        )
+    return figure
+
+
+def _points(
+    one: TrendSummary, values: Values, conditions: Mapping[str, Mapping[str, float]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Condition, value and error of each record that shows both, ``(3, n)``; and which are outliers."""
+    bare = f"speed of {one.parameter}" if one.condition == "speed" else one.condition
+    headed = f"{bare} [{one.condition_unit}]"
+    strays, rows, flags = {o.record for o in one.outliers}, [], []
+    for number, (name, said) in enumerate(values.items(), 1):
+        known = {"order of the records": float(number), **conditions.get(name, {})}
+        x = known.get(bare, known.get(headed))
+        if x is not None and one.parameter in said:
+            rows.append((x, said[one.parameter].value, said[one.parameter].error))
+            flags.append(name in strays)
+    return np.array(rows).reshape(-1, 3).T, np.array(flags, dtype=bool)
+
+
+def _trend(axes: Axes, one: TrendSummary, points: tuple[np.ndarray, np.ndarray]) -> None:
+    (x, value, error), stray = points
+    unit, worth = readable_unit(value, one.unit)
+    across, scale = readable_unit(x, one.condition_unit)
+    for here, colour in ((~stray, BLUE), (stray, VERMILLION)):
+        bars = 2.0 * np.nan_to_num(error[here]) / worth
+        axes.errorbar(x[here] / scale, value[here] / worth, bars, fmt="o", color=colour, markersize=2.5, elinewidth=0.6)
+    ends = np.array([x.min(), x.max()])
+    axes.plot(ends / scale, (one.intercept + one.slope * ends) / worth, color=BLACK, linewidth=0.8)
+    axes.set_title(f"chance {one.chance_corrected:.2g}", fontsize=SMALL, loc="right", pad=2)
+    label(axes, x=axis_label(one.condition, across), y=axis_label(one.parameter.rpartition(".")[2], unit))

@@ -1,0 +1,53 @@
+"""Population and trends in words: of a series that was fitted jointly, or of a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from fibrefit.core.units import format_number, shown_unit
+from fibrefit.report.layout import items, paragraph, table
+from fibrefit.report.text import with_error
+from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+
+MOST_TRENDS = 6
+SIGNIFICANT = 0.05
+
+
+def population_lines(population: Mapping[str, PopulationSummary]) -> list[str]:
+    """A row for each parameter: its mean, how much records differ, where a new one lies."""
+    rows = []
+    for name, one in population.items():
+        unit, worth = shown_unit(one.mean, one.unit)
+        scale = 100.0 if one.relative else 1.0 / worth
+        sd = f"{scale * one.between_records:.2g}{' %' if one.relative else ''}"
+        ends = [_ends(*pair, worth) for pair in (one.mean_interval_95, one.new_record_interval_95)]
+        rows.append((name, format_number(one.mean / worth), ends[0], sd, ends[1], "" if unit == "-" else unit))
+    return table(("", "mean", "95 %", "sd", "a new record, 95 %", ""), rows, {1, 3})
+
+
+def _ends(low: float, high: float, worth: float) -> str:
+    return f"{format_number(low / worth)} to {format_number(high / worth)}"
+
+
+def trend_lines(trends: Sequence[TrendSummary]) -> list[str]:
+    """Trends that are more than chance, records that do not follow, and how many looks there were."""
+    told = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
+    lines = items(_trend(one) for one in told)
+    strays = {o.record: (one, o.score) for one in trends for o in one.outliers}
+    lines += items(
+        f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
+        f"{'above' if score > 0 else 'below'} their line over {one.condition}."
+        for record, (one, score) in list(strays.items())[:MOST_TRENDS]
+    )
+    if not told and trends:
+        lines.append(paragraph(f"None of {len(trends)} looks shows more than chance, corrected for all of them."))
+    return lines
+
+
+def _trend(one: TrendSummary) -> str:
+    per = "" if one.condition_unit == "-" else f" per {one.condition_unit}"
+    value, error, unit = with_error(one.slope, one.slope_error, one.unit)
+    return (
+        f"{one.parameter} over {one.condition}: {value} +/- {error} {unit}{per} "
+        f"({one.records} records, probability by chance {one.chance_corrected:.2g})"
+    )

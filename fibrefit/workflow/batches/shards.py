@@ -1,0 +1,49 @@
+"""A batch in parts, for the job arrays of a cluster: which records belong to a part, and where the parts are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from fibrefit.core.errors import UsageError
+
+Piece = TypeVar("Piece")
+
+
+def shard_of(said: str) -> tuple[int, int]:
+    """Number and count of ``i/n``.
+
+    Raises
+    ------
+    UsageError
+        If it is not two whole numbers, the first from 1 to the second.
+    """
+    number, _, count = said.partition("/")
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise UsageError(
+            f"--shard {said}", "not a part of a whole", "i/n with i from 1 to n", "For example --shard 3/20."
+        )
+    return int(number), int(count)
+
+
+def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -> tuple[Path, list[Piece]]:
+    """Folder and jobs of a part; the whole where none is asked for.
+
+    Raises
+    ------
+    UsageError
+        If there are more parts than jobs, so that this one is empty.
+    """
+    if shard is None:
+        return whole, list(jobs)
+    number, count = shard
+    mine = list(jobs[number - 1 :: count])
+    if not mine:
+        raise UsageError(f"--shard {number}/{count}", f"{len(jobs)} records", "as many parts at the most", "")
+    return whole.with_name(f"{whole.name}.shard-{number}-of-{count}"), mine
+
+
+def parts_of(whole: Path) -> tuple[Path, ...]:
+    """Folders of parts that are there, finished or not."""
+    return tuple(sorted(path for path in whole.parent.glob(f"{whole.name}.shard-*") if path.is_dir()))

@@ -1,0 +1,92 @@
+"""Population and trends as summaries, of a series that was fitted jointly or of a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fibrefit.series.population import Population, population
+from fibrefit.series.trends import Quantity, Trend, trends
+from fibrefit.study.summaries.summaries import BatchItem, OutlierSummary, PopulationSummary, TrendSummary
+
+ORDER = "order of the records"
+MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
+"""What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
+USABLE = ("ok", "suspect")
+
+
+def population_summary(one: Population, unit: str) -> PopulationSummary:
+    """A parameter over the records."""
+    return PopulationSummary(
+        unit=unit,
+        mean=one.mean,
+        mean_interval_95=one.mean_interval,
+        between_records=one.sd,
+        between_records_interval_95=one.sd_interval,
+        relative=one.logarithmic,
+        new_record_interval_95=one.new_record,
+        chance=one.chance,
+    )
+
+
+def trend_summary(one: Trend) -> TrendSummary:
+    """A parameter against a condition."""
+    return TrendSummary(
+        parameter=one.parameter,
+        condition=one.condition,
+        slope=one.slope,
+        slope_error=one.slope_error,
+        slope_interval_95=one.slope_interval,
+        intercept=one.intercept,
+        unit=one.unit,
+        condition_unit=one.condition_unit,
+        between_records=one.scatter,
+        chance=one.chance,
+        chance_corrected=one.corrected,
+        records=one.records,
+        outliers=tuple(OutlierSummary(record=o.record, score=o.score, chance=o.chance) for o in one.outliers),
+    )
+
+
+def quantities_of(items: Mapping[str, BatchItem]) -> tuple[tuple[Quantity, ...], tuple[Quantity, ...]]:
+    """Free parameters and conditions of the items that can be used, over all of them.
+
+    Parameters
+    ----------
+    items : mapping of str to BatchItem
+        In the order in which the records were taken.
+    """
+    usable = [item for item in items.values() if item.status in USABLE]
+    units = {name: found.unit for item in usable for name, found in item.parameters.items() if found.free}
+    parameters = tuple(_parameter(name, unit, usable) for name, unit in units.items())
+    names = dict.fromkeys(name for item in usable for name in item.conditions)
+    conditions = [_condition(name, usable) for name in names]
+    order = np.array([float(n) for n, item in enumerate(items.values(), 1) if item.status in USABLE])
+    conditions.append(Quantity(ORDER, "-", order, np.zeros(len(order))))
+    return parameters, tuple(one for one in conditions if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
+
+
+def _parameter(name: str, unit: str, items: Sequence[BatchItem]) -> Quantity:
+    found = [item.parameters.get(name) for item in items]
+    values = np.array([np.nan if one is None else one.value for one in found])
+    errors = np.array([np.nan if one is None or one.std_error is None else one.std_error for one in found])
+    return Quantity(name, unit, values, errors)
+
+
+def _condition(name: str, items: Sequence[BatchItem]) -> Quantity:
+    """A condition by its headed name, such as ``lift [m]``."""
+    bare, _, unit = name.partition(" [")
+    values = np.array([item.conditions.get(name, np.nan) for item in items])
+    return Quantity(bare, unit.rstrip("]") or "-", values, np.zeros(len(values)))
+
+
+def pooled_batch(
+    items: Mapping[str, BatchItem],
+) -> tuple[dict[str, PopulationSummary], tuple[TrendSummary, ...]]:
+    """Population of each free parameter, and trends over all conditions, the surest first."""
+    parameters, conditions = quantities_of(items)
+    names = [name for name, item in items.items() if item.status in USABLE]
+    pooled = {one.name: (population(one.values, one.errors), one.unit) for one in parameters}
+    told = {name: population_summary(one, unit) for name, (one, unit) in pooled.items() if one is not None}
+    return told, tuple(map(trend_summary, trends(names, parameters, conditions)))
