@@ -155,7 +155,7 @@ class OtherLaw(Part):
     evidence: float = Field(description="Logarithm of the Bayes factor over the proposed law.")
 
 
-class LawSummary(Part):
+class ProposedLawSummary(Part):
     """A law composed for what no effect of the catalogue accounts for."""
 
     effect: str = Field(description="As a study names it.")
@@ -194,7 +194,7 @@ class DiscoverySummary(FitResultSummary):
     ranking: tuple[Candidate, ...] = Field(
         default=(), description="Of the last look for more, whether or not anything was added."
     )
-    proposed_law: LawSummary | None = Field(
+    proposed_law: ProposedLawSummary | None = Field(
         default=None, description="What accounts for an unexplained gap, where a law does better than any curve."
     )
     untried: tuple[str, ...] = Field(default=(), description="Effects that the time did not suffice for.")

@@ -74,10 +74,10 @@ def law_name(law: ProposedLaw) -> str:
     return f"{LAWS}/{law.file}:{law.title}"
 
 
-def _law(law: ProposedLaw | None) -> d.LawSummary | None:
+def _law(law: ProposedLaw | None) -> d.ProposedLawSummary | None:
     if law is None:
         return None
-    return d.LawSummary(
+    return d.ProposedLawSummary(
         effect=law_name(law),
         says=law.says,
         port=law.port,
