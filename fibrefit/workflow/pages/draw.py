@@ -54,7 +54,7 @@ def figures_of(summary: Part, groups: Any) -> Figures | None:
     from fibrefit.plots import batch_figures, discovery_figures, fit_figures, saved_posterior_figures
 
     if isinstance(summary, BatchSummary):
-        return batch_figures(summary.items)
+        return batch_figures(summary)
     if not any(name in groups for name in NEEDED):
         return None
     if isinstance(summary, FitSummary):
