@@ -8,6 +8,7 @@ import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
 from fibrefit.effects.catalogue import CATALOGUE, is_sought, suits
+from fibrefit.effects.families import members
 from fibrefit.effects.fibre.point_masses import point_masses
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study, load_study
@@ -18,6 +19,7 @@ OWN = '''
 from typing import ClassVar
 
 from fibrefit.core.capability import Capability
+from fibrefit.effects.families import members
 from fibrefit.effects.law import GuideLaw, quantity
 
 
@@ -48,9 +50,11 @@ def own(tmp_path: Path) -> Study:
 
 
 def test_the_whole_catalogue_as_far_as_it_suits_the_rig(study: Study) -> None:
-    tried = candidates_of(study)
-    assert set(tried) == {name for name, effect in CATALOGUE.items() if is_sought(effect, RIGS[study.kind])}
-    assert all(tried[name] is CATALOGUE[name] for name in tried if name != "fibre.mass")
+    tried, records = candidates_of(study), len(study.records)
+    sought = [effect for effect in CATALOGUE.values() if is_sought(effect, RIGS[study.kind])]
+    assert set(tried) == {member.name for effect in sought for member in members(effect, records)}
+    alone = {effect.name for effect in sought if not effect.family and effect.name != "fibre.mass"}
+    assert all(tried[name] is CATALOGUE[name] for name in alone)
 
 
 @pytest.mark.parametrize(("overrides", "points"), [((), 5), (("rig.masses_per_fibre=3",), 3)])
