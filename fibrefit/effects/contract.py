@@ -117,6 +117,7 @@ def _arguments(
     known["channels"] = {"force": 30.0 + v * jnp.ones(SAMPLES), "position": x * jnp.ones(SAMPLES)}
     known["channels"] |= {name: v * jnp.ones(SAMPLES) for name in getattr(effect, "feels", ())}
     known |= {"course": x * jnp.arange(float(SAMPLES)), "rates": v * jnp.ones(SAMPLES)}
+    known |= {"force": known["course"], "angle": x}
     known |= {"times": jnp.arange(float(SAMPLES)), "conditions": {n: jnp.asarray(c) for n, c in conditions.items()}}
     asked = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
     return [known[name] for name in asked if name != "self"]

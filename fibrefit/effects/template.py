@@ -62,6 +62,18 @@ BEGINNINGS = {
         '"-", "relative error of the force gauge", 0.01',
         "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})\n",
     ),
+    "push": Beginning(
+        "The mass is pushed by ``(1 + c) F``, F the measured force.",
+        "applied",
+        "(1.0 + self.coefficient) * force, (1.0 + self.coefficient) * rates",
+        '"-", "relative error of the force that pushes", 0.01',
+    ),
+    "pivot": Beginning(
+        "Torque ``c r^3`` against the motion, r the rate of the angle.",
+        "torque",
+        "self.coefficient * rate**3",
+        '"N m s^3", "drag over the cube of the rate", 1e-4, lower=0.0',
+    ),
     "rig": Beginning(
         "The guide is inclined by ``c`` more than stated.",
         "correct",
@@ -86,7 +98,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.effects.law import {imports}
+{imports}
 
 
 class {cls}({base}):
@@ -129,6 +141,7 @@ class {cls}({base}):
 '''
 
 
+LAWS = "fibrefit.effects.law"
 OTHERS = "What else a law at this port can say; what it does not say adds nothing. To use one, take its # away."
 
 
@@ -155,7 +168,7 @@ def template(name: str) -> str:
     types = [word for word in ("Channels", "Memory") if any(re.search(rf"\b{word}\b", s) for s in hooks.values())]
     used = [*types, kind.__name__, *(["of_force"] if "of_force" in begun.answer else []), "quantity"]
     return _SOURCE.format(
-        imports=", ".join(used),
+        imports=_imports(used, kind),
         cls=class_name(effect),
         base=kind.__name__,
         name=name,
@@ -169,6 +182,14 @@ def template(name: str) -> str:
         others="".join(f"\n{other}" for other in others),
         capabilities=", ".join(capability.name for capability in Capability),
     )
+
+
+def _imports(names: list[str], kind: type) -> str:
+    """Lines that import what is used; a kind of law may have a module of its own."""
+    if kind.__module__ == LAWS:
+        return f"from {LAWS} import {', '.join(names)}"
+    others = ", ".join(name for name in names if name != kind.__name__)
+    return f"from {LAWS} import {others}\nfrom {kind.__module__} import {kind.__name__}"
 
 
 def class_name(effect: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ configure_jax()
 
 from fibrefit.problem.task import Task  # noqa: E402
 from fibrefit.study import load_study  # noqa: E402
-from fibrefit.workflow.prepare import task_of  # noqa: E402
+from fibrefit.workflow.prepare import read_records, task_of  # noqa: E402
 
 STUDY = Path(__file__).resolve().parents[2] / "configs" / "drop_series" / "study.toml"
 GRAVITY = 9.81
@@ -50,14 +51,18 @@ class Fit(NamedTuple):
 
 
 def drop_task(n_records: int | None = None) -> Task:
-    """Our own task, of the first `n_records`; more than there are repeats them."""
+    """Our own task, of the first `n_records`; more than there are repeats them.
+
+    Repeated after they are read: a study that lists a file twice is refused.
+    """
     study = load_study(STUDY)
-    if n_records is not None:
-        rows = tuple(
-            study.records[i % len(study.records)].model_copy(update={"name": f"record {i}"}) for i in range(n_records)
-        )
-        study = study.model_copy(update={"records": rows})
-    return task_of(study)
+    if n_records is None:
+        return task_of(study)
+    number = len(study.records)
+    read = read_records(study)
+    rows = tuple(study.records[i % number].model_copy(update={"name": f"record {i}"}) for i in range(n_records))
+    records = [dataclasses.replace(read[i % number], name=f"record {i}") for i in range(n_records)]
+    return task_of(study.model_copy(update={"records": rows}), records)
 
 
 def fit_of(task: Task) -> Fit:

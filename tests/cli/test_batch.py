@@ -44,6 +44,8 @@ def test_it_prints_the_report_and_says_where_it_wrote(demo: Run) -> None:
         ".fibrefit",
         "summary.json",
         "results.csv",
+        "table.csv",
+        "table.parquet",
         "items",
         "figures",
     }

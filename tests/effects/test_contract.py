@@ -63,7 +63,7 @@ SINGULAR = [
     if case.values[1][-1].singular
 ]
 GROUPS = {
-    port: tuple(e for n, e in CATALOGUE.items() if n.startswith(port) and not e.stiff)
+    port: tuple(e for n, e in CATALOGUE.items() if n.startswith(port) and not (e.stiff or e.timed))
     for port in ("guide", "fibre", "sensor")
 }
 

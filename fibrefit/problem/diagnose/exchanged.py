@@ -18,7 +18,8 @@ def look_exchanged(traces: Sequence[Trace]) -> bool:
     A force accelerates a mass, and a position is the double integral of its acceleration: whatever their units, a
     position is smoother than a force. The roughness of the position is 0.01 to 0.5 of that of the force in the records
     of drops, of driven weights and of guided masses at hand, so that it would be 2 to 100 times where the two are
-    exchanged; the limit is 1.
+    exchanged; the limit is 1. Where nothing moves both are noise, which is rougher than its own spread: what stands in
+    the place of the force must be smooth, as the position of something that moves is.
 
     Parameters
     ----------
@@ -26,12 +27,12 @@ def look_exchanged(traces: Sequence[Trace]) -> bool:
         Records without both a force and a position say nothing.
     """
     pairs = [(trace.times, _readings(trace, "position"), _readings(trace, "force")) for trace in traces]
-    ratios = [
-        roughness(times, position) / roughness(times, force)
+    rough = [
+        (roughness(times, position), roughness(times, force))
         for times, position, force in pairs
         if position is not None and force is not None
     ]
-    return bool(ratios) and all(np.isfinite(ratio) and ratio > 1.0 for ratio in ratios)
+    return bool(rough) and all(force < min(position, 1.0) for position, force in rough)
 
 
 def roughness(times: np.ndarray, values: np.ndarray) -> float:
