@@ -62,8 +62,8 @@ SINGULAR = [
     for case in EVERYWHERE
     if case.values[1][-1].singular
 ]
-#: Laws composed at once: neither those that are stiff or change in time, nor those that bend without end at rest, where the
-#: derivative of all others is that of the flow and not that of the step (0.5 to 1.4 % apart).
+#: Laws composed at once: neither those that are stiff or change in time, nor those that bend without end at rest, where
+#: the derivative of all others is that of the flow and not that of the step (0.5 to 1.4 % apart).
 GROUPS = {
     port: tuple(
         e
