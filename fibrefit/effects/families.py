@@ -27,6 +27,7 @@ def of_record(effect: type[Effect], place: int) -> type[Effect]:
         __doc__ = effect.__doc__
         name: ClassVar[str] = f"{effect.name}{MARK}{place}"
         record: ClassVar[int | None] = place
+        _made_of: ClassVar[tuple[type[Effect], int]] = (effect, place)
 
     Member.__name__ = f"{effect.__name__}{place}"
     return Member

@@ -75,7 +75,9 @@ def _said(value: Any, depth: int) -> str:
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
         return f"{type(value).__name__} {value!r}"
     if isinstance(value, type):
-        return _named(value)
+        # A class made by a function is what it is made of.
+        made = value.__dict__.get("_made_of")
+        return _named(value) if made is None else f"class {value.__qualname__}({_said(made, depth + 1)})"
     if isinstance(value, FunctionType):
         return _function(value, depth)
     for kinds, say in _KINDS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, replace
@@ -195,7 +195,13 @@ def retimed(frame: Frame, subset: Subset, found: Refit, ground: Ground) -> Refit
     return found
 
 
-def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[type[Effect]]) -> Trial:
+def scouted(
+    frame: Frame,
+    ground: Ground,
+    parent: Hypothesis,
+    added: Sequence[type[Effect]],
+    begun: Sequence[Mapping[str, float]] = (),
+) -> Trial:
     """A parent hypothesis with more effects, refitted by some steps from several starts.
 
     Parameters
@@ -205,13 +211,15 @@ def scouted(frame: Frame, ground: Ground, parent: Hypothesis, added: Sequence[ty
     ground : Ground
     parent : Hypothesis
     added : sequence of Effect classes
+    begun : sequence of mapping of str to float, optional
+        Values of their parameters, in SI units, to start from; each sign that makes sense and each shape by default.
     """
     effects = (*parent.effects, *added)
     subset = ground.subset(effects)
     blank = absent_values(frame, len(parent.fit.local))
     before = carried(frame, blank, parent.frame, parent.fit.local)
     most = BLOWN * parent.fit.cost
-    plain = _starts(frame, before, added)
+    plain = [_put(frame, before, values) for values in begun] or _starts(frame, before, added)
     starts = [_gentle(frame, ground, start, added, most) for start in plain]
     blown = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
@@ -335,6 +343,13 @@ def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> 
                 values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
         starts.append(values)
     return starts
+
+
+def _put(frame: Frame, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+    local = before.copy()
+    for name, value in values.items():
+        local[:, frame.names.index(name)] = value
+    return local
 
 
 def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:

@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
+from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
 from fibrefit.discovery.engine.supermodel import Frame, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.discovery.engine.yardstick import Yardstick, yardstick_of
@@ -21,6 +22,7 @@ from fibrefit.problem.estimate.gauss_newton import (
     RIGID,
     STEPS,
     Gram,
+    Place,
     PosteriorMode,
     Unknowns,
     arrowhead,
@@ -132,7 +134,7 @@ class Scales:
             Deviations to begin with.
         """
         unknowns = unknowns_of(frame, self.ground, effects, self.reference)
-        return Weighed(effects, frame, weigh(unknowns, place_of(unknowns, local, eta), self._gram(frame), sigma))
+        return Weighed(effects, frame, self._settled(unknowns, place_of(unknowns, local, eta), frame, sigma))
 
     def with_curve(
         self, parent: Weighed, frame: Frame, local: np.ndarray, probe: type[Effect], curve: Heights
@@ -141,7 +143,7 @@ class Scales:
         unknowns = unknowns_of(frame, self.ground, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
-        return Weighed((*parent.effects, probe), frame, weigh(unknowns, start, self._gram(frame), found.sigma))
+        return Weighed((*parent.effects, probe), frame, self._settled(unknowns, start, frame, found.sigma))
 
     def glance(
         self,
@@ -155,7 +157,7 @@ class Scales:
         """What the slopes at given values promise: evidence without a descent."""
         unknowns = unknowns_of(frame, self.ground, effects, self.reference, curve)
         place = place_of(unknowns, local, eta)
-        normal = arrowhead(unknowns, place, self._gram(frame))
+        normal = arrowhead(unknowns, place, self._secant(frame))
         return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
@@ -185,10 +187,12 @@ class Scales:
         """
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
-        here = mode(found.unknowns, start, self._gram(parent.frame), np.zeros_like(found.sigma))
-        return replace(parent, evidence=laplace(here))
+        gram, sigma = self._secant(parent.frame), np.zeros_like(found.sigma)
+        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, renew=gram.renew)))
 
-    def extended(self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise) -> Weighed:
+    def extended(
+        self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise, slopes: Seed | None = None
+    ) -> Weighed:
         """A parent with a further effect, from where slopes promise most of it.
 
         Parameters
@@ -199,6 +203,8 @@ class Scales:
         effect : Effect class
         promise : Promise
             Of the effect on that parent.
+        slopes : Seed, optional
+            Of the parent, see `slopes`.
         """
         found = parent.evidence.mode
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
@@ -210,30 +216,31 @@ class Scales:
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(frame, self.ground, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            steps = STEPS if promise.gain > NAMED else FEW
-            evidence = weigh(unknowns, start, self._gram(frame), found.sigma, max_steps=steps)
+            evidence = self._settled(
+                unknowns, start, frame, found.sigma, slopes, STEPS if promise.gain > NAMED else FEW
+            )
             ends.append(Weighed(effects, frame, evidence))
             if ends[-1].log > parent.log - WRONG_MINIMUM:
                 break
         return max(ends, key=lambda end: end.log)
 
-    def slopes(self, parent: Weighed) -> jax.Array:
-        """Residuals of a parent at its mode and their slopes along its unknowns, see `Frame.rows`.
+    def slopes(self, parent: Weighed) -> Seed:
+        """Residuals of a parent at its mode and their changes along its unknowns.
 
-        A candidate at its null is its parent: all candidates share these rows, and only what is new is simulated.
+        A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
         unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
         seen, kept = self.yardstick.on(parent.frame), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(seen.rows(local, columns, targets, self.ground.whole))
-            return np.zeros((len(local), len(columns) + 1, len(columns) + 1))
+            kept.append(slopes_at(seen, local, columns, targets, self.ground.whole))
+            return kept[0].grams(seen.reactions)
 
         local_grams(unknowns, found.place, gram)
-        return kept[0]
+        return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]], slopes: jax.Array | None = None
+        self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]], slopes: Seed | None = None
     ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect on top of a parent, at the best of its shapes.
 
@@ -245,12 +252,12 @@ class Scales:
         frame : Frame
             One that holds all of them.
         effects : sequence of Effect classes
-        slopes : array, optional
+        slopes : Seed, optional
             Of the parent, where they are known, see `slopes`.
         """
         unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
-        gram = self._gram_beside(frame, slopes, len(unknowns.columns))
+        gram = self._beside(frame, slopes.slopes)
         base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
         promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
@@ -381,16 +388,28 @@ class Scales:
         left = jnp.asarray(self.residuals(weighed)[0])
         return np.asarray(_whitened(self.yardstick.whitening, left[None])[0])
 
-    def _gram_beside(self, frame: Frame, slopes: jax.Array, number: int) -> Gram:
-        """Products of known slopes of a parent's unknowns, `number` of them, and of further columns of a frame."""
-        seen = self.yardstick.on(frame)
+    def _beside(self, frame: Frame, known: Slopes) -> Gram:
+        """Products of known slopes of a parent's unknowns and of further columns of a frame."""
+        seen, number = self.yardstick.on(frame), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            further = seen.rows(local, columns[number:], targets[:, number:], self.ground.whole)
-            return seen.grams_with(slopes, number, further, len(columns) - number)
+            further = slopes_at(seen, local, columns[number:], targets[:, number:], self.ground.whole)
+            return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.reactions)
 
         return gram
 
-    def _gram(self, frame: Frame):  # type: ignore[no-untyped-def]
-        seen = self.yardstick.on(frame)
-        return lambda local, columns, targets: seen.grams(local, columns, targets, self.ground.whole)
+    def _secant(self, frame: Frame, seed: Seed | None = None) -> SecantGram:
+        return SecantGram(self.yardstick.on(frame), self.ground.whole, seed)
+
+    def _settled(
+        self,
+        unknowns: Unknowns,
+        start: Place,
+        frame: Frame,
+        sigma: np.ndarray | None,
+        seed: Seed | None = None,
+        max_steps: int = STEPS,
+    ) -> MarginalLikelihood:
+        """Mode and evidence from a place."""
+        gram = self._secant(frame, seed)
+        return weigh(unknowns, start, gram, sigma, max_steps=max_steps, renew=gram.renew)

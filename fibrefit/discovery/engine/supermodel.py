@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.time_limit import check_time
 from fibrefit.effects.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors, residuals
@@ -38,6 +38,7 @@ STRETCHES = 64
 """Equal parts of a record whose say in the values is told one by one."""
 FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
+ANYWHERE = Range(-np.inf, np.inf, 1.0)
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
 
@@ -109,6 +110,24 @@ class Frame:
         model = self.problem.model
         return {p.name: p for p in (*model.parameters, *model.rig.nuisances, *model.rig.conditions)}
 
+    @cached_property
+    def _bare(self) -> Problem:
+        """The problem without what no simulation asks for, so that a program serves every study."""
+        slots = tuple(Slot(name, "", ANYWHERE) for name in self.names)
+        layout = Layout(slots, ("",) * len(self.problem.layout.records))
+        return Problem(self.problem.model, layout, self.problem.observations)
+
+    @property
+    def pulls(self) -> tuple[jax.Array, jax.Array] | None:
+        """Reactions to the errors of inputs, and the inverse of their matrix; see `Reactions`."""
+        return (
+            None if self.reactions is None else (jnp.asarray(self.reactions.rows), jnp.asarray(self.reactions.inverse))
+        )
+
+    @property
+    def _offset(self) -> jax.Array | None:
+        return None if self.reactions is None else jnp.asarray(self.reactions.offset)
+
     def holds(self, effects: Sequence[type[Effect]]) -> bool:
         """Whether all these effects are in it."""
         return set(effects) <= set(self.effects)
@@ -135,7 +154,7 @@ class Frame:
             If there is no time left, see `time_limit`.
         """
         rows = self.rows(local, columns, targets, counts)
-        grams = np.asarray(_products(rows, len(self.problem.observations.weight), self.reactions, self.whitening))
+        grams = np.asarray(_products(rows, len(self.problem.observations.weight), self.pulls, self.whitening))
         keep = np.r_[1 : 1 + len(columns), 0]
         return grams[:, keep][:, :, keep]
 
@@ -156,26 +175,8 @@ class Frame:
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        rows = _rows(self.problem, jnp.asarray(local), *varied, horizon, self.reactions)
+        rows = _rows(self._bare, jnp.asarray(local), *varied, horizon, self._offset)
         return rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
-
-    def grams_with(self, slopes: jax.Array, number: int, further: jax.Array, added: int) -> np.ndarray:
-        """Local Gram matrices of slopes that are known and of further ones, as `grams` gives them.
-
-        Parameters
-        ----------
-        slopes, further : (n_record, n_row, n_channel * n_time)
-            As `rows` gives them, of the same residuals.
-        number, added : int
-            Of columns.
-        """
-        # As few different numbers of rows as there are widths: a program each would take longer than the rows do.
-        width = next(width for width in WIDTHS if width >= added)
-        beside = jnp.pad(further[:, 1 : 1 + added], ((0, 0), (0, width - added), (0, 0)))
-        rows, channels = jnp.concatenate([slopes, beside], axis=1), len(self.problem.observations.weight)
-        grams = np.asarray(_products(rows, channels, self.reactions, self.whitening))
-        keep = np.r_[1 : 1 + number, slopes.shape[1] : slopes.shape[1] + added, 0]
-        return grams[:, keep][:, :, keep]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
@@ -210,9 +211,9 @@ def stretch_products(
     values[:, 0] = local[:, 0]
     values[:, 1 : 1 + active] = targets
     varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
-    rows = _rows(frame.problem, jnp.asarray(local), *varied, jnp.asarray(counts, dtype=jnp.int32), frame.reactions)
+    rows = _rows(frame._bare, jnp.asarray(local), *varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
     kept = rows[:, jnp.asarray([*range(1, 1 + active), 0])]
-    parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.reactions, frame.whitening)
+    parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.pulls, frame.whitening)
     return np.asarray(parts[0]), np.asarray(parts[1])
 
 
@@ -230,7 +231,7 @@ def residual_rows(frame: Frame, local: np.ndarray, counts: np.ndarray) -> jax.Ar
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return _rows(frame.problem, jnp.asarray(local), *varied, horizon, frame.reactions)[:, 0]
+    return _rows(frame._bare, jnp.asarray(local), *varied, horizon, frame._offset)[:, 0]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
@@ -283,7 +284,7 @@ def _residuals(problem: Problem, local: jax.Array, data: Observations, count: ja
     return problem.record_residuals(local, shorter).ravel()
 
 
-@eqx.filter_jit
+@kept_program
 def _rows(
     problem: Problem,
     local: jax.Array,
@@ -291,7 +292,7 @@ def _rows(
     targets: jax.Array,
     active: jax.Array,
     counts: jax.Array,
-    reactions: Reactions | None,
+    offset: jax.Array | None,
 ) -> jax.Array:
     """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``."""
 
@@ -311,30 +312,32 @@ def _rows(
             rows = rows.at[0].add(jnp.where(counted.ravel(), offset, 0.0))
         return rows
 
-    offsets = None if reactions is None else reactions.offset
-    return jax.lax.map(one, (local, targets, problem.observations, counts, offsets))
+    return jax.lax.map(one, (local, targets, problem.observations, counts, offset))
 
 
-@eqx.filter_jit
-def _products(rows: jax.Array, number: int, reactions: Reactions | None, whitening: Coloured | None) -> jax.Array:
+@kept_program
+def _products(
+    rows: jax.Array, number: int, reactions: tuple[jax.Array, jax.Array] | None, whitening: Coloured | None
+) -> jax.Array:
     """Gram matrices of the rows of `number` channels, whitened, the errors of inputs eliminated."""
-    rows = _white(rows, number, whitening)
+    rows = whitened(rows, number, whitening)
     if reactions is None:
         return jax.lax.map(lambda rows: rows @ rows.T, rows)
 
     def one(row: tuple) -> jax.Array:
-        rows, reactions = row
+        rows, (pulls, inverse) = row
         gram = rows @ rows.T
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
-        pulled = ((rows / size[:, None]).astype(jnp.float32) @ reactions.rows.T).astype(float) * size[:, None]
-        return gram - pulled @ reactions.inverse @ pulled.T
+        pulled = ((rows / size[:, None]).astype(jnp.float32) @ pulls.T).astype(float) * size[:, None]
+        return gram - pulled @ inverse @ pulled.T
 
     return jax.lax.map(one, (rows, reactions))
 
 
-def _white(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Array:
+@kept_program
+def whitened(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Array:
     """Rows ``(n_record, n_row, number * n_time)`` of `number` channels, whitened."""
     if whitening is None:
         return rows
@@ -342,14 +345,15 @@ def _white(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Arra
     return jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
 
 
-@eqx.filter_jit
+@kept_program
 def _within_stretches(
-    rows: jax.Array, number: int, reactions: Reactions | None, whitening: Coloured | None
+    rows: jax.Array, number: int, reactions: tuple[jax.Array, jax.Array] | None, whitening: Coloured | None
 ) -> tuple[jax.Array, jax.Array]:
-    rows = _white(rows, number, whitening)
+    rows = whitened(rows, number, whitening)
     if reactions is not None:
-        pulled = jnp.einsum("rkn,rwn->rkw", rows, reactions.rows.astype(float))
-        rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, reactions.inverse, reactions.rows.astype(float))
+        pulls, inverse = reactions[0].astype(float), reactions[1]
+        pulled = jnp.einsum("rkn,rwn->rkw", rows, pulls)
+        rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, inverse, pulls)
     whole = rows.reshape(*rows.shape[:2], number, -1)
     size = -(-whole.shape[-1] // STRETCHES)
     whole = jnp.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -16,7 +16,9 @@ from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
+from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
+from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 
@@ -25,8 +27,11 @@ PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
 """Candidates that always are."""
-SHAPED = 2
-"""Effects of many shapes that are."""
+WIDELY = 4
+"""Candidates whose slopes promise most, that are searched for from every sign and shape; the others from where slopes
+promise most of them."""
+FOLLOWED = 24
+"""Candidates that are searched for before it is asked whether one of them is more than chance; if none, others are."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 UNPROMISING = -2.0
@@ -189,13 +194,8 @@ class Search:
     def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> Tried:
         """A parent with each of some effects, as far as the time goes."""
         plain = self.plain(parent)
-        if self.gap(plain) > NEARLY:
-            # There are too many instants, or frequencies, to be tried in plain squares: slopes tell which.
-            many = [effect for effect in effects if effect.sudden or getattr(effect, "carries", False)]
-            found = self._from_plain_squares(parent, plain, [one for one in effects if one not in many], what)
-            found += self._of_many_shapes(parent, plain, many, what)
-        else:
-            found = self._from_slopes(parent, effects, what)
+        far = self.gap(plain) > NEARLY
+        found = self._by_promise(parent, plain, effects, what) if far else self._from_slopes(parent, effects, what)
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
@@ -205,7 +205,8 @@ class Search:
         views = [parent]
         if parent.evidence.mode.sigma.any():
             views.append(self.scales.agreeing(parent))
-        promised = [self._promises(view, effects, what) for view in views]
+        slopes = [self.scales.slopes(view) for view in views]
+        promised = [self._promises(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
         seen = [effect for effect in effects if all(effect in promises for promises in promised)]
         best = {
             effect: max(self._gain(parent, *pair, effect) for pair in zip(views, promised, strict=True))
@@ -216,10 +217,12 @@ class Search:
         jobs = [
             self.recalled(
                 "extended", view, (effect.name, promises[effect]),
-                partial(self.scales.extended, view, self.frame_for(effect, parent.effects), effect, promises[effect]),
+                partial(
+                    self.scales.extended, view, self.frame_for(effect, parent.effects), effect, promises[effect], seed
+                ),
             )
             for effect in near
-            for view, promises in zip(views, promised, strict=True)
+            for view, promises, seed in zip(views, promised, slopes, strict=True)
             if self._gain(parent, view, promises, effect) > UNPROMISING
         ]  # fmt: skip
         found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
@@ -236,13 +239,14 @@ class Search:
         """Nats that slopes seen from a view of a parent promise of an effect, over that parent."""
         return promises[effect].gain + view.log - parent.log
 
-    def _promises(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> dict[type[Effect], Promise]:
+    def _promises(
+        self, parent: Weighed, slopes: Seed, effects: Sequence[type[Effect]], what: str
+    ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect, as far as the time goes: those of a frame together."""
         groups: dict[int, tuple[Frame, list[type[Effect]]]] = {}
         for effect in effects:
             frame = self.frame_for(effect, parent.effects)
             groups.setdefault(id(frame), (frame, []))[1].append(effect)
-        slopes = self.scales.slopes(parent)
         screens = [
             self.recalled(
                 "screened", parent, [effect.name for effect in some],
@@ -253,16 +257,22 @@ class Search:
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
 
-    def _of_many_shapes(
+    def _by_promise(
         self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
     ) -> list[Weighed]:
-        """A parent with each effect, by its slopes; the best of them are looked for from every shape, too."""
-        found = {one.effects[-1]: one for one in self._from_slopes(parent, effects, what)}
-        ranked = sorted(found, key=lambda effect: -found[effect].log)
-        best = [effect for effect in ranked[:SHAPED] if found[effect].log > parent.log]
-        for one in self._from_plain_squares(parent, plain, best, what):
-            found[one.effects[-1]] = max(found[one.effects[-1]], one, key=lambda other: other.log)
-        return list(found.values())
+        """A parent with each effect, what slopes promise most of first; the rest only where that comes to nothing.
+
+        Where much is missing slopes promise something of nearly every effect, too much of most; but what is missing is
+        among those that they promise much of.
+        """
+        promises = self._promises(parent, self.scales.slopes(parent), effects, what)
+        ranked = sorted(promises, key=lambda effect: -promises[effect].gain)
+        found: list[Weighed] = []
+        while ranked and not any(one.log > parent.log + NAMED for one in found):
+            now, ranked = ranked[:FOLLOWED], ranked[FOLLOWED:]
+            found += self._from_plain_squares(parent, plain, {effect: promises[effect] for effect in now}, what)
+        least = [self._as_promised(parent, effect, min(promises[effect].gain, 0.0)) for effect in ranked]
+        return [*found, *least]
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""
@@ -270,10 +280,10 @@ class Search:
         return self.scales.absent(parent, frame, (effect,), gain)
 
     def _from_plain_squares(
-        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
+        self, parent: Weighed, plain: Hypothesis, promises: Mapping[type[Effect], Promise], what: str
     ) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
-        ends = sorted(self._in_plain_squares(plain, effects, what), key=lambda end: end.fit.cost)
+        ends = sorted(self._in_plain_squares(plain, promises, what), key=lambda end: end.fit.cost)
         near = _near(plain.fit.cost, [end.fit.cost for end in ends])
         jobs = [
             self.recalled(
@@ -298,14 +308,20 @@ class Search:
             return found
         return max(found, self.scales.extended(parent, end.frame, effect, promise), key=lambda one: one.log)
 
-    def _in_plain_squares(self, plain: Hypothesis, effects: Sequence[type[Effect]], what: str) -> list[Hypothesis]:
+    def _in_plain_squares(
+        self, plain: Hypothesis, promises: Mapping[type[Effect], Promise], what: str
+    ) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
+        begun = {
+            effect: () if i < WIDELY and not _has_valleys(effect) else _begun(promise)
+            for i, (effect, promise) in enumerate(promises.items())
+        }
         jobs = [
             self.recalled(
-                "scouted", plain, effect.name,
-                partial(scouted, self.frame_for(effect, plain.effects), self.ground, plain, (effect,)),
+                "scouted", plain, (effect.name, starts),
+                partial(scouted, self.frame_for(effect, plain.effects), self.ground, plain, (effect,), starts),
             )
-            for effect in effects
+            for effect, starts in begun.items()
         ]  # fmt: skip
         tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
         trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
@@ -325,6 +341,16 @@ class Search:
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
+
+
+def _has_valleys(effect: type[Effect]) -> bool:
+    """Whether it has frequencies or instants: too many to be tried in plain squares, where slopes tell which."""
+    return effect.sudden or any(parameter.unit == "Hz" for parameter in effect.parameters)
+
+
+def _begun(promise: Promise) -> tuple[dict[str, float], ...]:
+    """Where slopes promise most of an effect, and the same with the effect hardly there."""
+    return (promise.values,) if promise.values == promise.weak else (promise.values, promise.weak)
 
 
 def _near(before: float, costs: Sequence[float]) -> list[bool]:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -88,7 +89,7 @@ class MarginalLikelihood:
 
 
 def weigh(
-    unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: float
+    unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: Any
 ) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
 
@@ -102,14 +103,15 @@ def weigh(
     **options
         Of `mode`.
     """
-    sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
+    sigma, normal = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma, None
     for _ in range(ROUNDS):
-        found = mode(unknowns, start, gram, sigma, **options)  # type: ignore[arg-type]
+        # Standard deviations are priors: what the records say of a place stays what it was.
+        found = mode(unknowns, start, gram, sigma, normal=normal, **options)
         evidence = laplace(found)
         best = evidence.grid[int(np.argmax(evidence.weight))]
         if np.array_equal(best, sigma):
             break
-        start, sigma = found.place, best
+        start, sigma, normal = found.place, best, found.normal
     return evidence
 
 

@@ -41,6 +41,11 @@ Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
 
 
+Renew = Callable[[bool], bool]
+"""Told whether a mode seems found, or else a step has led upwards; answers whether the products were not exact, so that
+they are when they are asked for next."""
+
+
 @dataclass(frozen=True)
 class Unknowns:
     """Which of the records' values are unknown, and what is believed of them.
@@ -289,6 +294,8 @@ def mode(
     sigma: np.ndarray,
     settled: float = SETTLED,
     max_steps: int = STEPS,
+    normal: Arrowhead | None = None,
+    renew: Renew | None = None,
 ) -> PosteriorMode:
     """Minimise Q from a place.
 
@@ -304,24 +311,33 @@ def mode(
         Promised fall of Q at which it stops.
     max_steps : int
         Evaluations at the most.
+    normal : Arrowhead, optional
+        At `start`, inside the bounds, where it is known.
+    renew : callable, optional
+        See `Renew`; products are taken for exact without.
 
     Returns
     -------
     PosteriorMode
     """
     place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
-    here = arrowhead(unknowns, place, gram)
+    here = arrowhead(unknowns, place, gram) if normal is None else normal
     found = PosteriorMode(unknowns, place, here, sigma, np.inf, 1)
     damping, promised = 1e-4, np.inf
     while found.steps < max_steps:
         trial, promised = _trial(found, damping)
         if not promised > settled:
-            break
+            if renew is None or not renew(True):
+                break
+            found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 1)
+            continue
         there = arrowhead(unknowns, trial, gram)
         moved = replace(found, place=trial, normal=there, steps=found.steps + 1)
         fall = found.objective - moved.objective
         if np.isfinite(fall) and fall > 0.0:
             found, damping = moved, max(damping / 10.0, 1e-12)
+        elif renew is not None and renew(False):
+            found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 2)
         else:
             found, damping = replace(found, steps=found.steps + 1), 10.0 * damping
             if damping > STIFFEST:

@@ -1,0 +1,189 @@
+"""Products of slopes and residuals, with slopes that are corrected from residuals alone between simulations of all.
+
+A step of a Gauss-Newton needs the slopes along every unknown, a simulation each; near a minimum they hardly change.
+Broyden's update makes the slopes foretell the residuals that the last step led to, at one simulation a step. Slopes
+are simulated anew when asked for, and no mode counts as found before such slopes ask for no further step.
+
+Source
+------
+Broyden, Math. Comp. 19 (1965); of least squares: Dennis and Schnabel, Numerical Methods (1983), ch. 10.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.discovery.engine.supermodel import Frame, Reactions, whitened
+
+
+class Slopes(NamedTuple):
+    """Whitened residuals and their changes, one row each, and how errors of inputs take part in them.
+
+    Parameters
+    ----------
+    rows : (n_record, 1 + n_column, n_row)
+        Residuals first.
+    pulled : (n_record, 1 + n_column, n_wave) or None
+        Products with the reactions to errors of inputs.
+    """
+
+    rows: np.ndarray
+    pulled: np.ndarray | None
+
+    def grams(self, reactions: Reactions | None) -> np.ndarray:
+        """Products ``(n_record, n_column + 1, n_column + 1)``, errors of inputs eliminated; residuals come last."""
+        grams = self.rows @ np.swapaxes(self.rows, 1, 2)
+        if self.pulled is not None and reactions is not None:
+            grams = grams - self.pulled @ np.asarray(reactions.inverse) @ np.swapaxes(self.pulled, 1, 2)
+        keep = np.r_[1 : grams.shape[1], 0]
+        return grams[:, keep][:, :, keep]
+
+    def columns(self, places: np.ndarray) -> Slopes:
+        """Some of the rows."""
+        return Slopes(self.rows[:, places], None if self.pulled is None else self.pulled[:, places])
+
+    def beside(self, further: Slopes) -> Slopes:
+        """With further rows after them."""
+        both = None
+        if self.pulled is not None and further.pulled is not None:
+            both = np.concatenate([self.pulled, further.pulled], axis=1)
+        return Slopes(np.concatenate([self.rows, further.rows], axis=1), both)
+
+    def scaled(self, factor: np.ndarray) -> Slopes:
+        """Changes ``(n_record, n_column)`` times as large; the residuals stay."""
+        whole = np.concatenate([np.ones((len(factor), 1)), factor], axis=1)[:, :, None]
+        return Slopes(self.rows * whole, None if self.pulled is None else self.pulled * whole)
+
+    def led_to(self, residuals: Slopes, way: np.ndarray) -> Slopes:
+        """Slopes that foretell the residuals to which a step led.
+
+        Parameters
+        ----------
+        residuals : Slopes
+            With no column.
+        way : (n_record, n_column)
+            The step, in units of the changes that the columns stand for.
+        """
+        along = way / np.maximum(np.sum(way**2, axis=1), TINY)[:, None]
+        corrected = [
+            None if old is None or new is None else _broyden(old, new[:, 0], way, along)
+            for old, new in zip(self, residuals, strict=True)
+        ]
+        assert corrected[0] is not None
+        return Slopes(corrected[0], corrected[1])
+
+
+TINY = 1e-300
+
+
+def _broyden(old: np.ndarray, new: np.ndarray, way: np.ndarray, along: np.ndarray) -> np.ndarray:
+    missed = new - old[:, 0] - np.einsum("rj,rjk->rk", way, old[:, 1:])
+    return np.concatenate([new[:, None], old[:, 1:] + along[:, :, None] * missed[:, None]], axis=1)
+
+
+def slopes_at(frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> Slopes:
+    """Simulated; parameters as `Frame.grams`, the frame whitened."""
+    rows = frame.rows(local, columns, targets, counts)
+    white = whitened(rows, len(frame.problem.observations.weight), frame.whitening)
+    kept = np.asarray(white)[:, : 1 + len(columns)]
+    return Slopes(kept, None if frame.reactions is None else _pulled(kept, frame.reactions))
+
+
+def _pulled(rows: np.ndarray, reactions: Reactions) -> np.ndarray:
+    # Rows differ by many orders of magnitude: single precision is that of each row.
+    size = np.sqrt(np.sum(rows**2, axis=2, keepdims=True))
+    size = np.where(size > 0.0, size, 1.0)
+    single = (rows / size).astype(np.float32)
+    return (single @ np.swapaxes(np.asarray(reactions.rows), 1, 2)).astype(float) * size
+
+
+class Seed(NamedTuple):
+    """Slopes of a model that the one at hand contains.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of their columns.
+    slopes : Slopes
+    """
+
+    names: tuple[str, ...]
+    slopes: Slopes
+
+
+@dataclass
+class SecantGram:
+    """Products of slopes and residuals wherever they are asked for, see `Gram`; few of the slopes are simulated.
+
+    Parameters
+    ----------
+    frame : Frame
+        Whitened.
+    counts : (n_record,) int
+    seed : Seed, optional
+        Slopes to begin with; what it lacks is simulated.
+    thorough : bool
+        Whether a mode counts as found only where simulated slopes ask for no further step.
+    """
+
+    frame: Frame
+    counts: np.ndarray
+    seed: Seed | None = None
+    thorough: bool = True
+    _known: _Known | None = field(default=None, init=False)
+    _exact: bool = field(default=False, init=False)
+
+    def __call__(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Products at some values; parameters as `Frame.grams`."""
+        if self._known is None:
+            slopes = self._first(local, columns, targets)
+            grams = slopes.grams(self.frame.reactions)
+            self._known = _Known(local, targets - local[:, columns], slopes, float(np.sum(grams[:, -1, -1])))
+            return grams
+        known, change = self._known, targets - local[:, columns]
+        way = np.nan_to_num((local - known.local)[:, columns] / known.change)
+        here = slopes_at(self.frame, local, columns[:0], targets[:, :0], self.counts)
+        slopes = known.slopes.led_to(here, way).scaled(change / known.change)
+        grams = slopes.grams(self.frame.reactions)
+        # A step that led upwards is not taken: slopes are corrected along the way that is.
+        if np.sum(grams[:, -1, -1]) <= known.cost:
+            self._known = _Known(local, change, slopes, float(np.sum(grams[:, -1, -1])))
+            self._exact = False
+        return grams
+
+    def _first(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> Slopes:
+        seed, self.seed = self.seed, None
+        self._exact = seed is None
+        if seed is None:
+            return slopes_at(self.frame, local, columns, targets, self.counts)
+        names = [self.frame.names[column] for column in columns]
+        new = np.array([j for j, name in enumerate(names) if name not in seed.names], dtype=int)
+        simulated = slopes_at(self.frame, local, columns[new], targets[:, new], self.counts)
+        both = simulated.beside(seed.slopes)
+        order = [0]
+        for j, name in enumerate(names):
+            if name in seed.names:
+                order.append(2 + len(new) + seed.names.index(name))
+            else:
+                order.append(1 + int(np.flatnonzero(new == j)[0]))
+        return both.columns(np.array(order))
+
+    def renew(self, ending: bool) -> bool:
+        """Have all slopes simulated where products are asked for next, unless they just were; see `Renew`."""
+        if self._exact or (ending and not self.thorough):
+            return False
+        self._known = None
+        return True
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Slopes at a place, of changes of some size."""
+
+    local: np.ndarray
+    change: np.ndarray
+    slopes: Slopes
+    cost: float
