@@ -15,8 +15,8 @@ from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, parted
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
-from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
 from fibrefit.discovery.model.finding import Finding, Parting, Unexplained

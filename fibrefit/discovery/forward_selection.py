@@ -11,9 +11,10 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import waves_at
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, false_alarm, occam
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of

@@ -20,7 +20,9 @@ LONGEST = 240.0
 #: The command, with a search that tells of its parts and takes its time over them. Parts run side by side: one
 #: system call writes a whole line, where `print` would let the lines of two threads run into each other.
 SLOW = """
-import importlib, os, sys, time
+import importlib, os, signal, sys, time
+# A job script may have its children ignore the signal that is tested here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from fibrefit.cli.main import run
 name, wait = sys.argv[1:3]
 module, _, function = name.rpartition(".")

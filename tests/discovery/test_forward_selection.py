@@ -15,8 +15,9 @@ import pytest
 from fibrefit.core.check import Check
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import APART, NAMED
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.forward_selection import (
     Limits,

@@ -37,6 +37,7 @@ def test_no_scatter_is_made_up() -> None:
     assert line.scatter < 0.15
 
 
+@pytest.mark.slow
 def test_chance_is_not_taken_for_a_trend() -> None:
     alarms = 0
     for seed in range(40):

@@ -11,9 +11,9 @@ import numpy as np
 from fibrefit.core.roles import HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
-from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.catalogue import suits
 from fibrefit.effects.law import Effect

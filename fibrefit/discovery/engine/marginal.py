@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ from fibrefit.discovery.engine.screening import Approach, Promise, directions, s
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
 from fibrefit.discovery.engine.supermodel import Frame, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick, yardstick_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
@@ -47,56 +48,6 @@ DRAWS = 4
 @jax.jit
 def _whitened(whitening: Coloured, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """A hypothesis and how probable it makes the records.
-
-    Parameters
-    ----------
-    effects : tuple of Effect classes
-        Added to the model the search began with, in the order they were found.
-    frame : Frame
-        One that holds them, not whitened.
-    evidence : MarginalLikelihood
-    """
-
-    effects: tuple[type[Effect], ...]
-    frame: Frame
-    evidence: MarginalLikelihood
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the effects."""
-        return tuple(effect.name for effect in self.effects)
-
-    @property
-    def local(self) -> np.ndarray:
-        """Values of each record at the mode, ``(n_record, n_local)`` in SI units."""
-        return self.evidence.mode.local
-
-    @property
-    def log(self) -> float:
-        """Logarithm of the marginal likelihood."""
-        return self.evidence.log
-
-    def moved_to(self, log: float) -> Weighed:
-        """The same, told with another marginal likelihood: that of a noise in which it was not weighed."""
-        return replace(self, evidence=replace(self.evidence, log=log))
-
-    @property
-    def shared(self) -> dict[str, float]:
-        """Shared values in SI units, by name."""
-        unknowns = self.evidence.mode.unknowns
-        return dict(zip(unknowns.names, self.evidence.mode.values.tolist(), strict=False))
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Standard errors of the shared values in SI units, by name."""
-        unknowns, place = self.evidence.mode.unknowns, self.evidence.mode.place
-        error = np.sqrt(np.diag(self.evidence.spread)) * np.abs(unknowns.slope(place.z))
-        return dict(zip(unknowns.names, error.tolist(), strict=False))
 
 
 class Scales:

@@ -16,8 +16,8 @@ import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
-from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
 from fibrefit.discovery.model.law import ProposedLaw, Runner

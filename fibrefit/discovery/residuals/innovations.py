@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, gamma
 
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gauss_newton import STEP
 from fibrefit.problem.noise.spectrum import Noise, periodogram, rests
 from fibrefit.problem.statement.observations import Trace

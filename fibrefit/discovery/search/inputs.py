@@ -8,9 +8,10 @@ from threading import Lock
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of, waves_at
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.inputs.errors_in_variables import Waves

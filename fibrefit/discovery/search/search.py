@@ -13,12 +13,13 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, Trial, alone, fit_all, scouted
 from fibrefit.discovery.engine.journal import Journal, digest
-from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales, Weighed
+from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 

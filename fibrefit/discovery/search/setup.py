@@ -10,9 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import NEARLY, Progress, Search
 from fibrefit.effects.law import Effect

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, alone, without
-from fibrefit.discovery.engine.marginal import Weighed
 from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Weight
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gauss_newton import mode

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
-from fibrefit.discovery.engine.marginal import Scales, Weighed
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Comparison, looked
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search

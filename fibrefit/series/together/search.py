@@ -15,9 +15,10 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
-from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Weighed
+from fibrefit.discovery.engine.marginal import WRONG_MINIMUM
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import NEARLY, Search, Tried
 from fibrefit.effects.law import Effect
 from fibrefit.series.together.laws import parameter_of

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of

@@ -13,7 +13,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
-from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Choice, said_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, laid_out

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.discovery.engine.marginal import Weighed
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import Told, Verdict
 from fibrefit.series.trends import Quantity

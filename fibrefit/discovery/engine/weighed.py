@@ -1,0 +1,61 @@
+"""A hypothesis and how probable it makes the records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.effects.law import Effect
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A hypothesis and how probable it makes the records.
+
+    Parameters
+    ----------
+    effects : tuple of Effect classes
+        Added to the model the search began with, in the order they were found.
+    frame : Frame
+        One that holds them, not whitened.
+    evidence : MarginalLikelihood
+    """
+
+    effects: tuple[type[Effect], ...]
+    frame: Frame
+    evidence: MarginalLikelihood
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def local(self) -> np.ndarray:
+        """Values of each record at the mode, ``(n_record, n_local)`` in SI units."""
+        return self.evidence.mode.local
+
+    @property
+    def log(self) -> float:
+        """Logarithm of the marginal likelihood."""
+        return self.evidence.log
+
+    def moved_to(self, log: float) -> Weighed:
+        """The same, told with another marginal likelihood: that of a noise in which it was not weighed."""
+        return replace(self, evidence=replace(self.evidence, log=log))
+
+    @property
+    def shared(self) -> dict[str, float]:
+        """Shared values in SI units, by name."""
+        unknowns = self.evidence.mode.unknowns
+        return dict(zip(unknowns.names, self.evidence.mode.values.tolist(), strict=False))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors of the shared values in SI units, by name."""
+        unknowns, place = self.evidence.mode.unknowns, self.evidence.mode.place
+        error = np.sqrt(np.diag(self.evidence.spread)) * np.abs(unknowns.slope(place.z))
+        return dict(zip(unknowns.names, error.tolist(), strict=False))

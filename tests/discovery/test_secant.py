@@ -1,0 +1,134 @@
+"""Slopes corrected from residuals: held against simulated ones, on records that take no simulation."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
+from fibrefit.problem.estimate.gauss_newton import SETTLED, PosteriorMode, local_grams, mode
+from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
+
+TRUTH = np.array([0.3, -0.2, 0.5])
+COUNTS = np.full(4, 40)
+SIGMA = np.array([0.05])
+CURVED = 0.3
+"""Share of the square of its readings that a record has beside them."""
+
+
+class Bench:
+    """A frame whose readings are a known function, and which counts what is asked of it."""
+
+    names = NAMES
+    whitening = None
+    problem = SimpleNamespace(observations=SimpleNamespace(weight={"force": None}))
+
+    def __init__(self, linear: Linear, curved: float = 0.0, reactions: Any = None) -> None:
+        self.linear, self.curved, self.reactions = linear, curved, reactions
+        self.simulated, self.full = 0, 0
+
+    def residuals(self, local: np.ndarray) -> np.ndarray:
+        left = self.linear.residuals(local)
+        return left + self.curved * ((left + self.linear.measured) ** 2 - self.linear.measured**2) / 10.0
+
+    def rows(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> Any:
+        self.simulated += 1 + len(columns)
+        self.full += len(columns) > 0
+        here = self.residuals(local)
+        rows = [here]
+        for i, column in enumerate(columns):
+            moved = local.copy()
+            moved[:, column] = targets[:, i]
+            rows.append(self.residuals(moved) - here)
+        return jnp.asarray(np.stack(rows, axis=1))
+
+
+def found_with(gram: Any, renew: Any = None) -> PosteriorMode:
+    of = unknowns()
+    return mode(of, begun(of), gram, SIGMA, renew=renew)
+
+
+@pytest.mark.parametrize("curved", [0.0, CURVED])
+def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
+    bench = Bench(Linear.drawn(1, TRUTH, scatter=0.05), curved)
+    exact = found_with(gram_of(bench.residuals))
+    secant = SecantGram(bench, COUNTS)  # type: ignore[arg-type]
+    found = found_with(secant, secant.renew)
+    assert found.objective == pytest.approx(exact.objective, abs=SETTLED)
+    np.testing.assert_allclose(found.place.z, exact.place.z, atol=0.02)
+    # The matrices that errors come from are those of simulated slopes.
+    np.testing.assert_allclose(np.diag(found.normal.shared), np.diag(exact.normal.shared), rtol=0.05)
+    assert bench.simulated <= 6 * exact.steps + 2, (bench.simulated, exact.steps)
+
+
+def test_no_mode_counts_before_simulated_slopes_ask_for_no_step() -> None:
+    bench = Bench(Linear.drawn(1, TRUTH), CURVED)
+    secant = SecantGram(bench, COUNTS)  # type: ignore[arg-type]
+    found = found_with(secant, secant.renew)
+    fresh = mode(unknowns(), found.place, gram_of(bench.residuals), SIGMA)
+    assert fresh.steps == 1
+    assert fresh.objective == pytest.approx(found.objective, rel=1e-9)
+
+
+def test_a_wrong_seed_leads_to_the_same_mode() -> None:
+    bench = Bench(Linear.drawn(1, TRUTH), CURVED)
+    other = Bench(Linear.drawn(2, TRUTH), CURVED)
+    exact, seeds = found_with(gram_of(bench.residuals)), []
+
+    def keep(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        seeds.append(slopes_at(other, local, columns, targets, COUNTS))  # type: ignore[arg-type]
+        return seeds[0].grams(None)
+
+    local_grams(unknowns(), begun(unknowns()), keep)
+    secant = SecantGram(bench, COUNTS, Seed(NAMES, seeds[0]))  # type: ignore[arg-type]
+    found = found_with(secant, secant.renew)
+    assert found.objective == pytest.approx(exact.objective, abs=SETTLED)
+
+
+def test_a_seed_saves_the_simulations_it_stands_for() -> None:
+    linear = Linear.drawn(1, TRUTH)
+    bench, seeds, of = Bench(linear), [], unknowns()
+
+    def keep(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        seeds.append(slopes_at(bench, local, columns[:2], targets[:, :2], COUNTS))  # type: ignore[arg-type]
+        return gram_of(bench.residuals)(local, columns, targets)
+
+    whole = local_grams(of, begun(of), keep)
+    bench.simulated = 0
+    grams = local_grams(of, begun(of), SecantGram(bench, COUNTS, Seed(NAMES[:2], seeds[0])))  # type: ignore[arg-type]
+    assert bench.simulated == 1 + 3
+    np.testing.assert_allclose(grams, whole, rtol=1e-9, atol=1e-9)
+
+
+def test_corrected_slopes_foretell_where_the_step_led() -> None:
+    random = np.random.default_rng(0)
+    old, new = random.standard_normal((2, 4, 9)), random.standard_normal((2, 1, 9))
+    pulled, other = random.standard_normal((2, 4, 3)), random.standard_normal((2, 1, 3))
+    way = random.standard_normal((2, 3))
+    led = Slopes(old, pulled).led_to(Slopes(new, other), way)
+    for before, after, corrected in ((old, new, led.rows), (pulled, other, led.pulled)):
+        assert corrected is not None
+        np.testing.assert_allclose(before[:, 0] + np.einsum("rj,rjk->rk", way, corrected[:, 1:]), after[:, 0])
+    # Across the step nothing was learnt, and nothing changes.
+    across = np.cross(way, random.standard_normal((2, 3)))
+    for before, corrected in ((old, led.rows), (pulled, led.pulled)):
+        np.testing.assert_allclose(
+            np.einsum("rj,rjk->rk", across, corrected[:, 1:]), np.einsum("rj,rjk->rk", across, before[:, 1:])
+        )
+
+
+def test_errors_of_inputs_are_eliminated() -> None:
+    random = np.random.default_rng(3)
+    pulls = 0.3 * random.standard_normal((4, 2, 40))
+    inverse = np.linalg.inv(np.eye(2) + pulls @ np.swapaxes(pulls, 1, 2))
+    bench = Bench(Linear.drawn(1, TRUTH), 0.0, SimpleNamespace(rows=pulls.astype(np.float32), inverse=inverse))
+    local, columns = begun(unknowns()).rest, np.arange(2)
+    slopes = slopes_at(bench, local, columns, local[:, :2] + 1e-3, COUNTS)  # type: ignore[arg-type]
+    left = np.eye(40) - np.swapaxes(pulls, 1, 2) @ inverse @ pulls
+    expected = slopes.rows @ left @ np.swapaxes(slopes.rows, 1, 2)
+    keep = [1, 2, 0]
+    np.testing.assert_allclose(slopes.grams(bench.reactions), expected[:, keep][:, :, keep], rtol=1e-5, atol=1e-9)
