@@ -13,19 +13,19 @@ from fibrefit.core.time_limit import Budget, check_time, in_time
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
-from fibrefit.discovery.design.rivals import Rivals, parted
+from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
-from fibrefit.discovery.model.finding import Finding, Parting, Unexplained
+from fibrefit.discovery.model.finding import Finding, SeparatingExperiment, Unexplained
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.cross_validation import held_out
-from fibrefit.discovery.search.inputs import waves_of
+from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.catalogue import look_alikes
@@ -165,7 +165,7 @@ def _outdone(
     search: Search, base: Weighed, best: Weighed, before: Identification
 ) -> tuple[Weighed, list[Reading]] | None:
     """The base and its curves, where one of them makes the records more probable than what was named."""
-    if best.frame.reactions is not base.frame.reactions:
+    if best.frame.sensitivities is not base.frame.sensitivities:
         local = carried(search.base.frame, search.base.fit.local, base.frame, base.local)
         base = search.scales.weigh(search.base.frame, (), local)
     else:
@@ -180,11 +180,11 @@ def _never_tried(search: Search, best: Weighed) -> list[tuple[str, str]]:
     return [(effect.name, other) for effect in best.effects for other in look_alikes(effect) if other not in tried]
 
 
-def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[Parting, ...]:
+def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[SeparatingExperiment, ...]:
     found = []
     for i, pair in enumerate(rivals):
         search.tell("looking for records that tell effects apart", i / len(rivals))
-        found.append(parted(search, pair))
+        found.append(separating_experiment(search, pair))
     return tuple(parting for parting in found if parting is not None)
 
 
@@ -245,10 +245,10 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         spread=dict.fromkeys(task.spread, NEARBY),
         ladders=task.ladders[:1, -1:],
     )
-    enough, waves = budget.left > SHARPENED * budget.seconds, waves_of(search, best)
+    enough, coefficients = budget.left > SHARPENED * budget.seconds, coefficients_of(search, best)
     return identify(
-        nearby, FINAL_STARTS if waves is None else 1, seed, waves=waves, whiten=enough, progress=search.tell,
-        stop=lambda: budget.left < 0.0,
+        nearby, FINAL_STARTS if coefficients is None else 1, seed, coefficients=coefficients, whiten=enough,
+        progress=search.tell, stop=lambda: budget.left < 0.0,
     )  # fmt: skip
 
 

@@ -12,15 +12,15 @@ import numpy as np
 from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales
-from fibrefit.discovery.engine.supermodel import waves_at
+from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, false_alarm, occam
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
-from fibrefit.discovery.residuals.residuals import Left, left_at
+from fibrefit.discovery.residuals.residuals import ResidualSet, residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
-from fibrefit.discovery.search.search import Search, Tried
+from fibrefit.discovery.search.search import NEARLY, PROMISING, Search, Tried
 from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
@@ -177,11 +177,11 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     with time_limit(LOOKING * time_left()):
         tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
     look = _in_one_noise(search, parent, tried)
-    enough, _ = in_time(partial(_explains, look), False)
-    if not costly or enough:
+    if not costly:
         return look
+    least, _ = in_time(partial(_worth_following, look), -np.inf)
     with time_limit(LOOKING * time_left()):
-        more, _ = in_time(partial(look.search.tried, look.parent, costly, what), Tried([], tuple(costly)))
+        more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
     found = sorted([*look.found, *more.found], key=lambda one: -one.log)
     return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
 
@@ -198,14 +198,16 @@ def is_incomplete(search: Search, weighed: Weighed) -> bool:
     return any(test.raised for test in tested)
 
 
-def _explains(look: Comparison) -> bool:
-    """Whether the noise is no larger than where nothing is missing, so that what takes long need not be tried."""
-    best = look.found[0] if look.found and look.gain(look.found[0]) > NAMED else look.parent
-    return look.search.gap(look.search.plain(best)) < ENOUGH
+def _worth_following(look: Comparison) -> float:
+    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found."""
+    gain = look.gain(look.found[0]) if look.found else 0.0
+    if gain <= NAMED or look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
+        return -np.inf
+    return gain - FAR_BEHIND if look.search.gap(look.search.plain(look.parent)) <= NEARLY else PROMISING * gain
 
 
 ENOUGH = 1.02
-"""Gap below which effects that take long to simulate are not tried: the noise itself is not known better."""
+"""Gap above which something is left to be found, whatever slopes say: the noise itself is not known better."""
 
 
 def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
@@ -214,7 +216,7 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
     again: list[Weighed] = []
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
-        scales = Scales(search.ground, search.scales.reference, search.scales.refined(richest))
+        scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
         search = search.weighed_with(scales)
         parent = scales.again(parent)
         near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
@@ -353,19 +355,19 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> Round:
     sentence = f"{added}: the normalised residual RMS falls from {gaps[0]:.3g} to {gaps[1]:.3g}"
     sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
     sentence = f"{sentence}{_changes(parent, chosen)}".strip()
-    left = before if not parent.effects else left_by(search, parent)
-    left_with = tuple(left_by(search, one).residuals for one in look.found[:COMPARED])
+    left = before if not parent.effects else what_is_left(search, parent)
+    left_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
     told = f"{where.in_words(left)}. {sentence}"
     return Round(added, *gaps, where.places(left), ranking, told, left.residuals, left_with)
 
 
-def left_by(search: Search, weighed: Weighed) -> Left:
+def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
     task, values = search.task_with(weighed)
-    problem, reactions = task.problem, weighed.frame.reactions
-    if reactions is not None:
-        problem = corrected(problem, input_errors(task), waves_at(task, values, reactions))
-    return left_at(problem, values, search.task.noise)
+    problem, sensitivities = task.problem, weighed.frame.sensitivities
+    if sensitivities is not None:
+        problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
+    return residual_set_at(problem, values, search.task.noise)
 
 
 CARRIED = 0.05

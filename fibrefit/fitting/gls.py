@@ -22,9 +22,9 @@ from fibrefit.fitting.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
 from fibrefit.problem.estimate.gauss_newton import Gram, Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
-from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
-from fibrefit.problem.inputs.linearity_weights import faded
-from fibrefit.problem.inputs.reactions import Reactions, reactions_of, reactions_through
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
+from fibrefit.problem.inputs.linearity_weights import downweighted
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -44,7 +44,7 @@ LEAST = 0.25
 LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
 MISSED = 0.03
-"""Mean square of what that does not foretell, in units of the noise, from which it is done again."""
+"""Mean square of what that does not predict, in units of the noise, from which it is done again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -59,21 +59,21 @@ class View:
         Errors found before taken off its inputs.
     whitening : Coloured or None
         None: each sample by itself.
-    reactions : Reactions or None
+    sensitivities : InputSensitivities or None
         To errors of measured inputs, whitened.
-    raw : Reactions or None
+    raw : InputSensitivities or None
         The same, not whitened.
     """
 
     problem: Problem
     whitening: Coloured | None = None
-    reactions: Reactions | None = None
-    raw: Reactions | None = None
+    sensitivities: InputSensitivities | None = None
+    raw: InputSensitivities | None = None
 
     def through(self, whitening: Coloured) -> View:
         """The same through another whitening."""
-        reactions = None if self.raw is None else reactions_through(self.raw, whitening)
-        return replace(self, whitening=whitening, reactions=reactions)
+        sensitivities = None if self.raw is None else whitened_sensitivities(self.raw, whitening)
+        return replace(self, whitening=whitening, sensitivities=sensitivities)
 
     def gram(self, unknowns: Unknowns) -> Gram:
         """What a Gauss-Newton search asks of the records."""
@@ -83,54 +83,63 @@ class View:
         def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             steps = targets - local[:, columns]
             linear = self.problem.linearised_at(local)
-            return np.asarray(_products(linear, places, steps, self.whitening, self.reactions))
+            return np.asarray(_products(linear, places, steps, self.whitening, self.sensitivities))
 
         return of
 
-    def left(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, Waves]:
+    def left(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, InputCoefficients]:
         """Residuals ``(n_draw, n_record, n_channel, n_time)`` in units of the noise, and errors of the inputs.
 
         The first draw is at the best errors of the inputs, the others where these may be as well.
         """
         rows = np.asarray(self.problem.linearised_at(local).residuals)
-        if self.reactions is None or self.raw is None:
+        if self.sensitivities is None or self.raw is None:
             return rows[None], {}
         offset = np.asarray(self.raw.offset).reshape(rows.shape)
         rows = np.where(rows != 0.0, rows + offset, 0.0)
         white = rows if self.whitening is None else np.asarray(_whitened(self.whitening, rows))
         random, found, best = np.random.default_rng(0), [], []
         for r, row in enumerate(rows):
-            inverse, seen = np.asarray(self.reactions.inverse[r]), np.asarray(self.reactions.rows[r], dtype=float)
+            inverse, seen = (
+                np.asarray(self.sensitivities.inverse[r]),
+                np.asarray(self.sensitivities.rows[r], dtype=float),
+            )
             best.append(-inverse @ (seen @ white[r].ravel()))
             root = np.linalg.cholesky(inverse)
-            waves = np.stack([best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
-            left = waves @ np.asarray(self.raw.rows[r], dtype=float)
+            coefficients = np.stack(
+                [best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)]
+            )
+            left = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
             found.append(row + left.reshape(draws, *row.shape))
-        ends = np.cumsum([wave.shape[1] for wave in self.raw.waves.values()])[:-1]
-        waves_found = dict(zip(self.raw.waves, np.split(np.array(best), ends, axis=1), strict=True))
+        ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
+        waves_found = dict(zip(self.raw.coefficients, np.split(np.array(best), ends, axis=1), strict=True))
         return np.stack(found, axis=1), waves_found
 
 
 @kept_program
 def _products(
-    linear: Linearised, places: np.ndarray, steps: jax.Array, whitening: Coloured | None, reactions: Reactions | None
+    linear: Linearised,
+    places: np.ndarray,
+    steps: jax.Array,
+    whitening: Coloured | None,
+    sensitivities: InputSensitivities | None,
 ) -> jax.Array:
     """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
     residuals = linear.residuals
-    if reactions is not None:
-        residuals = jnp.where(residuals != 0.0, residuals + reactions.offset.reshape(residuals.shape), 0.0)
+    if sensitivities is not None:
+        residuals = jnp.where(residuals != 0.0, residuals + sensitivities.offset.reshape(residuals.shape), 0.0)
     moved = linear.slopes[..., places] * steps[:, None, None, :]
     rows = jnp.moveaxis(jnp.concatenate([moved, residuals[..., None]], axis=-1), -1, 0)
     rows = rows if whitening is None else whitening.whiten_rows(rows)
     rows = jnp.moveaxis(rows, 0, 1).reshape(rows.shape[1], rows.shape[0], -1)
     grams = jnp.einsum("rin,rjn->rij", rows, rows)
-    if reactions is None:
+    if sensitivities is None:
         return grams
     # Rows differ by many orders of magnitude: single precision is that of each row.
     size = jnp.sqrt(jnp.einsum("rii->ri", grams))
     size = jnp.where(size > 0.0, size, 1.0)[..., None]
-    pulled = jnp.einsum("rin,rwn->riw", (rows / size).astype(jnp.float32), reactions.rows).astype(float) * size
-    return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, reactions.inverse, pulled)
+    pulled = jnp.einsum("rin,rwn->riw", (rows / size).astype(jnp.float32), sensitivities.rows).astype(float) * size
+    return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
 
 
 @kept_program
@@ -159,7 +168,7 @@ class Sharp:
         Of each channel, in SI units.
     evidence : MarginalLikelihood
     seen : View
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
     """
@@ -173,7 +182,7 @@ class Sharp:
     noise: tuple[Noise, ...]
     evidence: MarginalLikelihood
     seen: View
-    waves: Waves
+    coefficients: InputCoefficients
     expected_gap: float
 
     @property
@@ -201,7 +210,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     layout = plain.problem.layout
     unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
     known = bool(plain.input_errors)
-    seen = _seen(task, plain.values, plain.waves) if known else View(plain.problem)
+    seen = _seen(task, plain.values, plain.coefficients) if known else View(plain.problem)
     place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
@@ -211,7 +220,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
         found = _settled(task, bars, unknowns, place, seen)
         if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
             break
-        seen, place = _seen(task, found.values, found.waves), found.evidence.mode.place
+        seen, place = _seen(task, found.values, found.coefficients), found.evidence.mode.place
     return found
 
 
@@ -268,19 +277,23 @@ def _weighed(
     return found if sound else None
 
 
-def _seen(task: Task, values: np.ndarray, waves: Waves) -> View:
+def _seen(task: Task, values: np.ndarray, coefficients: InputCoefficients) -> View:
     """A task with noisy inputs, linearised in their errors at given ones."""
-    reactions = reactions_of(task, values, waves)
-    problem = corrected(task.problem, input_errors(task), waves)
-    return View(problem) if reactions is None else View(faded(problem, reactions.fade), None, reactions, reactions)
+    sensitivities = sensitivities_of(task, values, coefficients)
+    problem = corrected(task.problem, input_errors(task), coefficients)
+    return (
+        View(problem)
+        if sensitivities is None
+        else View(downweighted(problem, sensitivities.downweight), None, sensitivities, sensitivities)
+    )
 
 
 def _bends(task: Task, sharp: Sharp) -> bool:
-    """Whether errors of inputs have moved so far that what the readings make of them is not what was foretold."""
+    """Whether errors of inputs have moved so far that what the readings make of them is not what was predicted."""
     there = np.asarray(problem_at(task, sharp).linearised_at(sharp.local).residuals)
     counted = sharp.residuals != 0.0
-    fade = 1.0 if sharp.seen.raw is None else sharp.seen.raw.fade
-    return not float(np.mean((there * fade - sharp.residuals)[counted] ** 2)) < MISSED
+    downweight = 1.0 if sharp.seen.raw is None else sharp.seen.raw.downweight
+    return not float(np.mean((there * downweight - sharp.residuals)[counted] ** 2)) < MISSED
 
 
 def _sharp(
@@ -301,7 +314,7 @@ def _sharp(
     values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
-    residuals, waves = seen.left(local, DRAWS)
+    residuals, coefficients = seen.left(local, DRAWS)
     return Sharp(
         values=values,
         local=local,
@@ -312,7 +325,7 @@ def _sharp(
         noise=noise,
         evidence=evidence,
         seen=seen,
-        waves=waves,
+        coefficients=coefficients,
         expected_gap=_expected_gap(residuals),
     )
 
@@ -380,7 +393,7 @@ def cost_with_one_held(sharp: Sharp, index: int) -> Callable[[np.ndarray], float
 
 def problem_at(task: Task, sharp: Sharp) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
-    return corrected(task.problem, input_errors(task), sharp.waves) if sharp.waves else task.problem
+    return corrected(task.problem, input_errors(task), sharp.coefficients) if sharp.coefficients else task.problem
 
 
 __all__ = ["PosteriorMode", "Sharp", "View", "cost_with_one_held", "problem_at", "sharpened"]

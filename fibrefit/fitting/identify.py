@@ -28,7 +28,7 @@ from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
-from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 
@@ -43,7 +43,7 @@ def identify(
     *,
     robust: bool = False,
     profile: bool = False,
-    waves: Waves | None = None,
+    coefficients: InputCoefficients | None = None,
     whiten: bool = True,
     progress: Progress | None = None,
     stop: Stop = lambda: False,
@@ -59,7 +59,7 @@ def identify(
         Of the scatter of starts.
     robust, profile : bool
         Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
-    waves : mapping of input to (n_record, n_wave), optional
+    coefficients : mapping of input to (n_record, n_wave), optional
         Errors of measured inputs from an earlier identification, to begin with.
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
@@ -67,10 +67,6 @@ def identify(
         Told what is being done and the share that is finished.
     stop : callable
         Asked now and then whether to conclude with what there is; the result then fails a check that says so.
-
-    Returns
-    -------
-    Identification
 
     Raises
     ------
@@ -81,7 +77,9 @@ def identify(
     """
     began, tell = time.perf_counter(), progress or (lambda what, share: None)
     task = _softened(task) if robust else task
-    searched = replace(task, problem=corrected(task.problem, input_errors(task), waves)) if waves else task
+    searched = (
+        replace(task, problem=corrected(task.problem, input_errors(task), coefficients)) if coefficients else task
+    )
     tell("compiling", 0.0)
     width = widths(searched.problem, task.problem.layout.free(task.start))
     found = _search(searched, starts, seed, tell, stop)
@@ -89,7 +87,7 @@ def identify(
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, second, waves, whiten)
+    found_all = _concluded(task, found, values, second, coefficients, whiten)
     if profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -141,9 +139,14 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
 
 
 def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, second: _Second | None, waves: Waves | None, whiten: bool
+    task: Task,
+    starts: Starts,
+    values: np.ndarray,
+    second: _Second | None,
+    coefficients: InputCoefficients | None,
+    whiten: bool,
 ) -> Identification:
-    plain = optimum(task, values, waves)
+    plain = optimum(task, values, coefficients)
     normal = plain.scores.normal_matrix()
     rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
     bars = error_bars(plain.problem, plain.scores, rate)
@@ -183,7 +186,7 @@ def _concluded(
         gap=seen.gap,
         expected_gap=best.expected_gap,
         input_errors=best.input_errors,
-        waves=best.waves,
+        coefficients=best.coefficients,
         record_gaps=seen.record_gaps,
         noise=task.noise,
         readings=seen.motion.readings,

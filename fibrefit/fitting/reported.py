@@ -18,7 +18,7 @@ from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.structure import loudness, structure_checks
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import parting, parting_check
-from fibrefit.problem.inputs.errors_in_variables import Waves, error_rms, input_errors
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
@@ -44,7 +44,7 @@ class Reported:
     sound : mapping of name to Check
         ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
     input_errors : mapping of input to InputError
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
     says : str
@@ -60,7 +60,7 @@ class Reported:
     seen: Look
     sound: Mapping[str, Check]
     input_errors: Mapping[str, InputError]
-    waves: Waves
+    coefficients: InputCoefficients
     expected_gap: float
     says: str = ""
     checks: tuple[Check, ...] = ()
@@ -125,23 +125,23 @@ def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
 
 
 def _of_sharp(task: Task, plain: Optimum, sharp: Sharp) -> Reported:
-    problem, waves = problem_at(task, sharp), sharp.waves
+    problem, coefficients = problem_at(task, sharp), sharp.coefficients
     seen = look(task, problem, sharp.local)
-    if waves:
+    if coefficients:
         # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is told by
         # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
         own = problem.layout.local(plain.values)
         for local in (sharp.local, *(() if sharp.scattered else (own,))):
             other = look(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
-                problem, seen, waves = plain.problem, other, plain.waves
+                problem, seen, coefficients = plain.problem, other, plain.coefficients
     sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, sharp.expected_gap)
     moving = judge.converged(min(sharp.evidence.mode.promised, judge.SETTLED), True)
     limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
     sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
-    errors, expected = _errors(task, plain, waves), sharp.expected_gap
+    errors, expected = _errors(task, plain, coefficients), sharp.expected_gap
     values, left, bars = sharp.values, sharp.residuals, sharp.bars
-    return Reported(problem, values, left, bars, sharp, seen, sound, errors, waves, expected)
+    return Reported(problem, values, left, bars, sharp, seen, sound, errors, coefficients, expected)
 
 
 def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
@@ -157,7 +157,7 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     errors, expected = plain.input_errors, plain.expected_gap
     if not sound["gap"].passed and np.isfinite(residuals).all():
         bars = with_discrepancy(bars, plain.scores, seen.motion)
-    return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.waves, expected)
+    return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.coefficients, expected)
 
 
 def _sound(
@@ -170,8 +170,8 @@ def _sound(
     return {"gap": gap, **{check.name: check for check in structure_checks(left)}}
 
 
-def _errors(task: Task, plain: Optimum, waves: Waves) -> Mapping[str, InputError]:
-    if not waves:
+def _errors(task: Task, plain: Optimum, coefficients: InputCoefficients) -> Mapping[str, InputError]:
+    if not coefficients:
         return plain.input_errors
-    rms = error_rms(task.problem, input_errors(task), waves)
+    rms = error_rms(task.problem, input_errors(task), coefficients)
     return {name: InputError(rms[name], error.noise, error.unit) for name, error in plain.input_errors.items()}

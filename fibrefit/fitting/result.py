@@ -12,7 +12,7 @@ import numpy as np
 from fibrefit.core.check import Check, Status, status_by
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.estimate.population import Between
-from fibrefit.problem.inputs.errors_in_variables import Waves
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 
@@ -200,7 +200,7 @@ class Identification:
     sharp : Sharp or None
         The whitened estimate, where it is the one reported.
     input_errors : dict of input to InputError
-    waves : dict of input to (n_record, n_wave)
+    coefficients : dict of input to (n_record, n_wave)
         The errors themselves, see `fibrefit.problem.inputs.errors_in_variables`.
     """
 
@@ -226,7 +226,7 @@ class Identification:
     plain: PlainEstimate
     sharp: Sharp | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
-    waves: Waves = field(default_factory=dict)
+    coefficients: InputCoefficients = field(default_factory=dict)
     balance: ChannelGap | None = None
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.problem.estimate.hausman import Parting
+from fibrefit.problem.estimate.hausman import HausmanTest
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
@@ -128,7 +128,7 @@ class Posterior:
     marginals : dict of str to Marginal
         Of the heaviest mode; noise included.
     checks : tuple of Check
-    parting : Parting
+    parting : HausmanTest
     start : (n_free,) in SI units
         The fit it began with.
     widening : (n_free, n_free)
@@ -145,7 +145,7 @@ class Posterior:
     modes: tuple[Mode, ...]
     marginals: Mapping[str, Marginal]
     checks: tuple[Check, ...]
-    parting: Parting
+    parting: HausmanTest
     start: np.ndarray
     widening: np.ndarray
     settings: Settings

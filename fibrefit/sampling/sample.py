@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.estimate.hausman import Parting, parting, parting_check
-from fibrefit.problem.inputs.errors_in_variables import Waves, input_errors
+from fibrefit.problem.estimate.hausman import HausmanTest, parting, parting_check
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
@@ -39,7 +39,7 @@ def sample_posterior(
     task: Task,
     start: np.ndarray,
     *,
-    waves: Waves | None = None,
+    coefficients: InputCoefficients | None = None,
     stated: Mapping[str, PriorSetting | Prior] | None = None,
     basins: Sequence[np.ndarray] = (),
     noise: str = "auto",
@@ -56,7 +56,7 @@ def sample_posterior(
     task : Task
     start : (n_free,) in SI units
         The best fit by plain least squares.
-    waves : mapping of input to (n_record, n_wave), optional
+    coefficients : mapping of input to (n_record, n_wave), optional
         Errors of measured inputs that suit it.
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
@@ -86,7 +86,7 @@ def sample_posterior(
     """
     began, settings = time.perf_counter(), settings or Settings()
     start = np.asarray(start, dtype=float)
-    ready = _prepare(task, start, waves or None, stated or {}, noise, heavy, settings)
+    ready = _prepare(task, start, coefficients or None, stated or {}, noise, heavy, settings)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
     found = [find_mode(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
     modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
@@ -108,7 +108,7 @@ class _Ready(NamedTuple):
         Where the walkers begin.
     widening : (n_free, n_free)
         See `Posterior`.
-    parting : Parting
+    parting : HausmanTest
     """
 
     linear: Linearised
@@ -118,20 +118,20 @@ class _Ready(NamedTuple):
     target: Target
     values: np.ndarray
     widening: np.ndarray
-    parting: Parting
+    parting: HausmanTest
 
 
 def _prepare(
     task: Task,
     start: np.ndarray,
-    waves: Waves | None,
+    coefficients: InputCoefficients | None,
     stated: Mapping[str, PriorSetting | Prior],
     noise: str,
     heavy: bool,
     settings: Settings,
 ) -> _Ready:
     known, layout = input_errors(task), task.problem.layout
-    plain, found = cleaned(task, known, start, waves) if known else (task, {})
+    plain, found = cleaned(task, known, start, coefficients) if known else (task, {})
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
     # What the noise is does not hang on where the walkers begin.
     model = noise_model_of(

@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
-from fibrefit.discovery.engine.supermodel import frame_of
+from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
@@ -30,7 +30,7 @@ def identified(
     task: Task, effects: tuple[type[Effect], ...] = (), wrong: float = 0.0, fatal: bool = False
 ) -> Identification:
     """What a fit that is `wrong` times the noise beside the records would have ended with."""
-    problem = frame_of(task, effects).problem
+    problem = supermodel_of(task, effects).problem
     layout, data = problem.layout, problem.observations
     channels = problem.model.rig.channels
     typical = {p.name: p.typical for p in problem.model.parameters}

@@ -7,14 +7,14 @@ import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
 from fibrefit.discovery.engine.screening import WEAK, directions, starting_strength
-from fibrefit.discovery.engine.supermodel import frame_of
+from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.effects.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
 
 
 def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
     resonance = find_effect("sensor.gauge_resonance")
-    frame = frame_of(task, (resonance,))
+    frame = supermodel_of(task, (resonance,))
     starts = _starts(frame, absent_values(frame, 1), (resonance,))
     begun = {float(start[0, frame.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
     screened = {value for way in directions(resonance) for _, value in way.strengths}
@@ -42,7 +42,7 @@ def test_an_effect_is_screened_weakly_with_each_shape(name: str) -> None:
 
 def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> None:
     viscous = CATALOGUE["guide.viscous_friction"]
-    frame, name = frame_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
+    frame, name = supermodel_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
     weak = WEAK * viscous.parameters[0].typical
     assert starting_strength(frame, name, weak, 3.0) == pytest.approx(3.0 * weak)
     # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.

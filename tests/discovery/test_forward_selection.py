@@ -61,9 +61,9 @@ class Case:
         random = np.random.default_rng(seed)
         for name, value in (BASE | {COEFFICIENT: coefficient}).items():
             local[:, frame.names.index(name)] = value
-        for name in search.ground.scattering:
+        for name in search.context.scattering:
             local[:, frame.names.index(name)] *= np.exp(scatter * random.standard_normal(len(local)))
-        readings = frame.problem.foretold(jnp.asarray(local), frame.problem.observations.experiment)
+        readings = frame.problem.predict(jnp.asarray(local), frame.problem.observations.experiment)
         data = task.problem.observations
         measured = {
             channel: readings[channel] + random.standard_normal(readings[channel].shape) / data.weight[channel].max()
@@ -141,7 +141,7 @@ def both(made: Case) -> Weighed:
 
 def with_effect(made: Case, parent: Weighed, effect: type[Effect]) -> Weighed:
     """An effect on a parent, from where slopes promise most of it."""
-    scales, frame = made.search.scales, made.search.frame_for(effect, (*parent.effects, VISCOUS, DRAG))
+    scales, frame = made.search.scales, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
     return scales.extended(parent, frame, effect, scales.screened(parent, frame, [effect])[effect])
 
 
@@ -216,8 +216,8 @@ def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[...
     made = case(0.0)
     assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
     twice = [noise.scaled(2.0) for noise in made.search.scales.yardstick.noise]
-    wrong = Scales(made.search.ground, made.search.scales.reference, yardstick_of(made.base.frame, twice))
-    right = Scales(made.search.ground, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
+    wrong = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.frame, twice))
+    right = Scales(made.search.context, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
     fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
     valid = fresh != 0.0
     assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=0.03)
@@ -231,7 +231,7 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
     effects = (*made.search.effects, *(CATALOGUE[name] for name in others))
     for factor in (1.0, 0.8):
         noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
-        scales = Scales(made.search.ground, made.search.scales.reference, yardstick_of(made.base.frame, noise))
+        scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.frame, noise))
         search = replace(made.search, effects=effects).weighed_with(scales)
         look = looked(search, scales.again(made.base), "trying")
         found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])

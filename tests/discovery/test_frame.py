@@ -7,23 +7,23 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
-    Frame,
-    frame_of,
+    Supermodel,
+    coefficients_at,
     residual_rows,
     stretch_products,
-    waves_at,
+    supermodel_of,
 )
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.effects.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
-from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_waves
-from fibrefit.problem.inputs.linearity_weights import faded
-from fibrefit.problem.inputs.reactions import reactions_of
-from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_errors
+from fibrefit.problem.inputs.linearity_weights import downweighted
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
@@ -33,7 +33,7 @@ from fibrefit.workflow.prepare import read_records
 from tests.discovery.conftest import DATA
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
-#: Reactions are kept in single precision.
+#: InputSensitivities are kept in single precision.
 SINGLE = 1e-4
 #: Two ways to the same sum of some thousand squares.
 EXACT = 1e-8
@@ -49,16 +49,16 @@ def task() -> Task:
 
 def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     known = input_errors(task)
-    quiet = no_waves(known)
-    reactions = reactions_of(task, task.start, quiet)
-    assert reactions is not None
-    # A little beside the values the reactions are those of.
+    quiet = no_errors(known)
+    sensitivities = sensitivities_of(task, task.start, quiet)
+    assert sensitivities is not None
+    # A little beside the values the sensitivities are those of.
     values = task.start * 1.0002
-    whole = eliminate(faded(task.problem, reactions.fade), known, values, quiet)
-    waves = waves_at(task, values, reactions)
+    whole = eliminate(downweighted(task.problem, sensitivities.downweight), known, values, quiet)
+    coefficients = coefficients_at(task, values, sensitivities)
     scale = np.abs(whole.best["drive"]).max()
-    np.testing.assert_allclose(waves["drive"], whole.best["drive"], atol=0.02 * scale)
-    frame = frame_of(task, (), reactions)
+    np.testing.assert_allclose(coefficients["drive"], whole.best["drive"], atol=0.02 * scale)
+    frame = supermodel_of(task, (), sensitivities)
     local = np.asarray(task.problem.layout.local(values))
     cost = frame.costs(local, task.counts[-1]).sum()
     assert cost == pytest.approx(sum(gram[-1, -1] for gram in whole.gram), rel=0.01)
@@ -68,22 +68,22 @@ def test_far_from_a_right_model_nothing_counts_once_something_could_not_be_foret
     study = load_study(STUDY)
     study = study.model_copy(update={"records": study.records[-1:]})
     task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
-    quiet = no_waves(input_errors(task))
-    near, far = (reactions_of(task, task.start, quiet, far) for far in (False, True))
+    quiet = no_errors(input_errors(task))
+    near, far = (sensitivities_of(task, task.start, quiet, far) for far in (False, True))
     assert near is not None
     assert far is not None
     # The last record bounces, and comes to rest again: seen from nearby, what is after counts once more.
-    assert np.any(np.diff(near.fade, axis=-1) > 0.1)
-    assert np.all(np.diff(far.fade, axis=-1) <= 0.0)
-    assert np.all(far.fade <= near.fade)
+    assert np.any(np.diff(near.downweight, axis=-1) > 0.1)
+    assert np.all(np.diff(far.downweight, axis=-1) <= 0.0)
+    assert np.all(far.downweight <= near.downweight)
 
 
 def test_an_absent_effect_changes_nothing(task: Task) -> None:
-    reactions = reactions_of(task, task.start, no_waves(input_errors(task)))
-    bare = frame_of(task, (), reactions)
-    frame = frame_of(task, (find_effect("guide.viscous_friction"),), reactions)
+    sensitivities = sensitivities_of(task, task.start, no_errors(input_errors(task)))
+    bare = supermodel_of(task, (), sensitivities)
+    frame = supermodel_of(task, (find_effect("guide.viscous_friction"),), sensitivities)
     local = np.asarray(task.problem.layout.local(task.start))
-    wider = carried(frame, absent_values(frame, len(local)), Frame(task), local)
+    wider = carried(frame, absent_values(frame, len(local)), Supermodel(task), local)
     costs = [bare.costs(local, task.counts[-1]), frame.costs(wider, task.counts[-1])]
     np.testing.assert_allclose(*costs, rtol=SINGLE)
 
@@ -105,20 +105,22 @@ def coloured(task: Task) -> tuple[Noise, ...]:
     )
 
 
-def whitened(whitening: Coloured, rows: np.ndarray) -> np.ndarray:
+def whitened(whitening: BlockFilter, rows: np.ndarray) -> np.ndarray:
     """Rows ``(n_row, n_record, n_channel * n_time)``."""
-    shape = (*rows.shape[:2], whitening.gain.shape[2], -1)
+    shape = (*rows.shape[:2], whitening.channels, -1)
     return np.asarray(whitening.whiten_rows(jnp.asarray(rows.reshape(shape)))).reshape(rows.shape)
 
 
-def varied(task: Task, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def varied(task: Task, frame: Supermodel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values, two columns and their targets."""
     local = np.asarray(task.problem.layout.local(task.start))
     columns = np.array([frame.names.index(name) for name in ("stiffness", "friction")])
     return local, columns, local[:, columns] * (1.0 + 1e-5)
 
 
-def changes(frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def changes(
+    frame: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray
+) -> np.ndarray:
     """Changes of the residuals and the residuals ``(n_column + 1, n_record, n_channel * n_time)``, one by one."""
     here, rows = np.asarray(residual_rows(frame, local, whole)), []
     for column, target in zip(columns, targets.T, strict=True):
@@ -129,7 +131,7 @@ def changes(frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.nd
 
 
 def test_products_are_those_of_whitened_rows(drops: Task) -> None:
-    frame, whole = frame_of(drops, ()), drops.counts[-1]
+    frame, whole = supermodel_of(drops, ()), drops.counts[-1]
     yardstick = yardstick_of(frame, coloured(drops))
     values = varied(drops, frame)
     rows = whitened(yardstick.whitening, changes(frame, *values, whole))
@@ -142,7 +144,7 @@ def test_products_are_those_of_whitened_rows(drops: Task) -> None:
 
 
 def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(drops: Task) -> None:
-    frame, whole = frame_of(drops, ()), drops.counts[-1]
+    frame, whole = supermodel_of(drops, ()), drops.counts[-1]
     yardstick = yardstick_of(frame, coloured(drops))
     seen, values = yardstick.on(frame), varied(drops, frame)
     products, squares = stretch_products(seen, *values, whole)
@@ -160,9 +162,9 @@ def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(dro
 
 def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     known = input_errors(task)
-    plain = reactions_of(task, task.start, no_waves(known))
+    plain = sensitivities_of(task, task.start, no_errors(known))
     assert plain is not None
-    frame, whole = frame_of(task, (), plain), task.counts[-1]
+    frame, whole = supermodel_of(task, (), plain), task.counts[-1]
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     slow = tuple(Noise(of.white, of.pink, 0.0, 1000, slow=((8.0, 0.3 * of.rms(1.0, 2000.0) ** 2),)) for of in noise)
     yardstick = yardstick_of(frame, slow)

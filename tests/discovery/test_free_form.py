@@ -11,6 +11,7 @@ from typing import Any, cast
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
@@ -27,7 +28,7 @@ from fibrefit.discovery.curves.probes import (
 )
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.model.finding import FreeCurve
@@ -35,8 +36,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.formulate.formulate import formulate
-from fibrefit.problem.inputs.errors_in_variables import input_errors, no_waves
-from fibrefit.problem.inputs.reactions import reactions_of
+from fibrefit.problem.inputs.errors_in_variables import input_errors, no_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
@@ -71,7 +71,7 @@ def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     weights, band = task.problem.observations.weight, 0.5 / float(np.diff(task.traces[0].times).mean())
     white = [Noise(float(weights[c].max()) ** -2 / band, 0.0, 0.0, 1000) for c in task.problem.model.rig.channels]
     yardstick = yardstick_of(search.base.frame, white)
-    return search.weighed_with(Scales(search.ground, search.scales.reference, yardstick))
+    return search.weighed_with(Scales(search.context, search.scales.reference, yardstick))
 
 
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:
@@ -92,8 +92,8 @@ def planted(task: Task, found: Identification, probe: type[Curve], heights: np.n
 
 def probed(task: Task, found: Identification, worth: float) -> tuple[list[Reading], tuple[FreeCurve, ...]]:
     search = begun_at(task)
-    frame, ground = search.base.frame, search.ground
-    fit = refit(frame, ground.subset(()), search.base.fit.local, ground.whole)
+    frame, context = search.base.frame, search.context
+    fit = refit(frame, context.subset(()), search.base.fit.local, context.whole)
     readings = probe_all(search, search.scales.weigh(frame, (), fit.local), found, worth)
     return readings, drawn(readings, found, search.samples)
 
@@ -153,14 +153,18 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     study = study.model_copy(update={"records": study.records[:1]})
     task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
     random = np.random.default_rng(0)
-    waves = {name: 0.5 * random.standard_normal(wave.shape) for name, wave in no_waves(input_errors(task)).items()}
-    frame = frame_of(task, (), reactions_of(task, task.start, waves))
+    coefficients = {
+        name: 0.5 * random.standard_normal(wave.shape) for name, wave in no_errors(input_errors(task)).items()
+    }
+    frame = supermodel_of(task, (), sensitivities_of(task, task.start, coefficients))
     local, whole = np.asarray(task.problem.layout.local(task.start)), task.counts[-1]
     cost = float(frame.costs(local, whole).sum())
     parent = cast(Any, SimpleNamespace(effects=(), frame=frame, local=local))
     began: list[float] = []
 
-    def fitted(search: Any, frame: Frame, parent: Any, probe: type[Curve], start: np.ndarray, worth: float) -> None:
+    def fitted(
+        search: Any, frame: Supermodel, parent: Any, probe: type[Curve], start: np.ndarray, worth: float
+    ) -> None:
         began.append(float(frame.costs(start, whole).sum()))
 
     monkeypatch.setattr(free_form, "_fit", fitted)

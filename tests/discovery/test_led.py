@@ -43,22 +43,22 @@ def search(task: Task) -> Search:
 @pytest.fixture(scope="module")
 def parent(search: Search) -> Hypothesis:
     """The base model at its minimum."""
-    fit = refit(search.base.frame, search.ground.subset(()), search.base.fit.local, search.ground.whole)
+    fit = refit(search.base.frame, search.context.subset(()), search.base.fit.local, search.context.whole)
     return Hypothesis((), fit, search.base.frame)
 
 
 def test_a_start_that_blows_up_is_made_weaker_and_no_other(search: Search, parent: Hypothesis) -> None:
-    frame, ground = parent.frame, search.ground
+    frame, context = parent.frame, search.context
     column = frame.names.index(STRENGTH)
     strong = parent.fit.local.copy()
     strong[:, column] = 60.0
     most = BLOWN * parent.fit.cost
-    assert frame.costs(strong, ground.whole).sum() > most
-    weak = _gentle(frame, ground, strong, (VISCOUS,), most)
-    assert frame.costs(weak, ground.whole).sum() <= most
+    assert frame.costs(strong, context.whole).sum() > most
+    weak = _gentle(frame, context, strong, (VISCOUS,), most)
+    assert frame.costs(weak, context.whole).sum() <= most
     assert weak[0, column] in (60.0 * SMALL, 60.0 * SMALL**2, 60.0 * SMALL**3)
     # Once is enough for it, and what is gentle stays as it is.
-    assert _gentle(frame, ground, weak, (VISCOUS,), most) is weak
+    assert _gentle(frame, context, weak, (VISCOUS,), most) is weak
 
 
 def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:
@@ -75,24 +75,24 @@ def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:
 
 
 def test_other_values_make_up_for_a_change_as_a_refit_does(search: Search, parent: Hypothesis) -> None:
-    frame, ground = parent.frame, search.ground
-    subset, held = ground.subset((VISCOUS,)), ground.subset(())
+    frame, context = parent.frame, search.context
+    subset, held = context.subset((VISCOUS,)), context.subset(())
     goal = parent.fit.local.copy()
     goal[:, frame.names.index(STRENGTH)] = 0.05
-    led = led_along(frame, held, subset, parent.fit.local, goal, ground.whole)
+    led = led_along(frame, held, subset, parent.fit.local, goal, context.whole)
     np.testing.assert_allclose(led[:, frame.names.index(STRENGTH)], 0.05)
-    best = refit(frame, held, goal, ground.whole, enough=1e-9)
-    costs = [frame.costs(values, ground.whole).sum() for values in (goal, led, best.local)]
+    best = refit(frame, held, goal, context.whole, enough=1e-9)
+    costs = [frame.costs(values, context.whole).sum() for values in (goal, led, best.local)]
     # To first order: what is left to gain is little beside what leading has gained.
     assert costs[1] - costs[2] < 0.1 * (costs[0] - costs[2])
 
 
 def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent: Hypothesis) -> None:
-    ground, subset = search.ground, search.ground.subset((VISCOUS,))
+    context, subset = search.context, search.context.subset((VISCOUS,))
     weak = parent.fit.local.copy()
     weak[:, parent.frame.names.index(STRENGTH)] = 0.5
-    begun = refit(parent.frame, Subset(ground.base, ground.each), weak, ground.whole)
-    led = _led(parent.frame, ground, subset, begun, (VISCOUS,))
+    begun = refit(parent.frame, Subset(context.base, context.each), weak, context.whole)
+    led = _led(parent.frame, context, subset, begun, (VISCOUS,))
     strengths = np.array([fit.local[0, parent.frame.names.index(STRENGTH)] for fit in led])
     np.testing.assert_allclose(strengths, 0.5 * GROWTH ** np.arange(1, len(led) + 1))
     costs = np.array([fit.cost for fit in led])
@@ -105,7 +105,9 @@ def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent
 def test_a_scout_goes_on_where_its_start_would_have_blown_up(
     search: Search, parent: Hypothesis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = scouted(parent.frame, search.ground, parent, (VISCOUS,))
+    found = scouted(parent.frame, search.context, parent, (VISCOUS,))
     monkeypatch.setattr(importlib.import_module("fibrefit.discovery.engine.candidates"), "BLOWN", 0.5)
-    followed = scouted(parent.frame, search.ground, parent, (VISCOUS,))
-    assert followed.refitted(search.ground).fit.cost == pytest.approx(found.refitted(search.ground).fit.cost, rel=1e-3)
+    followed = scouted(parent.frame, search.context, parent, (VISCOUS,))
+    assert followed.refitted(search.context).fit.cost == pytest.approx(
+        found.refitted(search.context).fit.cost, rel=1e-3
+    )

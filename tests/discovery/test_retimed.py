@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine import candidates
-from fibrefit.discovery.engine.candidates import Ground, retimed
+from fibrefit.discovery.engine.candidates import SearchContext, retimed
 from fibrefit.discovery.engine.refit import Refit, Subset
 
 WHOLE = 100
@@ -19,7 +19,7 @@ def ends(cost: float) -> Refit:
     return Refit(np.zeros((1, 1)), cost, {}, 1)
 
 
-def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], reactions: Any = None) -> float:
+def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], sensitivities: Any = None) -> float:
     """Cost at the end, where descents over whole records end with `costs` one after the other."""
     ahead = iter(costs)
 
@@ -27,9 +27,9 @@ def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], 
         return ends(next(ahead)) if counts[0] == WHOLE else ends(1.0)
 
     monkeypatch.setattr(candidates, "refit", descend)
-    ground = Ground((), (), (), np.array([[stage] for stage in stages]), {})
-    frame: Any = SimpleNamespace(reactions=reactions)
-    return retimed(frame, Subset((), ()), ends(1000.0), ground).cost
+    context = SearchContext((), (), (), np.array([[stage] for stage in stages]), {})
+    frame: Any = SimpleNamespace(sensitivities=sensitivities)
+    return retimed(frame, Subset((), ()), ends(1000.0), context).cost
 
 
 def test_it_goes_on_as_long_as_that_leads_lower(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,4 +43,4 @@ def test_it_keeps_what_it_had(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_there_is_nothing_to_lead_where_whole_records_are_the_first_stage(monkeypatch: pytest.MonkeyPatch) -> None:
     assert led(monkeypatch, [], [WHOLE]) == 1000.0
-    assert led(monkeypatch, [], [20, WHOLE], reactions=object()) == 1000.0
+    assert led(monkeypatch, [], [20, WHOLE], sensitivities=object()) == 1000.0

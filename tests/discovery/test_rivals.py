@@ -1,4 +1,4 @@
-"""The further record of which two explanations foretell the most different things."""
+"""The further record of which two explanations predict the most different things."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.design import rivals as module
-from fibrefit.discovery.design.rivals import Rivals, parted
+from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis
-from fibrefit.discovery.model.finding import Choice, Parting
+from fibrefit.discovery.model.finding import Choice, SeparatingExperiment
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.effects.catalogue import CATALOGUE
@@ -40,22 +40,22 @@ def model(search: Search, effect: type, name: str, value: float, **shift: float)
 
 def test_rivals_part_where_the_weight_is_fast(search: Search) -> None:
     models = model(search, VISCOUS, COEFFICIENT, 1.0), model(search, DRAG, QUADRATIC, 4.0)
-    found = parted(search, Rivals((VISCOUS.name, DRAG.name), models))
+    found = separating_experiment(search, Rivals((VISCOUS.name, DRAG.name), models))
     assert found is not None
     assert found.pair == (VISCOUS.name, DRAG.name)
     assert found.choice.conditions["lift"] == 0.04
     assert found.after > 1.5 * found.before > 0.0
     # The same two, each the other's rival, are as far apart.
-    back = parted(search, Rivals((DRAG.name, VISCOUS.name), models[::-1]))
+    back = separating_experiment(search, Rivals((DRAG.name, VISCOUS.name), models[::-1]))
     assert back is not None
     assert back.choice == found.choice
     assert back.after == pytest.approx(found.after, rel=0.1)
 
 
 def test_another_zero_parts_nothing(search: Search) -> None:
-    own = next(name for name in search.ground.each if name == "position_zero")
+    own = next(name for name in search.context.each if name == "position_zero")
     models = model(search, VISCOUS, COEFFICIENT, 1.0), model(search, VISCOUS, COEFFICIENT, 1.0, **{own: 3e-5})
-    found = parted(search, Rivals(("a", "b"), models))
+    found = separating_experiment(search, Rivals(("a", "b"), models))
     assert found is not None
     assert found.before < 0.01
     assert found.after < 0.01
@@ -63,7 +63,7 @@ def test_another_zero_parts_nothing(search: Search) -> None:
 
 def test_a_rig_without_a_menu_has_no_further_record(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "menu_of", lambda task: [])
-    assert parted(search, Rivals(("a", "b"), (search.base, search.base))) is None
+    assert separating_experiment(search, Rivals(("a", "b"), (search.base, search.base))) is None
 
 
 @pytest.mark.parametrize(("broken", "proposed"), [(range(100), False), (range(2), False), (range(1), True)])
@@ -73,16 +73,16 @@ def test_what_cannot_be_simulated_is_not_proposed(
     assert len(search.task.problem.layout.records) == 2
     apart = lambda models, each, choices: np.where(np.isin(np.arange(len(choices)), broken), np.nan, 0.1)  # noqa: E731
     monkeypatch.setattr(module, "_apart", apart)
-    found = parted(search, Rivals(("a", "b"), (search.base, search.base)))
+    found = separating_experiment(search, Rivals(("a", "b"), (search.base, search.base)))
     assert (found is not None) == proposed
     assert found is None or np.isfinite([found.before, found.after]).all()
 
 
 @pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])
 def test_a_parting_is_said_in_words(after: float, help: str) -> None:
-    parting = Parting(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
+    parting = SeparatingExperiment(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
     assert parting.says == (
         "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
-        f"fast: there they foretell readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
+        f"fast: there they predict readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
         f"records at hand.{help}"
     )

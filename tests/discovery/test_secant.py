@@ -27,8 +27,8 @@ class Bench:
     whitening = None
     problem = SimpleNamespace(observations=SimpleNamespace(weight={"force": None}))
 
-    def __init__(self, linear: Linear, curved: float = 0.0, reactions: Any = None) -> None:
-        self.linear, self.curved, self.reactions = linear, curved, reactions
+    def __init__(self, linear: Linear, curved: float = 0.0, sensitivities: Any = None) -> None:
+        self.linear, self.curved, self.sensitivities = linear, curved, sensitivities
         self.simulated, self.full = 0, 0
 
     def residuals(self, local: np.ndarray) -> np.ndarray:
@@ -47,9 +47,9 @@ class Bench:
         return jnp.asarray(np.stack(rows, axis=1))
 
 
-def found_with(gram: Any, renew: Any = None) -> PosteriorMode:
+def found_with(gram: Any) -> PosteriorMode:
     of = unknowns()
-    return mode(of, begun(of), gram, SIGMA, renew=renew)
+    return mode(of, begun(of), gram, SIGMA)
 
 
 @pytest.mark.parametrize("curved", [0.0, CURVED])
@@ -57,7 +57,7 @@ def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
     bench = Bench(Linear.drawn(1, TRUTH, scatter=0.05), curved)
     exact = found_with(gram_of(bench.residuals))
     secant = SecantGram(bench, COUNTS)  # type: ignore[arg-type]
-    found = found_with(secant, secant.renew)
+    found = found_with(secant)
     assert found.objective == pytest.approx(exact.objective, abs=SETTLED)
     np.testing.assert_allclose(found.place.z, exact.place.z, atol=0.02)
     # The matrices that errors come from are those of simulated slopes.
@@ -68,7 +68,7 @@ def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
 def test_no_mode_counts_before_simulated_slopes_ask_for_no_step() -> None:
     bench = Bench(Linear.drawn(1, TRUTH), CURVED)
     secant = SecantGram(bench, COUNTS)  # type: ignore[arg-type]
-    found = found_with(secant, secant.renew)
+    found = found_with(secant)
     fresh = mode(unknowns(), found.place, gram_of(bench.residuals), SIGMA)
     assert fresh.steps == 1
     assert fresh.objective == pytest.approx(found.objective, rel=1e-9)
@@ -85,7 +85,7 @@ def test_a_wrong_seed_leads_to_the_same_mode() -> None:
 
     local_grams(unknowns(), begun(unknowns()), keep)
     secant = SecantGram(bench, COUNTS, Seed(NAMES, seeds[0]))  # type: ignore[arg-type]
-    found = found_with(secant, secant.renew)
+    found = found_with(secant)
     assert found.objective == pytest.approx(exact.objective, abs=SETTLED)
 
 
@@ -131,4 +131,4 @@ def test_errors_of_inputs_are_eliminated() -> None:
     left = np.eye(40) - np.swapaxes(pulls, 1, 2) @ inverse @ pulls
     expected = slopes.rows @ left @ np.swapaxes(slopes.rows, 1, 2)
     keep = [1, 2, 0]
-    np.testing.assert_allclose(slopes.grams(bench.reactions), expected[:, keep][:, :, keep], rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(slopes.grams(bench.sensitivities), expected[:, keep][:, :, keep], rtol=1e-5, atol=1e-9)

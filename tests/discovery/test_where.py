@@ -170,11 +170,11 @@ def test_a_gap_that_belongs_to_a_moving_drive_is_said_to() -> None:
 
 
 def test_an_identification_is_something_left(task: object) -> None:
-    from fibrefit.discovery.residuals.residuals import Left
+    from fibrefit.discovery.residuals.residuals import ResidualSet
     from tests.discovery.made import identified
 
     found: Identification = identified(task, wrong=5.0)  # type: ignore[arg-type]
-    left: Left = found
+    left: ResidualSet = found
     same = Remains(left.problem, left.residuals, left.motion, left.noise)
     assert in_words(same) == in_words(found)
     assert places(same) == places(found) != ()

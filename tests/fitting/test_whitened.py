@@ -116,12 +116,12 @@ def test_where_both_estimates_part_the_plain_one_stands(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same records, and a comparison that finds them apart."""
-    parted = Check("plain and whitened estimates agree", False, "They part.", 1e-6, 1e-3)
-    monkeypatch.setattr(last_step, "parting_check", lambda names, found: parted)
+    hausman_test = Check("plain and whitened estimates agree", False, "They part.", 1e-6, 1e-3)
+    monkeypatch.setattr(last_step, "parting_check", lambda names, found: hausman_test)
     again = identify(task, starts=1)
     assert again.estimator == "plain least squares"
     assert "plain and whitened estimates agree" in again.estimator_says
-    assert parted in again.checks
+    assert hausman_test in again.checks
     assert again.status == "suspect"
     assert again.sharp is None
     np.testing.assert_allclose(again.values, found.plain.values, rtol=1e-6)

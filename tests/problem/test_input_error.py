@@ -21,10 +21,10 @@ from fibrefit.problem.inputs.errors_in_variables import (
     expanded,
     input_errors,
     left_over,
-    no_waves,
+    no_errors,
     residuals,
 )
-from fibrefit.problem.inputs.linearity_weights import fades
+from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.inputs.smoothing import smoothed, smoother
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
@@ -81,8 +81,8 @@ def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: di
     of_record = jax.tree.map(lambda rows: rows[1], known["drive"])
     for number in (0, 5, 200, of_record.size.size - 1):
         numbers = jnp.arange(CHUNK) + number - CHUNK // 2
-        waves = np.eye(of_record.size.size)[[number]]
-        of_one = corrected(task.problem, known, {"drive": np.concatenate([waves, waves])})
+        coefficients = np.eye(of_record.size.size)[[number]]
+        of_one = corrected(task.problem, known, {"drive": np.concatenate([coefficients, coefficients])})
         expected = [
             np.asarray(before - after)[1]
             for before, after in zip(
@@ -100,8 +100,8 @@ def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: di
 
 def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: dict[str, InputErrors]) -> None:
     random, noise = np.random.default_rng(1), task.input_noise["drive"]
-    waves = {name: random.standard_normal(wave.shape) for name, wave in no_waves(known).items()}
-    rms = [error_rms(task.problem, known, {"drive": scale * waves["drive"]})["drive"] for scale in (1.0, 2.0)]
+    coefficients = {name: random.standard_normal(wave.shape) for name, wave in no_errors(known).items()}
+    rms = [error_rms(task.problem, known, {"drive": scale * coefficients["drive"]})["drive"] for scale in (1.0, 2.0)]
     duration = float(known["drive"].duration[0])
     frequency = np.arange(0.25 / duration, 60.0, 0.5 / duration)
     power = noise.density(frequency).sum() * 0.5 / duration + 2.0 * noise.line
@@ -110,7 +110,7 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
 
 
 def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[str, InputErrors]) -> None:
-    quiet, random = no_waves(known), np.random.default_rng(2)
+    quiet, random = no_errors(known), np.random.default_rng(2)
     here = eliminate(task.problem, known, task.start, quiet)
     wave = {"drive": 0.01 * random.standard_normal(quiet["drive"].shape)}
     there = np.asarray(corrected(task.problem, known, wave).residuals(jnp.asarray(task.start)))
@@ -129,13 +129,13 @@ def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[s
 
 
 def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[str, InputErrors]) -> None:
-    quiet = no_waves(known)
+    quiet = no_errors(known)
     found = eliminate(task.problem, known, task.start, quiet)
     for r, gram in enumerate(found.gram):
         slopes = found.slopes[r].reshape(-1, len(gram) - 1)
-        waves = found.wave_slopes["drive"][r]
+        coefficients = found.wave_slopes["drive"][r]
         # (P J)'(P J) + X'X = J'P J, and the same for the column of residuals.
-        np.testing.assert_allclose(slopes.T @ slopes + waves.T @ waves, gram[:-1, :-1], rtol=ROUNDING)
+        np.testing.assert_allclose(slopes.T @ slopes + coefficients.T @ coefficients, gram[:-1, :-1], rtol=ROUNDING)
         best = found.best["drive"][r]
         left = found.residuals[r].ravel() @ slopes
         np.testing.assert_allclose(left, gram[:-1, -1], rtol=ROUNDING, atol=ROUNDING * np.abs(gram[:-1, -1]).max())
@@ -144,7 +144,7 @@ def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[
 
 
 def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:
-    found = eliminate(task.problem, known, task.start, no_waves(known))
+    found = eliminate(task.problem, known, task.start, no_errors(known))
     after = np.asarray(corrected(task.problem, known, found.best).residuals(jnp.asarray(task.start)))
     cost = np.sum(after**2) + np.sum(found.best["drive"] ** 2)
     before = np.sum(found.residuals**2)
@@ -159,15 +159,15 @@ def test_what_counts_in_full_is_what_the_linearised_problem_foretells() -> None:
     start = task.start.copy()
     start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
     known = input_errors(task)
-    quiet = no_waves(known)
-    reactions = [rows for _, _, rows in expanded(task.problem, known, start, quiet)]
-    fade = fades(task.problem, known, start, quiet, reactions)
+    quiet = no_errors(known)
+    sensitivities = [rows for _, _, rows in expanded(task.problem, known, start, quiet)]
+    downweight = downweights(task.problem, known, start, quiet, sensitivities)
     # Errors it has not been made from.
     wave = {"drive": np.random.default_rng(99).standard_normal(quiet["drive"].shape)}
     moved = residuals(task.problem, known, start, wave) - residuals(task.problem, known, start, quiet)
-    foretold = np.stack([w @ rows for w, rows in zip(wave["drive"], reactions, strict=True)]).reshape(moved.shape)
-    missed = np.abs(moved - foretold)
-    full, little = fade > 0.9, fade < 0.3
+    predicted = np.stack([w @ rows for w, rows in zip(wave["drive"], sensitivities, strict=True)]).reshape(moved.shape)
+    missed = np.abs(moved - predicted)
+    full, little = downweight > 0.9, downweight < 0.3
     assert full.mean() > 0.6
     assert np.sqrt(np.mean(missed[full] ** 2)) < 0.5 * np.sqrt(np.mean(moved[full] ** 2))
     # Some records bounce, and there it is far off.

@@ -10,6 +10,7 @@ import scipy.stats
 from scipy.linalg import toeplitz
 
 from fibrefit.problem.noise.autoregressive import order_and_covariance
+from fibrefit.problem.noise.blocks import BLOCK, in_blocks
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
 from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Coloured, bank_of, coloured_of
 from fibrefit.problem.noise.likelihood import Likelihood
@@ -80,6 +81,17 @@ def test_many_rows_are_whitened_as_each_alone(valid: np.ndarray) -> None:
     np.testing.assert_allclose(np.asarray(whitening.whiten_rows(rows)), each, rtol=EXACT, atol=EXACT)
 
 
+@pytest.mark.parametrize("longer", [0, 5, BLOCK - 1])
+def test_blocks_whiten_as_the_filter_does(valid: np.ndarray, longer: int) -> None:
+    valid = np.concatenate([valid, valid[..., :longer]], axis=-1)
+    whitening = coloured(valid)
+    rows = jnp.asarray(np.where(valid, np.random.default_rng(4).standard_normal((3, *valid.shape)), 0.0))
+    expected, found = np.asarray(whitening.whiten_rows(rows)), np.asarray(in_blocks(whitening).whiten_rows(rows))
+    np.testing.assert_allclose(found, expected, rtol=EXACT, atol=EXACT)
+    np.testing.assert_array_equal(found[:, ~valid], 0.0)
+    np.testing.assert_allclose(np.asarray(in_blocks(whitening).whiten(rows[0])), expected[0], rtol=EXACT, atol=EXACT)
+
+
 def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
     bank, lags = bank_of([2000.0, 1000.0], 0.15), np.arange(40)
     found = coloured(valid).autocovariance(40) * UNITS[:, :, None] ** 2
@@ -93,8 +105,8 @@ def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
         corners = np.asarray(bank.corners)
         near = [corners[np.argmin(np.abs(np.log(corners / corner)))] for corner in (8.0, 40.0)]
         parts = [v * np.exp(-2.0 * np.pi * c / rate * lags) for c, v in zip(near, (3e-10, 5e-11), strict=True)]
-        waves = [v * held * np.cos(2.0 * np.pi * f * lags / rate) for f, v in ((50.1, 2e-10), (83.7, 1e-10))]
-        expected = 3e-13 * 0.5 * rate * (lags == 0) + sum(parts) + sum(waves)
+        coefficients = [v * held * np.cos(2.0 * np.pi * f * lags / rate) for f, v in ((50.1, 2e-10), (83.7, 1e-10))]
+        expected = 3e-13 * 0.5 * rate * (lags == 0) + sum(parts) + sum(coefficients)
         np.testing.assert_allclose(found[r, 1], expected, rtol=EXACT)
 
 
@@ -133,8 +145,8 @@ def test_wander_has_a_density_of_one_over_f() -> None:
     lags = np.asarray(bank.pink)[0] @ np.asarray(bank.decay)[0][:, None] ** np.arange(200000)
     frequency = np.array([1.0, 5.0, 20.0, 80.0, 300.0])
     steps = np.arange(1, len(lags))
-    waves = np.cos(np.pi * frequency[:, None] / 1000.0 * steps)
-    density = 2.0 / 2000.0 * (lags[0] + 2.0 * waves @ lags[1:])
+    coefficients = np.cos(np.pi * frequency[:, None] / 1000.0 * steps)
+    density = 2.0 / 2000.0 * (lags[0] + 2.0 * coefficients @ lags[1:])
     # First-order parts a factor of three apart ripple; hiss hides the upper end.
     np.testing.assert_allclose(density * frequency, 1.0, rtol=0.1)
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpy as np
 import pytest
-
-from fibrefit.problem.noise.coloured import bank_for
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
-from tests.problem.waves import (
+from tests.problem.coefficients import (
     CORNER,
     COUNT,
     KINDS,
@@ -27,6 +23,10 @@ from tests.problem.waves import (
     whistling,
     white,
 )
+
+from fibrefit.problem.noise.coloured import bank_for
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
 
 SERIES = 8
 """Of five records each, over which what is found is averaged."""

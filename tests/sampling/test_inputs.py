@@ -25,22 +25,22 @@ def whitenings() -> dict[str, Whitening]:
 
 
 class Linear:
-    """Records whose residuals are linear in values and waves, with random slopes."""
+    """Records whose residuals are linear in values and coefficients, with random slopes."""
 
     def __init__(self, task: Task, seed: int = 0) -> None:
         random = np.random.default_rng(seed)
         self.layout = task.problem.layout
         self.local = len(self.layout.local_free)
         self.slopes = random.standard_normal((2, self.local, 2 * SAMPLES))
-        self.reactions = 2.0 * random.standard_normal((2, WAVES, 2 * SAMPLES))
+        self.sensitivities = 2.0 * random.standard_normal((2, WAVES, 2 * SAMPLES))
         self.offset = 5.0 * random.standard_normal((2, 2 * SAMPLES))
 
-    def expanded(self, problem: object, known: object, values: np.ndarray, waves: dict) -> list:
+    def expanded(self, problem: object, known: object, values: np.ndarray, coefficients: dict) -> list:
         own = np.concatenate([values, [0.0, 0.0]])[self.layout.local_columns]
         rows = []
         for r in (0, 1):
-            residuals = self.offset[r] + own[r] @ self.slopes[r] + waves["drive"][r] @ self.reactions[r]
-            rows.append((residuals.reshape(2, SAMPLES), self.slopes[r], self.reactions[r]))
+            residuals = self.offset[r] + own[r] @ self.slopes[r] + coefficients["drive"][r] @ self.sensitivities[r]
+            rows.append((residuals.reshape(2, SAMPLES), self.slopes[r], self.sensitivities[r]))
         return rows
 
     def columns(self) -> np.ndarray:
@@ -63,22 +63,22 @@ KNOWN = {"drive": SimpleNamespace(size=np.ones((2, WAVES)))}
 
 
 def dense_noise(whitening: Whitening, linear: Linear, with_waves: bool) -> np.ndarray:
-    """Covariance of all residuals: the noise's, and that of the waves through their reactions."""
+    """Covariance of all residuals: the noise's, and that of the coefficients through their sensitivities."""
     total = np.zeros((4 * SAMPLES, 4 * SAMPLES))
     for place, lags in enumerate(whitening.autocovariance(SAMPLES).reshape(4, -1)):
         here = slice(place * SAMPLES, (place + 1) * SAMPLES)
         total[here, here] = toeplitz(lags)
     for r in (0, 1):
         here = slice(r * 2 * SAMPLES, (r + 1) * 2 * SAMPLES)
-        total[here, here] += with_waves * linear.reactions[r].T @ linear.reactions[r]
+        total[here, here] += with_waves * linear.sensitivities[r].T @ linear.sensitivities[r]
     return total
 
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])
 def test_elimination_is_dense_algebra(linear: Linear, small: tuple[Task, np.ndarray], kind: str) -> None:
     whitening, values = whitenings()[kind], np.zeros(linear.layout.size)
-    waves = {"drive": np.random.default_rng(1).standard_normal((2, WAVES))}
-    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitening, np.ones(2))
+    coefficients = {"drive": np.random.default_rng(1).standard_normal((2, WAVES))}
+    at = inputs._evaluate(small[0].problem, KNOWN, values, coefficients, whitening, np.ones(2))
     columns, offset = linear.columns(), linear.offset.ravel()
     sigma = dense_noise(whitening, linear, with_waves=True)
     weighed = np.linalg.solve(sigma, columns)
@@ -101,10 +101,10 @@ def test_best_waves_make_the_sum_of_squares_least(linear: Linear, small: tuple[T
     at = inputs._evaluate(small[0].problem, KNOWN, values, {"drive": np.zeros((2, WAVES))}, whitening, np.ones(2))
     noise = dense_noise(whitening, linear, with_waves=False)
 
-    def cost(step: np.ndarray, waves: np.ndarray) -> float:
-        residuals = linear.expanded(None, None, step, {"drive": waves})
+    def cost(step: np.ndarray, coefficients: np.ndarray) -> float:
+        residuals = linear.expanded(None, None, step, {"drive": coefficients})
         flat = np.concatenate([part[0].ravel() for part in residuals])
-        return float(flat @ np.linalg.solve(noise, flat) + np.sum(waves**2))
+        return float(flat @ np.linalg.solve(noise, flat) + np.sum(coefficients**2))
 
     least, random = cost(at.step, at.best["drive"]), np.random.default_rng(2)
     for _ in range(20):
@@ -114,16 +114,16 @@ def test_best_waves_make_the_sum_of_squares_least(linear: Linear, small: tuple[T
 
 def test_waves_known_to_be_nil_change_nothing(linear: Linear, small: tuple[Task, np.ndarray]) -> None:
     """The negative control: inputs without errors widen nothing."""
-    linear.reactions[:] = 0.0
-    values, waves = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
-    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
+    linear.sensitivities[:] = 0.0
+    values, coefficients = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
+    at = inputs._evaluate(small[0].problem, KNOWN, values, coefficients, whitenings()["coloured"], np.ones(2))
     np.testing.assert_allclose(at.covariance, at.of_corrected, rtol=EXACT)
     np.testing.assert_array_equal(at.best["drive"], 0.0)
 
 
 def test_errors_widen_and_never_narrow(linear: Linear, small: tuple[Task, np.ndarray]) -> None:
-    values, waves = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
-    at = inputs._evaluate(small[0].problem, KNOWN, values, waves, whitenings()["coloured"], np.ones(2))
+    values, coefficients = np.zeros(linear.layout.size), {"drive": np.zeros((2, WAVES))}
+    at = inputs._evaluate(small[0].problem, KNOWN, values, coefficients, whitenings()["coloured"], np.ones(2))
     assert np.linalg.eigvalsh(at.covariance - at.of_corrected).min() > -EXACT * at.covariance.max()
     assert np.diag(at.covariance - at.of_corrected).max() > 0.01 * np.diag(at.of_corrected).max()
 
@@ -136,7 +136,7 @@ def test_errors_that_suit_the_values_are_where_a_search_begins(
     looks = []
     look = inputs.expanded
     monkeypatch.setattr(inputs, "expanded", lambda *a: looks.append(1) or look(*a))
-    monkeypatch.setattr(inputs, "corrected", lambda problem, known, waves: problem)
+    monkeypatch.setattr(inputs, "corrected", lambda problem, known, coefficients: problem)
     _, best = inputs.cleaned(task, KNOWN, values)
     first = len(looks)
     _, again = inputs.cleaned(task, KNOWN, values, best)

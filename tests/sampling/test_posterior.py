@@ -150,9 +150,9 @@ def test_missing_physics_sets_off_the_alarm() -> None:
     checks = {check.name: check for check in found.checks}
     assert not checks["the residuals are noise"].passed
     assert "Run discover" in checks["the residuals are noise"].says
-    parted = checks["plain and whitened estimates agree"]
-    assert not parted.passed
-    assert "noise model is explaining it away: run discover" in parted.says
+    hausman_test = checks["plain and whitened estimates agree"]
+    assert not hausman_test.passed
+    assert "noise model is explaining it away: run discover" in hausman_test.says
     assert found.status != "ok"
 
 

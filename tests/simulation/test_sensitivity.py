@@ -91,8 +91,8 @@ def test_many_tangents_of_an_input_are_those_of_a_few(effect: str | None) -> Non
         return jax.jvp(channels, here, (stiffness, wave))[1]
 
     pace = 30.0 * jnp.arange(1, MANY + 2)[:, None]
-    waves = Signals(1e-4 * jnp.cos(pace * experiment.times), -1e-4 * pace * jnp.sin(pace * experiment.times))
-    tangents = jnp.where(jnp.arange(MANY + 1) % 5 == 0, 100.0, 0.0), waves
+    coefficients = Signals(1e-4 * jnp.cos(pace * experiment.times), -1e-4 * pace * jnp.sin(pace * experiment.times))
+    tangents = jnp.where(jnp.arange(MANY + 1) % 5 == 0, 100.0, 0.0), coefficients
     many = jax.jit(jax.vmap(along))(*tangents)
     few = jax.jit(lambda tangents: jax.lax.map(lambda row: along(*row), tangents))(tangents)
     assert close(jnp.moveaxis(many, 0, -1), jnp.moveaxis(few, 0, -1))

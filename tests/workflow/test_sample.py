@@ -200,7 +200,7 @@ def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> Non
     np.testing.assert_array_equal(read.values, start.values)
     np.testing.assert_array_equal(read.plain, start.plain)
     np.testing.assert_array_equal(read.basins, start.basins)
-    np.testing.assert_array_equal(read.waves["drive"], start.waves["drive"])
+    np.testing.assert_array_equal(read.coefficients["drive"], start.coefficients["drive"])
 
 
 def test_arviz_compares_models_by_it(sampled: Sampled, kept: Path) -> None:

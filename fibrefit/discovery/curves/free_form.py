@@ -12,7 +12,7 @@ from fibrefit.core.roles import HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
 from fibrefit.discovery.engine.priors import Heights
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.catalogue import suits
@@ -78,7 +78,7 @@ def probe_all(
     probes = [probe for probe in PROBES if probe.variable in ranges and suits(probe, rig)]
     if not probes:
         return []
-    frame = frame_of(search.task, (*parent.effects, *probes), parent.frame.reactions)
+    frame = supermodel_of(search.task, (*parent.effects, *probes), parent.frame.sensitivities)
     start = _prepared(frame, parent, probes, ranges)
     jobs = [partial(_fit, search, frame, parent, probe, start, promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
@@ -141,7 +141,7 @@ def _turns(heights: np.ndarray) -> int:
 
 
 def _fit(
-    search: Search, frame: Frame, parent: Weighed, probe: type[Curve], start: np.ndarray, worth: float
+    search: Search, frame: Supermodel, parent: Weighed, probe: type[Curve], start: np.ndarray, worth: float
 ) -> Weighed | None:
     """A probe at its best roughness; None where its slopes promise less than it is worth."""
     found, names = parent.evidence.mode, tuple(f"{probe.name}.{height}" for height in probe.heights)
@@ -160,7 +160,7 @@ HOPE = 3.0
 
 
 def _prepared(
-    frame: Frame, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+    frame: Supermodel, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
 ) -> np.ndarray:
     values = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
     for probe in probes:

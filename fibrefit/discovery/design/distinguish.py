@@ -18,9 +18,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import SMALL, Ground, absent_values, carried
+from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried
 from fibrefit.discovery.engine.refit import STEP
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import gate
 from fibrefit.discovery.model.finding import Choice, Direction, Split
 from fibrefit.discovery.search.search import Search
@@ -71,14 +71,18 @@ class Confusion:
 
 
 def confusion(
-    frame: Frame, ground: Ground, local: np.ndarray, effects: Sequence[type[Effect]], limit: Callable[[int], float]
+    frame: Supermodel,
+    context: SearchContext,
+    local: np.ndarray,
+    effects: Sequence[type[Effect]],
+    limit: Callable[[int], float],
 ) -> Confusion:
     """Compare what effects of a frame would do to its records.
 
     Parameters
     ----------
-    frame : Frame
-    ground : Ground
+    frame : Supermodel
+    context : SearchContext
     local : (n_record, n_local) in SI units
         Values of the base model, with every effect that may be missing absent.
     effects : sequence of Effect classes
@@ -96,8 +100,8 @@ def confusion(
     # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
     floor = np.array([effect.singular for effect in effects]) * most / SMALL
     for _ in range(ROUNDS):
-        columns, targets = changed_values(frame, ground, local, strengths, sizes)
-        norms, unique, cosine = likeness(frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1], ground)
+        columns, targets = changed_values(frame, context, local, strengths, sizes)
+        norms, unique, cosine = likeness(frame.grams(local, columns, targets, context.whole)[:, :-1, :-1], context)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
@@ -125,9 +129,9 @@ def detectable(search: Search) -> tuple[Direction, ...]:
         effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
         if not effects:
             continue
-        blank = absent_values(frame, len(search.ground.whole))
+        blank = absent_values(frame, len(search.context.whole))
         local = carried(frame, blank, search.base.frame, search.base.fit.local)
-        seen = confusion(frame, search.ground, local, effects, gate)
+        seen = confusion(frame, search.context, local, effects, gate)
         found |= {direction.effect: direction for direction in seen.directions}
     return tuple(found[effect.name] for effect in search.effects if effect.name in found)
 
@@ -165,23 +169,23 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
     if not (menu := menu_of(search.task)):
         return None
     held = next((frame for frame in search.frames if frame.holds(pair)), None)
-    frame = frame_of(search.task, pair) if held is None else replace(held, reactions=None, whitening=None)
-    local = carried(frame, absent_values(frame, len(search.ground.whole)), search.base.frame, search.base.fit.local)
+    frame = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
+    local = carried(frame, absent_values(frame, len(search.context.whole)), search.base.frame, search.base.fit.local)
     columns, targets = changed_values(
-        frame, search.ground, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
+        frame, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
     )
-    grams = frame.grams(local, columns, targets, search.ground.whole)[:, :-1, :-1]
-    before = float(likeness(grams, search.ground)[2][0, 1])
-    further = menu_grams(frame, search.ground, local, columns, targets, menu)
-    after = [float(likeness(np.concatenate([grams, gram[None]]), search.ground)[2][0, 1]) for gram in further]
+    grams = frame.grams(local, columns, targets, search.context.whole)[:, :-1, :-1]
+    before = float(likeness(grams, search.context)[2][0, 1])
+    further = menu_grams(frame, search.context, local, columns, targets, menu)
+    after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
     return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
 
 
 def menu_grams(
-    frame: Frame,
-    ground: Ground,
+    frame: Supermodel,
+    context: SearchContext,
     local: np.ndarray,
     columns: np.ndarray,
     targets: np.ndarray,
@@ -194,7 +198,7 @@ def menu_grams(
         data = records_of(frame.problem.observations, batch)
         problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
         elsewhere = replace(frame, task=replace(frame.task, problem=problem))
-        same = local[rows], columns, targets[rows], ground.whole[rows]
+        same = local[rows], columns, targets[rows], context.whole[rows]
         found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
 
@@ -252,9 +256,9 @@ def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]
     return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
 
 
-def likeness(grams: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def likeness(grams: np.ndarray, context: SearchContext) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Size of each effect's own change, its share of the whole change, and the cosines."""
-    own, whole = projected(grams, len(ground.base), len(ground.each))
+    own, whole = projected(grams, len(context.base), len(context.each))
     norms = np.sqrt(np.maximum(np.diag(own), 0.0))
     total = np.sqrt(np.diag(whole))
     unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
@@ -272,17 +276,17 @@ def sizes_of(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
 
 
 def changed_values(
-    frame: Frame,
-    ground: Ground,
+    frame: Supermodel,
+    context: SearchContext,
     local: np.ndarray,
     strengths: Sequence[tuple[str, Parameter]],
     sizes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Columns, and the values they are set to: effects are given their `sizes`."""
-    names = [*ground.base, *ground.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
+    names = [*context.base, *context.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
     columns = np.array([frame.names.index(name) for name in names])
     targets = local[:, columns].copy()
-    n = len(ground.base) + len(ground.each)
+    n = len(context.base) + len(context.each)
     scale = np.array([abs(frame.declared[name].typical) for name in names[:n]])
     targets[:, :n] += STEP * np.maximum(np.abs(targets[:, :n]), 0.01 * scale)
     for i, (_, parameter) in enumerate(strengths):

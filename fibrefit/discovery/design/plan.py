@@ -32,7 +32,7 @@ from fibrefit.discovery.design.distinguish import (
 )
 from fibrefit.discovery.engine.candidates import absent_values
 from fibrefit.discovery.engine.refit import STEP, refit
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
@@ -133,30 +133,30 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
         Two, or none.
     choices : sequence of Choice
     """
-    frame, local, ground = _plain(search.base.frame), search.base.fit.local, search.ground
+    frame, local, context = _plain(search.base.frame), search.base.fit.local, search.context
     strengths = strengths_of(search.effects)
-    columns, targets = changed_values(frame, ground, local, strengths, LITTLE * sizes_of(strengths))
-    grams = frame.grams(local, columns, targets, ground.whole)[:, :-1, :-1]
-    added = menu_grams(frame, ground, local, columns, targets, choices)
-    errors = _errors(grams, len(ground.base), len(ground.each))
-    norms = likeness(grams, ground)[0]
+    columns, targets = changed_values(frame, context, local, strengths, LITTLE * sizes_of(strengths))
+    grams = frame.grams(local, columns, targets, context.whole)[:, :-1, :-1]
+    added = menu_grams(frame, context, local, columns, targets, choices)
+    errors = _errors(grams, len(context.base), len(context.each))
+    norms = likeness(grams, context)[0]
     now, further = _apart(search, rivals, choices) if rivals else (float("nan"), [float("nan")] * len(choices))
     found = []
     for choice, gram, nats in zip(choices, added, further, strict=True):
         whole = np.concatenate([grams, gram[None]])
-        after = _errors(whole, len(ground.base), len(ground.each))
-        norms_then, shown, _ = likeness(whole, ground)
+        after = _errors(whole, len(context.base), len(context.each))
+        norms_then, shown, _ = likeness(whole, context)
         limits = {
             effect: float(norms[i] / norms_then[i]) for i, (effect, _) in enumerate(strengths) if shown[i] > UNIQUE
         }
-        known = {name: float(ratio) for name, ratio in zip(ground.base, after / errors, strict=True)}
+        known = {name: float(ratio) for name, ratio in zip(context.base, after / errors, strict=True)}
         found.append(Worth(choice, {n: r for n, r in known.items() if np.isfinite(r)}, limits, nats))
     return found, now
 
 
-def _plain(frame: Frame) -> Frame:
+def _plain(frame: Supermodel) -> Supermodel:
     """A frame with white noise and known inputs: what further records would be like is not known better."""
-    return replace(frame, reactions=None, whitening=None)
+    return replace(frame, sensitivities=None, whitening=None)
 
 
 def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
@@ -187,17 +187,17 @@ def _missed(
     The rival is fitted to what the true model says of the records at hand, without noise. Of a further record it is
     fitted to both by its slopes there.
     """
-    frame, ground = frame_of(search.task, (true.effect, other.effect)), search.ground
+    frame, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
     truth, start = (_values(frame, search.task, rival) for rival in (true, other))
     data = frame.problem.observations
     at_hand = _with(frame, data._replace(measured=_readings(frame.problem, truth, data.experiment)))
-    subset = ground.subset((other.effect,))
-    found = refit(at_hand, subset, start, ground.whole, enough=ENOUGH).local
+    subset = context.subset((other.effect,))
+    found = refit(at_hand, subset, start, context.whole, enough=ENOUGH).local
     names = (*subset.shared, *subset.each)
     columns = np.array([frame.names.index(name) for name in names])
     size = np.array([abs(frame.declared[name].typical) for name in names])
     targets = found[:, columns] + STEP * np.maximum(np.abs(found[:, columns]), 0.01 * size)
-    grams = at_hand.grams(found, columns, targets, ground.whole)
+    grams = at_hand.grams(found, columns, targets, context.whole)
     shared, own = len(subset.shared), len(subset.each)
 
     def left(grams: np.ndarray) -> float:
@@ -208,11 +208,11 @@ def _missed(
         rows = [choice.record for choice in batch]
         taken = records_of(data, batch)
         there = _with(frame, taken._replace(measured=_readings(frame.problem, truth[rows], taken.experiment)))
-        further += list(there.grams(found[rows], columns, targets[rows], ground.whole[rows]))
+        further += list(there.grams(found[rows], columns, targets[rows], context.whole[rows]))
     return left(grams), [left(np.concatenate([grams, gram[None]])) for gram in further[: len(choices)]]
 
 
-def _with(frame: Frame, data: Observations) -> Frame:
+def _with(frame: Supermodel, data: Observations) -> Supermodel:
     """A frame with other records."""
     problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
     return replace(frame, task=replace(frame.task, problem=problem))
@@ -220,7 +220,7 @@ def _with(frame: Frame, data: Observations) -> Frame:
 
 @eqx.filter_jit
 def _foretold(problem: Problem, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
-    return problem.foretold(local, experiment)
+    return problem.predict(local, experiment)
 
 
 def _readings(problem: Problem, local: np.ndarray, experiment: Experiment) -> dict[str, jax.Array]:
@@ -228,7 +228,7 @@ def _readings(problem: Problem, local: np.ndarray, experiment: Experiment) -> di
     return {channel: readings[channel] for channel in problem.observations.measured}
 
 
-def _values(frame: Frame, task: Task, rival: Explanation) -> np.ndarray:
+def _values(frame: Supermodel, task: Task, rival: Explanation) -> np.ndarray:
     """Values ``(n_record, n_local)`` of a frame that are those of a rival, the other one absent."""
     local = absent_values(frame, len(task.problem.layout.records))
     for j, name in enumerate(frame.names):

@@ -1,4 +1,4 @@
-"""Explanations that do equally well, and the further record of which they foretell the most different things.
+"""Explanations that do equally well, and the further record of which they predict the most different things.
 
 Source
 ------
@@ -18,7 +18,7 @@ import numpy as np
 from fibrefit.discovery.design.distinguish import menu_of, records_of
 from fibrefit.discovery.engine.candidates import Hypothesis, alone
 from fibrefit.discovery.engine.refit import STEP
-from fibrefit.discovery.model.finding import Choice, Parting
+from fibrefit.discovery.model.finding import Choice, SeparatingExperiment
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
@@ -39,7 +39,7 @@ class Rivals:
     models: tuple[Hypothesis, Hypothesis]
 
 
-def parted(search: Search, rivals: Rivals) -> Parting | None:
+def separating_experiment(search: Search, rivals: Rivals) -> SeparatingExperiment | None:
     """The record of the menu on which two explanations differ most; None where the rig has no menu.
 
     Each keeps the values it was found with but for a record's own zero and start. Inputs count as known.
@@ -54,12 +54,14 @@ def parted(search: Search, rivals: Rivals) -> Parting | None:
     models = [alone(search.task, hypothesis) for hypothesis in rivals.models]
     records = search.task.problem.layout.records
     at_hand = [Choice(r, {}) for r in range(len(records))]
-    apart = _apart(models, search.ground.each, [*at_hand, *menu])
+    apart = _apart(models, search.context.each, [*at_hand, *menu])
     before, after = apart[: len(records)], apart[len(records) :]
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return None
     best = int(np.nanargmax(after))
-    return Parting(rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best]))
+    return SeparatingExperiment(
+        rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best])
+    )
 
 
 def _apart(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], choices: list[Choice]) -> np.ndarray:
@@ -107,6 +109,6 @@ def _readings(task: Task, local: np.ndarray, data: Observations) -> np.ndarray:
 @eqx.filter_jit
 def _weighed(problem: Any, local: jax.Array) -> jax.Array:
     data = problem.observations
-    readings = problem.foretold(local, data.experiment)
+    readings = problem.predict(local, data.experiment)
     channels = [readings[channel] * data.weight[channel] for channel in problem.model.rig.channels]
     return jnp.concatenate(channels, axis=-1)

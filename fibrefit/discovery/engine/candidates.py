@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.refit import Refit, Subset, led_along, refit
-from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
+from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 
@@ -50,13 +50,13 @@ class Hypothesis:
     effects : tuple of Effect classes
         Added to the model the search began with, in the order they were found.
     fit : Refit
-    frame : Frame
+    frame : Supermodel
         The one it was fitted in.
     """
 
     effects: tuple[type[Effect], ...]
     fit: Refit
-    frame: Frame
+    frame: Supermodel
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ class Hypothesis:
 
 
 @dataclass(frozen=True)
-class Ground:
+class SearchContext:
     """What all hypotheses of a search have in common.
 
     Parameters
@@ -104,7 +104,7 @@ class Ground:
         return Subset(self.base + added, self.each)
 
 
-def absent_values(frame: Frame, records: int) -> np.ndarray:
+def absent_values(frame: Supermodel, records: int) -> np.ndarray:
     """Values ``(n_record, n_local)`` with every effect at its null and nothing else set."""
     local = np.zeros((records, len(frame.names)))
     for j, name in enumerate(frame.names):
@@ -114,7 +114,7 @@ def absent_values(frame: Frame, records: int) -> np.ndarray:
     return local
 
 
-def carried(frame: Frame, onto: np.ndarray, source: Frame, local: np.ndarray) -> np.ndarray:
+def carried(frame: Supermodel, onto: np.ndarray, source: Supermodel, local: np.ndarray) -> np.ndarray:
     """Values of one frame put in place in another."""
     values = onto.copy()
     for j, name in enumerate(frame.names):
@@ -143,10 +143,10 @@ def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
         Of the model the search began with.
     hypothesis : Hypothesis
     """
-    own = frame_of(task, hypothesis.effects).task
+    own = supermodel_of(task, hypothesis.effects).task
     layout = own.problem.layout
     blank = np.zeros((len(layout.records), len(layout.names)))
-    local = carried(Frame(own), blank, hypothesis.frame, hypothesis.fit.local)
+    local = carried(Supermodel(own), blank, hypothesis.frame, hypothesis.fit.local)
     return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
 
 
@@ -156,14 +156,14 @@ class Trial:
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
     effects : tuple of Effect classes
         Those of the hypothesis and the further ones.
     scouts : tuple of Refit
         The best few ends of short refits, best first.
     """
 
-    frame: Frame
+    frame: Supermodel
     effects: tuple[type[Effect], ...]
     scouts: tuple[Refit, ...]
 
@@ -171,24 +171,24 @@ class Trial:
         """The hypothesis without a full refit."""
         return Hypothesis(self.effects, self.scouts[0], self.frame)
 
-    def refitted(self, ground: Ground) -> Hypothesis:
+    def refitted(self, context: SearchContext) -> Hypothesis:
         """The hypothesis refitted in full, from the best few ends."""
-        subset = ground.subset(self.effects)
-        ends = [refit(self.frame, subset, scout.local, ground.whole) for scout in self.scouts]
+        subset = context.subset(self.effects)
+        ends = [refit(self.frame, subset, scout.local, context.whole) for scout in self.scouts]
         best = min(ends, key=lambda found: found.cost)
-        return Hypothesis(self.effects, retimed(self.frame, subset, best, ground), self.frame)
+        return Hypothesis(self.effects, retimed(self.frame, subset, best, context), self.frame)
 
 
-def retimed(frame: Frame, subset: Subset, found: Refit, ground: Ground) -> Refit:
-    """A refit led once more from what can be foretold to whole records, as long as that leads lower.
+def retimed(frame: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
+    """A refit led once more from what can be predicted to whole records, as long as that leads lower.
 
     Where later bounces are matched in the wrong order, the first ones still tell the way out.
     """
-    while frame.reactions is None and len(ground.counts) > 1:
+    while frame.sensitivities is None and len(context.counts) > 1:
         early = found
-        for counts in ground.counts[:-1]:
+        for counts in context.counts[:-1]:
             early = refit(frame, subset, early.local, counts, SCOUTING, 1e-3)
-        other = refit(frame, subset, early.local, ground.whole)
+        other = refit(frame, subset, early.local, context.whole)
         if not other.cost < (1.0 - RETIMED) * found.cost:
             break
         found = other
@@ -196,8 +196,8 @@ def retimed(frame: Frame, subset: Subset, found: Refit, ground: Ground) -> Refit
 
 
 def scouted(
-    frame: Frame,
-    ground: Ground,
+    frame: Supermodel,
+    context: SearchContext,
     parent: Hypothesis,
     added: Sequence[type[Effect]],
     begun: Sequence[Mapping[str, float]] = (),
@@ -206,32 +206,34 @@ def scouted(
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
         One that holds all effects.
-    ground : Ground
+    context : SearchContext
     parent : Hypothesis
     added : sequence of Effect classes
     begun : sequence of mapping of str to float, optional
         Values of their parameters, in SI units, to start from; each sign that makes sense and each shape by default.
     """
     effects = (*parent.effects, *added)
-    subset = ground.subset(effects)
+    subset = context.subset(effects)
     blank = absent_values(frame, len(parent.fit.local))
     before = carried(frame, blank, parent.frame, parent.fit.local)
     most = BLOWN * parent.fit.cost
     plain = [_put(frame, before, values) for values in begun] or _starts(frame, before, added)
-    starts = [_gentle(frame, ground, start, added, most) for start in plain]
+    starts = [_gentle(frame, context, start, added, most) for start in plain]
     blown = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
-        first = sorted((refit(frame, subset, start, ground.whole, 1) for start in starts), key=lambda found: found.cost)
+        first = sorted(
+            (refit(frame, subset, start, context.whole, 1) for start in starts), key=lambda found: found.cost
+        )
         starts = [found.local for found in first[:KEPT]]
-    scouts = [refit(frame, subset, start, ground.whole, SCOUTING, 1e-3) for start in starts]
+    scouts = [refit(frame, subset, start, context.whole, SCOUTING, 1e-3) for start in starts]
     if blown:
-        scouts += _led(frame, ground, subset, min(scouts, key=lambda found: found.cost), added)
+        scouts += _led(frame, context, subset, min(scouts, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
-    near = frame.reactions is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
+    near = frame.sensitivities is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
     if not parent.effects and not near:
-        scouts += [_from_data(frame, ground, subset, _suggested(frame, start, ground)) for start in starts]
+        scouts += [_from_data(frame, context, subset, _suggested(frame, start, context)) for start in starts]
     return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
 
 
@@ -266,10 +268,12 @@ def _in_time(job: Callable[[], Any]) -> Any:
         return None
 
 
-def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[type[Effect]], most: float) -> np.ndarray:
+def _gentle(
+    frame: Supermodel, context: SearchContext, start: np.ndarray, added: Sequence[type[Effect]], most: float
+) -> np.ndarray:
     """A start, or a weaker one where it costs more than `most`."""
     for _ in range(GENTLER):
-        if frame.costs(start, ground.whole).sum() <= most:
+        if frame.costs(start, context.whole).sum() <= most:
             break
         weaker = _scaled(frame, start, added, SMALL)
         if np.array_equal(weaker, start):
@@ -278,10 +282,12 @@ def _gentle(frame: Frame, ground: Ground, start: np.ndarray, added: Sequence[typ
     return start
 
 
-def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Sequence[type[Effect]]) -> list[Refit]:
+def _led(
+    frame: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
+) -> list[Refit]:
     """Refits at strengths that grow step by step, from a weak one; the other values are led along.
 
-    Where a motion bounces, a strong effect is far beyond what slopes foretell, and a weak one lies in a dent of its
+    Where a motion bounces, a strong effect is far beyond what slopes predict, and a weak one lies in a dent of its
     own: each strength is reached from the one before.
     """
     strengths = {f"{effect.name}.{name}" for effect in added for name in effect.strength}
@@ -292,8 +298,8 @@ def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Seque
         grown = goal != local
         if not (grown.any() and np.isfinite(goal[grown]).all()):
             break
-        start = led_along(frame, held, subset, local, goal, ground.whole)
-        fit = refit(frame, held, start, ground.whole, FOLLOWED, 1e-5)
+        start = led_along(frame, held, subset, local, goal, context.whole)
+        fit = refit(frame, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
         known = {name: float(local[0, frame.names.index(name)]) for name in strengths}
         led.append(replace(fit, shared={**fit.shared, **known}))
@@ -303,7 +309,7 @@ def _led(frame: Frame, ground: Ground, subset: Subset, weak: Refit, added: Seque
     return led
 
 
-def _scaled(frame: Frame, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
+def _scaled(frame: Supermodel, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
     """Values with added effects made stronger or weaker, inside their bounds; a frequency stays."""
     scaled = values.copy()
     for effect in added:
@@ -318,19 +324,19 @@ def _scaled(frame: Frame, values: np.ndarray, added: Sequence[type[Effect]], fac
     return scaled
 
 
-def _suggested(frame: Frame, before: np.ndarray, ground: Ground) -> np.ndarray:
+def _suggested(frame: Supermodel, before: np.ndarray, context: SearchContext) -> np.ndarray:
     values = before.copy()
-    for name, column in ground.data_start.items():
+    for name, column in context.data_start.items():
         values[:, frame.names.index(name)] = column
     return values
 
 
-def _from_data(frame: Frame, ground: Ground, subset: Subset, start: np.ndarray) -> Refit:
-    early = refit(frame, subset, start, ground.counts[0], SCOUTING, 1e-2)
-    return refit(frame, subset, early.local, ground.whole, SCOUTING, 1e-3)
+def _from_data(frame: Supermodel, context: SearchContext, subset: Subset, start: np.ndarray) -> Refit:
+    early = refit(frame, subset, start, context.counts[0], SCOUTING, 1e-2)
+    return refit(frame, subset, early.local, context.whole, SCOUTING, 1e-3)
 
 
-def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
+def _starts(frame: Supermodel, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
     """Values with the added effects weakly present: each sign that makes sense, each shape."""
     choices = []
     for effect in added:
@@ -345,7 +351,7 @@ def _starts(frame: Frame, before: np.ndarray, added: Sequence[type[Effect]]) -> 
     return starts
 
 
-def _put(frame: Frame, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+def _put(frame: Supermodel, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
     local = before.copy()
     for name, value in values.items():
         local[:, frame.names.index(name)] = value

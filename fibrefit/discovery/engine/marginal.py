@@ -9,19 +9,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Ground, absent_values, carried
+from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
-from fibrefit.discovery.engine.supermodel import Frame, residual_rows, stretch_products
-from fibrefit.discovery.engine.thresholds import NAMED, PRICE
+from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, stretch_products
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick, yardstick_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
     RIGID,
-    STEPS,
     Gram,
     Place,
     PosteriorMode,
@@ -33,20 +32,18 @@ from fibrefit.problem.estimate.gauss_newton import (
 )
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
-from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
-FEW = 10
-"""Evaluations at the most for what slopes promise no name; if it comes near the best, it is weighed again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
 @jax.jit
-def _whitened(whitening: Coloured, rows: jax.Array) -> jax.Array:
+def _whitened(whitening: BlockFilter, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 
@@ -55,18 +52,18 @@ class Scales:
 
     Parameters
     ----------
-    ground : Ground
+    context : SearchContext
     reference : mapping of name to float
         Base parameters of the first fit, in SI units.
     yardstick : Yardstick
     """
 
-    def __init__(self, ground: Ground, reference: dict[str, float], yardstick: Yardstick) -> None:
-        self.ground, self.reference, self.yardstick = ground, reference, yardstick
+    def __init__(self, context: SearchContext, reference: dict[str, float], yardstick: Yardstick) -> None:
+        self.context, self.reference, self.yardstick = context, reference, yardstick
 
     def weigh(
         self,
-        frame: Frame,
+        frame: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray | None = None,
@@ -76,7 +73,7 @@ class Scales:
 
         Parameters
         ----------
-        frame : Frame
+        frame : Supermodel
         effects : tuple of Effect classes
         local : (n_record, n_local) in SI units
         sigma : (n_scattering,), optional
@@ -84,21 +81,21 @@ class Scales:
         eta : (n_record, n_scattering), optional
             Deviations to begin with.
         """
-        unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+        unknowns = unknowns_of(frame, self.context, effects, self.reference)
         return Weighed(effects, frame, self._settled(unknowns, place_of(unknowns, local, eta), frame, sigma))
 
     def with_curve(
-        self, parent: Weighed, frame: Frame, local: np.ndarray, probe: type[Effect], curve: Heights
+        self, parent: Weighed, frame: Supermodel, local: np.ndarray, probe: type[Effect], curve: Heights
     ) -> Weighed:
         """A parent with a curve on top of it, from given values."""
-        unknowns = unknowns_of(frame, self.ground, parent.effects, self.reference, curve)
+        unknowns = unknowns_of(frame, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
         return Weighed((*parent.effects, probe), frame, self._settled(unknowns, start, frame, found.sigma))
 
     def glance(
         self,
-        frame: Frame,
+        frame: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray,
@@ -106,23 +103,25 @@ class Scales:
         curve: Heights | None = None,
     ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
-        unknowns = unknowns_of(frame, self.ground, effects, self.reference, curve)
+        unknowns = unknowns_of(frame, self.context, effects, self.reference, curve)
         place = place_of(unknowns, local, eta)
         normal = arrowhead(unknowns, place, self._secant(frame))
         return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
-    def at_once(self, frame: Frame, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed) -> Weighed:
+    def at_once(
+        self, frame: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
+    ) -> Weighed:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
         seen = Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
         return seen if seen.log > least else seen.moved_to(least)
 
-    def absent(self, parent: Weighed, frame: Frame, added: Sequence[type[Effect]], gain: float) -> Weighed:
+    def absent(self, parent: Weighed, frame: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
         """A parent with further effects at their nulls, and the gain that slopes promise of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+        unknowns = unknowns_of(frame, self.context, effects, self.reference)
         place, old = place_of(unknowns, local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
@@ -139,17 +138,17 @@ class Scales:
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
         gram, sigma = self._secant(parent.frame), np.zeros_like(found.sigma)
-        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, renew=gram.renew)))
+        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma)))
 
     def extended(
-        self, parent: Weighed, frame: Frame, effect: type[Effect], promise: Promise, slopes: Seed | None = None
+        self, parent: Weighed, frame: Supermodel, effect: type[Effect], promise: Promise, slopes: Seed | None = None
     ) -> Weighed:
         """A parent with a further effect, from where slopes promise most of it.
 
         Parameters
         ----------
         parent : Weighed
-        frame : Frame
+        frame : Supermodel
             One that holds the effect too.
         effect : Effect class
         promise : Promise
@@ -165,11 +164,9 @@ class Scales:
             for name, value in values.items():
                 local[:, frame.names.index(name)] = value
             effects = (*parent.effects, effect)
-            unknowns = unknowns_of(frame, self.ground, effects, self.reference)
+            unknowns = unknowns_of(frame, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            evidence = self._settled(
-                unknowns, start, frame, found.sigma, slopes, STEPS if promise.gain > NAMED else FEW
-            )
+            evidence = self._settled(unknowns, start, frame, found.sigma, slopes)
             ends.append(Weighed(effects, frame, evidence))
             if ends[-1].log > parent.log - WRONG_MINIMUM:
                 break
@@ -184,14 +181,14 @@ class Scales:
         seen, kept = self.yardstick.on(parent.frame), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(slopes_at(seen, local, columns, targets, self.ground.whole))
-            return kept[0].grams(seen.reactions)
+            kept.append(slopes_at(seen, local, columns, targets, self.context.whole))
+            return kept[0].grams(seen.sensitivities)
 
         local_grams(unknowns, found.place, gram)
         return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: Weighed, frame: Frame, effects: Sequence[type[Effect]], slopes: Seed | None = None
+        self, parent: Weighed, frame: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
     ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect on top of a parent, at the best of its shapes.
 
@@ -200,13 +197,13 @@ class Scales:
         Parameters
         ----------
         parent : Weighed
-        frame : Frame
+        frame : Supermodel
             One that holds all of them.
         effects : sequence of Effect classes
         slopes : Seed, optional
             Of the parent, where they are known, see `slopes`.
         """
-        unknowns, found = unknowns_of(frame, self.ground, parent.effects, self.reference), parent.evidence.mode
+        unknowns, found = unknowns_of(frame, self.context, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
         gram = self._beside(frame, slopes.slopes)
         base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
@@ -224,7 +221,7 @@ class Scales:
 
     def _promises(
         self,
-        frame: Frame,
+        frame: Supermodel,
         gram: Gram,
         unknowns: Unknowns,
         local: np.ndarray,
@@ -282,24 +279,24 @@ class Scales:
         them.
         """
         frame, number = weighed.frame, len(self.yardstick.noise)
-        rows = residual_rows(frame, weighed.local, self.ground.whole)
+        rows = residual_rows(frame, weighed.local, self.context.whole)
         shape = (len(rows), number, -1)
-        reactions = self.yardstick.reactions
-        if reactions is None or frame.reactions is None:
+        sensitivities = self.yardstick.sensitivities
+        if sensitivities is None or frame.sensitivities is None:
             return np.asarray(rows).reshape(1, *shape)
         white = _whitened(self.yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
         random, found = np.random.default_rng(0), []
         for r, row in enumerate(rows):
-            best = reactions.inverse[r] @ (reactions.rows[r] @ white[r])
-            root = np.linalg.cholesky(np.asarray(reactions.inverse[r]))
+            best = sensitivities.inverse[r] @ (sensitivities.rows[r] @ white[r])
+            root = np.linalg.cholesky(np.asarray(sensitivities.inverse[r]))
             drawn = [np.asarray(best) + (i > 0) * root @ random.standard_normal(len(best)) for i in range(draws)]
-            found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.reactions.rows[r]))
+            found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.sensitivities.rows[r]))
         return np.stack(found, axis=1).reshape(draws, *shape)
 
     def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
         """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
 
-        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that foretell little, a
+        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that predict little, a
         spectrum that is not quite right. A gain counts for as much less.
 
         Parameters
@@ -316,7 +313,7 @@ class Scales:
         unknowns, frame = found.unknowns, self.yardstick.on(weighed.frame)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(stretch_products(frame, local, columns, targets, self.ground.whole)[0])
+            kept.append(stretch_products(frame, local, columns, targets, self.context.whole)[0])
             return kept[0].sum(axis=1)
 
         grams = local_grams(unknowns, found.place, gram)
@@ -339,28 +336,26 @@ class Scales:
         left = jnp.asarray(self.residuals(weighed)[0])
         return np.asarray(_whitened(self.yardstick.whitening, left[None])[0])
 
-    def _beside(self, frame: Frame, known: Slopes) -> Gram:
+    def _beside(self, frame: Supermodel, known: Slopes) -> Gram:
         """Products of known slopes of a parent's unknowns and of further columns of a frame."""
         seen, number = self.yardstick.on(frame), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            further = slopes_at(seen, local, columns[number:], targets[:, number:], self.ground.whole)
-            return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.reactions)
+            further = slopes_at(seen, local, columns[number:], targets[:, number:], self.context.whole)
+            return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.sensitivities)
 
         return gram
 
-    def _secant(self, frame: Frame, seed: Seed | None = None) -> SecantGram:
-        return SecantGram(self.yardstick.on(frame), self.ground.whole, seed)
+    def _secant(self, frame: Supermodel, seed: Seed | None = None) -> SecantGram:
+        return SecantGram(self.yardstick.on(frame), self.context.whole, seed)
 
     def _settled(
         self,
         unknowns: Unknowns,
         start: Place,
-        frame: Frame,
+        frame: Supermodel,
         sigma: np.ndarray | None,
         seed: Seed | None = None,
-        max_steps: int = STEPS,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        gram = self._secant(frame, seed)
-        return weigh(unknowns, start, gram, sigma, max_steps=max_steps, renew=gram.renew)
+        return weigh(unknowns, start, self._secant(frame, seed), sigma)

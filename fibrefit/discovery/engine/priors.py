@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import Ground
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.candidates import SearchContext
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.gauss_newton import Unknowns
 
@@ -50,8 +50,8 @@ LEVEL_SD = 10.0
 
 
 def unknowns_of(
-    frame: Frame,
-    ground: Ground,
+    frame: Supermodel,
+    context: SearchContext,
     effects: Iterable[type[Effect]],
     reference: dict[str, float],
     curve: Heights | None = None,
@@ -60,15 +60,15 @@ def unknowns_of(
 
     Parameters
     ----------
-    frame : Frame
-    ground : Ground
+    frame : Supermodel
+    context : SearchContext
     effects : iterable of Effect classes
     reference : mapping of name to float
         Base parameters of the first fit, in SI units.
     curve : Heights, optional
         Of a probe on top of them.
     """
-    subset = ground.subset(effects)
+    subset = context.subset(effects)
     rows = [_line(frame.declared[name], name, reference.get(name), effects) for name in subset.shared]
     if curve is not None:
         subset = replace(subset, shared=subset.shared + curve.names)
@@ -80,7 +80,7 @@ def unknowns_of(
     precision = np.diag(sd**-2.0)
     if curve is not None:
         precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
-    base = np.array([name in ground.scattering for name in subset.shared], dtype=bool)
+    base = np.array([name in context.scattering for name in subset.shared], dtype=bool)
     index = {name: i for i, name in enumerate(frame.names)}
     layout = frame.problem.layout
     slots = {slot.name: slot for slot in layout.slots}

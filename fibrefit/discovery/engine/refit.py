@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.problem.statement.layout import assembled, gathered
 
 ARRIVED = 0.1
@@ -59,7 +59,7 @@ class Refit:
 class _Map:
     """Between the unknowns of a refit and the values of each record."""
 
-    def __init__(self, frame: Frame, subset: Subset, local: np.ndarray) -> None:
+    def __init__(self, frame: Supermodel, subset: Subset, local: np.ndarray) -> None:
         self.frame, self.subset, self.records = frame, subset, len(local)
         index = {name: i for i, name in enumerate(frame.names)}
         self.shared = np.array([index[name] for name in subset.shared], dtype=int)
@@ -116,13 +116,13 @@ class _Map:
 
 
 def refit(
-    frame: Frame, subset: Subset, local: np.ndarray, counts: np.ndarray, max_steps: int = 30, enough: float = 1e-4
+    frame: Supermodel, subset: Subset, local: np.ndarray, counts: np.ndarray, max_steps: int = 30, enough: float = 1e-4
 ) -> Refit:
     """Fit a subset of values, from values given, over a horizon.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
     subset : Subset
     local : (n_record, n_local) in SI units
         Start; values outside the subset stay.
@@ -175,13 +175,13 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
 
 
 def led_along(
-    frame: Frame, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
+    frame: Supermodel, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
     """Values that go to a goal, with those of a subset led along so that the cost rises least.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
     held : Subset
         The values that are led along.
     subset : Subset

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.effects.law import Effect
 
 WEAK = 0.02
@@ -65,7 +65,7 @@ def directions(effect: type[Effect]) -> list[Approach]:
     return found
 
 
-def starting_strength(frame: Frame, name: str, weak: float, share: float) -> float:
+def starting_strength(frame: Supermodel, name: str, weak: float, share: float) -> float:
     """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
     declared = frame.declared[name]
     if declared.reciprocal or declared.unit == "Hz":

@@ -1,7 +1,7 @@
 """Products of slopes and residuals, with slopes that are corrected from residuals alone between simulations of all.
 
 A step of a Gauss-Newton needs the slopes along every unknown, a simulation each; near a minimum they hardly change.
-Broyden's update makes the slopes foretell the residuals that the last step led to, at one simulation a step. Slopes
+Broyden's update makes the slopes predict the residuals that the last step led to, at one simulation a step. Slopes
 are simulated anew when asked for, and no mode counts as found before such slopes ask for no further step.
 
 Source
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.supermodel import Frame, Reactions, whitened
+from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel, whitened_rows
 
 
 class Slopes(NamedTuple):
@@ -27,17 +27,17 @@ class Slopes(NamedTuple):
     rows : (n_record, 1 + n_column, n_row)
         Residuals first.
     pulled : (n_record, 1 + n_column, n_wave) or None
-        Products with the reactions to errors of inputs.
+        Products with the sensitivities to errors of inputs.
     """
 
     rows: np.ndarray
     pulled: np.ndarray | None
 
-    def grams(self, reactions: Reactions | None) -> np.ndarray:
+    def grams(self, sensitivities: InputSensitivities | None) -> np.ndarray:
         """Products ``(n_record, n_column + 1, n_column + 1)``, errors of inputs eliminated; residuals come last."""
         grams = self.rows @ np.swapaxes(self.rows, 1, 2)
-        if self.pulled is not None and reactions is not None:
-            grams = grams - self.pulled @ np.asarray(reactions.inverse) @ np.swapaxes(self.pulled, 1, 2)
+        if self.pulled is not None and sensitivities is not None:
+            grams = grams - self.pulled @ np.asarray(sensitivities.inverse) @ np.swapaxes(self.pulled, 1, 2)
         keep = np.r_[1 : grams.shape[1], 0]
         return grams[:, keep][:, :, keep]
 
@@ -58,7 +58,7 @@ class Slopes(NamedTuple):
         return Slopes(self.rows * whole, None if self.pulled is None else self.pulled * whole)
 
     def led_to(self, residuals: Slopes, way: np.ndarray) -> Slopes:
-        """Slopes that foretell the residuals to which a step led.
+        """Slopes that predict the residuals to which a step led.
 
         Parameters
         ----------
@@ -84,20 +84,22 @@ def _broyden(old: np.ndarray, new: np.ndarray, way: np.ndarray, along: np.ndarra
     return np.concatenate([new[:, None], old[:, 1:] + along[:, :, None] * missed[:, None]], axis=1)
 
 
-def slopes_at(frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> Slopes:
-    """Simulated; parameters as `Frame.grams`, the frame whitened."""
+def slopes_at(
+    frame: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+) -> Slopes:
+    """Simulated; parameters as `Supermodel.grams`, the frame whitened."""
     rows = frame.rows(local, columns, targets, counts)
-    white = whitened(rows, len(frame.problem.observations.weight), frame.whitening)
+    white = whitened_rows(rows, len(frame.problem.observations.weight), frame.whitening)
     kept = np.asarray(white)[:, : 1 + len(columns)]
-    return Slopes(kept, None if frame.reactions is None else _pulled(kept, frame.reactions))
+    return Slopes(kept, None if frame.sensitivities is None else _pulled(kept, frame.sensitivities))
 
 
-def _pulled(rows: np.ndarray, reactions: Reactions) -> np.ndarray:
+def _pulled(rows: np.ndarray, sensitivities: InputSensitivities) -> np.ndarray:
     # Rows differ by many orders of magnitude: single precision is that of each row.
     size = np.sqrt(np.sum(rows**2, axis=2, keepdims=True))
     size = np.where(size > 0.0, size, 1.0)
     single = (rows / size).astype(np.float32)
-    return (single @ np.swapaxes(np.asarray(reactions.rows), 1, 2)).astype(float) * size
+    return (single @ np.swapaxes(np.asarray(sensitivities.rows), 1, 2)).astype(float) * size
 
 
 class Seed(NamedTuple):
@@ -120,7 +122,7 @@ class SecantGram:
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
         Whitened.
     counts : (n_record,) int
     seed : Seed, optional
@@ -129,7 +131,7 @@ class SecantGram:
         Whether a mode counts as found only where simulated slopes ask for no further step.
     """
 
-    frame: Frame
+    frame: Supermodel
     counts: np.ndarray
     seed: Seed | None = None
     thorough: bool = True
@@ -137,17 +139,17 @@ class SecantGram:
     _exact: bool = field(default=False, init=False)
 
     def __call__(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Products at some values; parameters as `Frame.grams`."""
+        """Products at some values; parameters as `Supermodel.grams`."""
         if self._known is None:
             slopes = self._first(local, columns, targets)
-            grams = slopes.grams(self.frame.reactions)
+            grams = slopes.grams(self.frame.sensitivities)
             self._known = _Known(local, targets - local[:, columns], slopes, float(np.sum(grams[:, -1, -1])))
             return grams
         known, change = self._known, targets - local[:, columns]
         way = np.nan_to_num((local - known.local)[:, columns] / known.change)
         here = slopes_at(self.frame, local, columns[:0], targets[:, :0], self.counts)
         slopes = known.slopes.led_to(here, way).scaled(change / known.change)
-        grams = slopes.grams(self.frame.reactions)
+        grams = slopes.grams(self.frame.sensitivities)
         # A step that led upwards is not taken: slopes are corrected along the way that is.
         if np.sum(grams[:, -1, -1]) <= known.cost:
             self._known = _Known(local, change, slopes, float(np.sum(grams[:, -1, -1])))

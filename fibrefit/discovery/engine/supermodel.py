@@ -18,10 +18,10 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.time_limit import check_time
 from fibrefit.effects.law import Effect, SensorLaw, extends
-from fibrefit.problem.inputs.errors_in_variables import Waves, corrected, input_errors, residuals
-from fibrefit.problem.inputs.linearity_weights import counted, faded
-from fibrefit.problem.inputs.reactions import Reactions
-from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
+from fibrefit.problem.inputs.linearity_weights import counted, downweighted
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
@@ -43,35 +43,35 @@ OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have frames of their own."""
 
 
-def waves_at(task: Task, values: np.ndarray, reactions: Reactions) -> Waves:
-    """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as the reactions foretell them."""
+def coefficients_at(task: Task, values: np.ndarray, sensitivities: InputSensitivities) -> InputCoefficients:
+    """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as sensitivities predict them."""
     known = input_errors(task)
-    left = residuals(faded(task.problem, reactions.fade), known, values, reactions.waves)
+    left = residuals(downweighted(task.problem, sensitivities.downweight), known, values, sensitivities.coefficients)
     flat = []
-    for r, rows in enumerate(reactions.rows):
-        flat.append(-reactions.inverse[r] @ (rows @ (left[r].ravel() + reactions.offset[r])))
+    for r, rows in enumerate(sensitivities.rows):
+        flat.append(-sensitivities.inverse[r] @ (rows @ (left[r].ravel() + sensitivities.offset[r])))
     ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
     return dict(zip(known, np.split(np.array(flat), ends, axis=1), strict=True))
 
 
 @dataclass(frozen=True)
-class Frame:
+class Supermodel:
     """A task whose model holds many effects.
 
     Parameters
     ----------
     task : Task
         Its layout frees all values; which are active is decided at each call.
-    reactions : Reactions, optional
-    whitening : Coloured, optional
-        Of the residuals, and of the reactions, before their products are taken; none by default.
+    sensitivities : InputSensitivities, optional
+    whitening : BlockFilter, optional
+        Of the residuals, and of the sensitivities, before their products are taken; none by default.
     compiled : set of int
         Numbers of columns its programs were compiled for.
     """
 
     task: Task
-    reactions: Reactions | None = None
-    whitening: Coloured | None = None
+    sensitivities: InputSensitivities | None = None
+    whitening: BlockFilter | None = None
     compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
 
     @property
@@ -87,7 +87,7 @@ class Frame:
     @cached_property
     def _counted(self) -> np.ndarray:
         """How much each instant of a record counts, ``(n_record, n_time)``: by the number of channels read then."""
-        return counted(self.problem, 1.0 if self.reactions is None else self.reactions.fade)
+        return counted(self.problem, 1.0 if self.sensitivities is None else self.sensitivities.downweight)
 
     def samples_before(self, counts: np.ndarray) -> np.ndarray:
         """Number of samples that count of each record before a horizon, ``(n_record,)``."""
@@ -119,14 +119,16 @@ class Frame:
 
     @property
     def pulls(self) -> tuple[jax.Array, jax.Array] | None:
-        """Reactions to the errors of inputs, and the inverse of their matrix; see `Reactions`."""
+        """Reactions to the errors of inputs, and the inverse of their matrix; see `InputSensitivities`."""
         return (
-            None if self.reactions is None else (jnp.asarray(self.reactions.rows), jnp.asarray(self.reactions.inverse))
+            None
+            if self.sensitivities is None
+            else (jnp.asarray(self.sensitivities.rows), jnp.asarray(self.sensitivities.inverse))
         )
 
     @property
     def _offset(self) -> jax.Array | None:
-        return None if self.reactions is None else jnp.asarray(self.reactions.offset)
+        return None if self.sensitivities is None else jnp.asarray(self.sensitivities.offset)
 
     def holds(self, effects: Sequence[type[Effect]]) -> bool:
         """Whether all these effects are in it."""
@@ -186,15 +188,15 @@ class Frame:
 
 
 def stretch_products(
-    frame: Frame, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+    frame: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Products of whitened changes and residuals within each stretch of a record, the errors of inputs at their best.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
         Whitened.
-    local, columns, targets, counts : as `Frame.grams`
+    local, columns, targets, counts : as `Supermodel.grams`
 
     Returns
     -------
@@ -217,12 +219,12 @@ def stretch_products(
     return np.asarray(parts[0]), np.asarray(parts[1])
 
 
-def residual_rows(frame: Frame, local: np.ndarray, counts: np.ndarray) -> jax.Array:
+def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
     """Residuals of each record, ``(n_record, n_channel * n_time)``, those of noisy inputs without their errors.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
@@ -253,7 +255,9 @@ def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool]:
     return place if place in OWN_KIND else "", late, extends(effect), effect.sudden
 
 
-def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions | None = None) -> Frame:
+def supermodel_of(
+    task: Task, effects: Sequence[type[Effect]], sensitivities: InputSensitivities | None = None
+) -> Supermodel:
     """Frame with the effects of a task's model and more.
 
     Parameters
@@ -261,7 +265,7 @@ def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions |
     task : Task
     effects : sequence of Effect classes
         Added to those the model has already.
-    reactions : Reactions, optional
+    sensitivities : InputSensitivities, optional
     """
     old = task.problem.model
     model = replace(old, effects=tuple(dict.fromkeys((*old.effects, *effects))))
@@ -270,9 +274,11 @@ def frame_of(task: Task, effects: Sequence[type[Effect]], reactions: Reactions |
     slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
     layout = Layout(tuple(slots), task.problem.layout.records)
     problem = Problem(model, layout, task.problem.observations)
-    if reactions is not None:
-        problem = faded(corrected(problem, input_errors(task), reactions.waves), reactions.fade)
-    return Frame(replace(task, problem=problem), reactions)
+    if sensitivities is not None:
+        problem = downweighted(
+            corrected(problem, input_errors(task), sensitivities.coefficients), sensitivities.downweight
+        )
+    return Supermodel(replace(task, problem=problem), sensitivities)
 
 
 def _residuals(problem: Problem, local: jax.Array, data: Observations, count: jax.Array) -> jax.Array:
@@ -317,11 +323,11 @@ def _rows(
 
 @kept_program
 def _products(
-    rows: jax.Array, number: int, reactions: tuple[jax.Array, jax.Array] | None, whitening: Coloured | None
+    rows: jax.Array, number: int, sensitivities: tuple[jax.Array, jax.Array] | None, whitening: BlockFilter | None
 ) -> jax.Array:
     """Gram matrices of the rows of `number` channels, whitened, the errors of inputs eliminated."""
-    rows = whitened(rows, number, whitening)
-    if reactions is None:
+    rows = whitened_rows(rows, number, whitening)
+    if sensitivities is None:
         return jax.lax.map(lambda rows: rows @ rows.T, rows)
 
     def one(row: tuple) -> jax.Array:
@@ -333,11 +339,11 @@ def _products(
         pulled = ((rows / size[:, None]).astype(jnp.float32) @ pulls.T).astype(float) * size[:, None]
         return gram - pulled @ inverse @ pulled.T
 
-    return jax.lax.map(one, (rows, reactions))
+    return jax.lax.map(one, (rows, sensitivities))
 
 
 @kept_program
-def whitened(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Array:
+def whitened_rows(rows: jax.Array, number: int, whitening: BlockFilter | None) -> jax.Array:
     """Rows ``(n_record, n_row, number * n_time)`` of `number` channels, whitened."""
     if whitening is None:
         return rows
@@ -347,11 +353,11 @@ def whitened(rows: jax.Array, number: int, whitening: Coloured | None) -> jax.Ar
 
 @kept_program
 def _within_stretches(
-    rows: jax.Array, number: int, reactions: tuple[jax.Array, jax.Array] | None, whitening: Coloured | None
+    rows: jax.Array, number: int, sensitivities: tuple[jax.Array, jax.Array] | None, whitening: BlockFilter | None
 ) -> tuple[jax.Array, jax.Array]:
-    rows = whitened(rows, number, whitening)
-    if reactions is not None:
-        pulls, inverse = reactions[0].astype(float), reactions[1]
+    rows = whitened_rows(rows, number, whitening)
+    if sensitivities is not None:
+        pulls, inverse = sensitivities[0].astype(float), sensitivities[1]
         pulled = jnp.einsum("rkn,rwn->rkw", rows, pulls)
         rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, inverse, pulls)
     whole = rows.reshape(*rows.shape[:2], number, -1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
@@ -19,13 +19,13 @@ class Weighed:
     ----------
     effects : tuple of Effect classes
         Added to the model the search began with, in the order they were found.
-    frame : Frame
+    frame : Supermodel
         One that holds them, not whitened.
     evidence : MarginalLikelihood
     """
 
     effects: tuple[type[Effect], ...]
-    frame: Frame
+    frame: Supermodel
     evidence: MarginalLikelihood
 
     @property

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from fibrefit.discovery.engine.supermodel import Frame, Reactions
-from fibrefit.problem.inputs.reactions import reactions_through
-from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel
+from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
+from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import whitening_of
 
@@ -20,31 +20,31 @@ class Yardstick:
     ----------
     noise : tuple of Noise
         Of each channel, in SI units.
-    whitening : Coloured
-    reactions : Reactions or None
+    whitening : BlockFilter
+    sensitivities : InputSensitivities or None
         To errors of measured inputs, whitened.
     """
 
     noise: tuple[Noise, ...]
-    whitening: Coloured
-    reactions: Reactions | None
+    whitening: BlockFilter
+    sensitivities: InputSensitivities | None
 
-    def on(self, frame: Frame) -> Frame:
+    def on(self, frame: Supermodel) -> Supermodel:
         """A frame whose residuals are whitened."""
-        return replace(frame, whitening=self.whitening, reactions=self.reactions)
+        return replace(frame, whitening=self.whitening, sensitivities=self.sensitivities)
 
 
-def yardstick_of(frame: Frame, noise: Sequence[Noise]) -> Yardstick:
+def yardstick_of(frame: Supermodel, noise: Sequence[Noise]) -> Yardstick:
     """Yardstick for noise of known spectra.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Supermodel
         Any of the search, not whitened.
     noise : sequence of Noise
     """
-    whitening = whitening_of(frame.problem, noise)
-    reactions = frame.reactions
-    if reactions is not None:
-        reactions = reactions_through(reactions, whitening)
-    return Yardstick(tuple(noise), whitening, reactions)
+    whitening = in_blocks(whitening_of(frame.problem, noise))
+    sensitivities = frame.sensitivities
+    if sensitivities is not None:
+        sensitivities = whitened_sensitivities(sensitivities, whitening)
+    return Yardstick(tuple(noise), whitening, sensitivities)

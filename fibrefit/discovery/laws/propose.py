@@ -16,7 +16,7 @@ import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
@@ -50,7 +50,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
         return None
     search.tell("fitting laws to the free curves", None)
     effects = [effect_of_law(law) for law in laws]
-    frame = frame_of(search.task, (*parent.effects, *effects), parent.frame.reactions)
+    frame = supermodel_of(search.task, (*parent.effects, *effects), parent.frame.sensitivities)
     jobs = [partial(_weighed, search, frame, parent, law) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
     ranked = sorted(
@@ -76,7 +76,7 @@ def _composed(search: Search, readings: Sequence[Reading]) -> list[Composed]:
     return turns[:TRIED]
 
 
-def _weighed(search: Search, frame: Frame, parent: Weighed, law: Composed) -> Weighed:
+def _weighed(search: Search, frame: Supermodel, parent: Weighed, law: Composed) -> Weighed:
     """A parent with a law, from where the regression left it."""
     local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
     for name, value in start_of_law(law).items():

@@ -72,7 +72,7 @@ class Round:
     added : str
     gap_before, gap_after : float
     where : tuple of Place
-        Where the model before parted from the measurement.
+        Where the model before separating_experiment from the measurement.
     ranking : tuple of Candidate
         Best first.
     sentence : str
@@ -312,8 +312,8 @@ class Split(Further):
         return f"{says} {NO_HELP}" if self.after > LITTLE * self.before else says
 
 
-class Parting(Further):
-    """That of which two explanations, with the values found, foretell the most different things.
+class SeparatingExperiment(Further):
+    """That of which two explanations, with the values found, predict the most different things.
 
     `before` and `after` are rms differences in units of the noise: the largest of a record at hand, and there.
     """
@@ -321,7 +321,7 @@ class Parting(Further):
     @property
     def says(self) -> str:
         """The record in a sentence."""
-        says = f"{self._record}: there they foretell readings that differ by {self.after:.2g} times the noise (rms), "
+        says = f"{self._record}: there they predict readings that differ by {self.after:.2g} times the noise (rms), "
         says += f"{self.before:.2g} times in the records at hand."
         return says if self.after > self.before / LITTLE else f"{says} {NO_HELP}"
 
@@ -340,7 +340,7 @@ class Finding:
     rounds : tuple of Round
     cannot_tell_apart : tuple of tuple of str
         Classes of effects that explain the records alike.
-    partings : tuple of Parting
+    partings : tuple of SeparatingExperiment
         The further records that would tell those apart, where records of the rig can be varied.
     unexplained : Unexplained
     before, after : Identification
@@ -377,7 +377,7 @@ class Finding:
     seconds: float
     weights: tuple[Weight, ...] = ()
     detectable: tuple[Direction, ...] = ()
-    partings: tuple[Parting, ...] = ()
+    partings: tuple[SeparatingExperiment, ...] = ()
     curves: tuple[FreeCurve, ...] = ()
     proposed_law: ProposedLaw | None = None
     untried: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.roles import SLACK, TAUT
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import Left, Strand
+from fibrefit.discovery.residuals.residuals import ResidualSet, Strand
 
 SOON = 2.0 / 3.0
 """Share of the gap that makes most of it."""
@@ -39,12 +39,12 @@ class Contact(NamedTuple):
     speed: float
 
 
-def contacts(found: Left, own: list[Strand]) -> list[Contact]:
+def contacts(found: ResidualSet, own: list[Strand]) -> list[Contact]:
     """Contacts that begin with a slack fibre, in the order of records and time.
 
     Parameters
     ----------
-    found : Left
+    found : ResidualSet
     own : list of Strand
         One channel of each record.
     """
@@ -62,12 +62,12 @@ def contacts(found: Left, own: list[Strand]) -> list[Contact]:
     return listed
 
 
-def after_take_up(found: Left, own: list[Strand], phase: int) -> list[str]:
+def after_take_up(found: ResidualSet, own: list[Strand], phase: int) -> list[str]:
     """What can be said of the gap of one channel in a taut phase and the take-ups before it; empty where nothing can.
 
     Parameters
     ----------
-    found : Left
+    found : ResidualSet
     own : list of Strand
         The channel in each record.
     phase : int

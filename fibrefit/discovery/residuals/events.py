@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import Left, Strand, strands
+from fibrefit.discovery.residuals.residuals import ResidualSet, Strand, strands
 
 FEWEST = 10
 """Windows of motion there must be before an event and after it."""
@@ -27,12 +27,12 @@ STRETCHED = 0.02
 """Share of its range by which a state may leave it and still be said to have been there before."""
 
 
-def events(found: Left) -> tuple[tuple[str, float], ...]:
+def events(found: ResidualSet) -> tuple[tuple[str, float], ...]:
     """Records in which something happens, each with its instant [s].
 
     Parameters
     ----------
-    found : Left
+    found : ResidualSet
         A parameter that all records share, or all of one record does, is fitted to what is before an event and after
         it alike: an event is only seen where that leaves what is before it noise.
     """
@@ -45,7 +45,7 @@ def events(found: Left) -> tuple[tuple[str, float], ...]:
     return tuple(listed)
 
 
-def _event(found: Left, own: list[Strand], looks: int) -> float | None:
+def _event(found: ResidualSet, own: list[Strand], looks: int) -> float | None:
     width = own[0].window
     powers = np.array([_powers(piece, width) for piece in own])
     limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
@@ -89,7 +89,7 @@ def _is_noise(piece: Strand, powers: np.ndarray, first: int, width: int) -> bool
     )
 
 
-def _done_before(found: Left, record: int, phase: np.ndarray, first: int, width: int) -> bool:
+def _done_before(found: ResidualSet, record: int, phase: np.ndarray, first: int, width: int) -> bool:
     """Whether the rig has been in the phase of a window before, and its states as far out."""
     if (phase[:first] == phase[first]).sum() < SEEN:
         return False

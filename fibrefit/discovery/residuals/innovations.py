@@ -95,7 +95,7 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     local = best.local
     targets = local[:, columns] * np.exp(STEP)
     frame = scales.yardstick.on(best.frame)
-    products, squares = stretch_products(frame, local, columns, targets, scales.ground.whole)
+    products, squares = stretch_products(frame, local, columns, targets, scales.context.whole)
     information, score = products[:, :, :-1, :-1] / STEP**2, products[:, :, :-1, -1] / STEP
     seen = np.einsum("rspp->rsp", information).sum(axis=1)
     level = squares.sum(axis=1) / STEP**2 / np.where(seen > 0.0, seen, 1.0)
@@ -140,12 +140,12 @@ def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) 
         scale = np.sqrt(np.where(np.diag(whole) > 0.0, np.diag(whole), 1.0))
         progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
         moment = progress / max(progress[-1], 1e-300)
-        waves = np.cos(np.pi * np.arange(1, WAVES + 1)[:, None] * moment)
-        inside = np.einsum("js,ks,spq->jpkq", waves, waves, i).reshape(WAVES * p, WAVES * p)
-        cross = np.einsum("js,spq->jpq", waves, i).reshape(WAVES * p, p)
+        coefficients = np.cos(np.pi * np.arange(1, WAVES + 1)[:, None] * moment)
+        inside = np.einsum("js,ks,spq->jpkq", coefficients, coefficients, i).reshape(WAVES * p, WAVES * p)
+        cross = np.einsum("js,spq->jpq", coefficients, i).reshape(WAVES * p, p)
         held = np.linalg.pinv(whole / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
         normal += inside - cross @ held @ cross.T
-        pull += np.einsum("js,sp->jp", waves, g).ravel() - cross @ held @ g.sum(axis=0)
+        pull += np.einsum("js,sp->jp", coefficients, g).ravel() - cross @ held @ g.sum(axis=0)
     scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
     gain, rank = _gain(normal, pull, scale)
     probability = float(chi2.sf(gain, rank)) if rank else 1.0

@@ -17,7 +17,7 @@ WINDOW = 0.010
 """Length in s of the shortest windows whose gap is compared: a fraction of a contact."""
 
 
-class Left(Protocol):
+class ResidualSet(Protocol):
     """Residuals of a fit, with the motion and the noise behind them; an Identification is one.
 
     Attributes
@@ -40,7 +40,7 @@ class Left(Protocol):
 
 @dataclass(frozen=True)
 class Remains:
-    """The same, of any values of any problem; see `Left`."""
+    """The same, of any values of any problem; see `ResidualSet`."""
 
     problem: Problem
     residuals: np.ndarray
@@ -48,7 +48,7 @@ class Remains:
     noise: Mapping[str, Noise]
 
 
-def left_at(problem: Problem, values: np.ndarray, noise: Mapping[str, Noise]) -> Remains:
+def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, Noise]) -> Remains:
     """What values leave of a problem whose inputs are taken as they are.
 
     Parameters
@@ -105,7 +105,7 @@ class Strand(NamedTuple):
         return np.where(self.counted, self.residual**2 - 1.0, 0.0)
 
 
-def strands(found: Left) -> list[Strand]:
+def strands(found: ResidualSet) -> list[Strand]:
     """All channels of all records, without the padding."""
     data, channels = found.problem.observations, found.problem.model.rig.channels
     times, counts = np.asarray(data.experiment.times), np.asarray(data.experiment.count)

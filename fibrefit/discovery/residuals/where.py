@@ -9,7 +9,7 @@ from fibrefit.discovery.model.finding import Place
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.residuals import WINDOW, Left, Strand, strands
+from fibrefit.discovery.residuals.residuals import WINDOW, ResidualSet, Strand, strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 
 SPANS = (1, 4, 16)
@@ -25,12 +25,12 @@ OF_TIME = 0.7
 """Share of the time from which that goes without saying."""
 
 
-def places(found: Left) -> tuple[Place, ...]:
+def places(found: ResidualSet) -> tuple[Place, ...]:
     """Stretches that hold most of the gap, the largest share first.
 
     Parameters
     ----------
-    found : Left
+    found : ResidualSet
         An identification, or what any other fit leaves.
 
     Returns
@@ -79,7 +79,7 @@ def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:
     return loud
 
 
-def phase_shares(found: Left) -> dict[tuple[str, str], float]:
+def phase_shares(found: ResidualSet) -> dict[tuple[str, str], float]:
     """Share of the gap beyond noise in each channel and phase."""
     channels, excess = found.problem.model.rig.channels, _by_phase(strands(found))
     shares = {
@@ -100,7 +100,7 @@ def _by_phase(pieces: list[Strand]) -> dict[tuple[int, int], float]:
     return {key: max(excess, 0.0) for key, excess in sums.items()}
 
 
-def in_words(found: Left) -> str:
+def in_words(found: ResidualSet) -> str:
     """One sentence, without its full stop, on where most of the gap lies.
 
     Channel and phase; how soon after the fibre goes taut and whether it depends on the speed at which it does; whether
@@ -109,7 +109,7 @@ def in_words(found: Left) -> str:
 
     Parameters
     ----------
-    found : Left
+    found : ResidualSet
     """
     pieces = strands(found)
     excess = _by_phase(pieces)
@@ -139,7 +139,7 @@ def _is_sure(own: list[Strand], phase: int, looks: int) -> bool:
     return power > loudest(longest.noise, number, len(longest.times), longest.rate, looks)
 
 
-def _besides(found: Left, channel: int, phase: int) -> str:
+def _besides(found: ResidualSet, channel: int, phase: int) -> str:
     """What the guide or the drive does where nearly all of that gap lies, if they do not do it most of the time."""
     moved, up, down = found.motion, *found.problem.model.rig.directions
     ways: list[tuple[str, np.ndarray]] = []
@@ -158,7 +158,7 @@ def _besides(found: Left, channel: int, phase: int) -> str:
     return f" and {' and '.join(said)}" if said else ""
 
 
-def onset(found: Left) -> tuple[str, float] | None:
+def onset(found: ResidualSet) -> tuple[str, float] | None:
     """Record and instant [s] from which one record alone parts from the model; None if others do too.
 
     Of a series of one record it is the instant of its event; `events` tells of any number.

@@ -24,18 +24,18 @@ def cv_residuals(search: Search, hypothesis: Hypothesis) -> np.ndarray:
     hypothesis : Hypothesis
     """
     found = []
-    for r in range(len(search.ground.whole)):
-        search.tell("predicting each record from the others", r / len(search.ground.whole))
+    for r in range(len(search.context.whole)):
+        search.tell("predicting each record from the others", r / len(search.context.whole))
         found.append(_cv_residual(search, hypothesis, r))
     return np.array(found)
 
 
 def _cv_residual(search: Search, hypothesis: Hypothesis, record: int) -> float:
-    ground = search.ground
-    others, alone = ground.whole.copy(), np.zeros_like(ground.whole)
-    others[record], alone[record] = 0, ground.whole[record]
-    fitted = refit(hypothesis.frame, ground.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
-    own = refit(hypothesis.frame, Subset((), ground.each), fitted.local, alone, STEPS)
+    context = search.context
+    others, alone = context.whole.copy(), np.zeros_like(context.whole)
+    others[record], alone[record] = 0, context.whole[record]
+    fitted = refit(hypothesis.frame, context.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
+    own = refit(hypothesis.frame, Subset((), context.each), fitted.local, alone, STEPS)
     return float(np.sqrt(own.cost / search.base.frame.samples[record]))
 
 

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Ground, Hypothesis, Trial, alone, fit_all, scouted
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, alone, fit_all, scouted
 from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.secant import Seed
-from fibrefit.discovery.engine.supermodel import Frame, frame_of, group_of
+from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.effects.law import Effect, extends
@@ -66,13 +66,13 @@ class Search:
         Of the model the search began with.
     effects : tuple of Effect classes
         That may be added.
-    ground : Ground
+    context : SearchContext
     base : Hypothesis
         Nothing added, in plain least squares.
     scales : Scales
         By which hypotheses are weighed now.
     tell : callable
-    frames : list of Frame
+    frames : list of Supermodel
         Compiled so far; a store of programs, not of results.
     lock : Lock
         Of that store.
@@ -82,11 +82,11 @@ class Search:
 
     task: Task
     effects: tuple[type[Effect], ...]
-    ground: Ground
+    context: SearchContext
     base: Hypothesis
     scales: Scales
     tell: Progress
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[Supermodel] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
     folder: Path | None = None
 
@@ -99,12 +99,12 @@ class Search:
         by_name = {effect.name: effect for effect in (*self.task.problem.model.effects, *self.effects)}
         kind, _, names = name.partition(":")
         found = tuple(by_name[one] for one in names.split(",") if one)
-        return found[0] if kind == "effect" else self.frame_with(found)
+        return found[0] if kind == "effect" else self.supermodel_with(found)
 
     def signature(self, parent: Weighed | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
-        reactions = parent.frame.reactions
-        seen = () if reactions is None else (*reactions.waves.values(), reactions.fade)
+        sensitivities = parent.frame.sensitivities
+        seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
         if isinstance(parent, Hypothesis):
             return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
         found = parent.evidence.mode
@@ -144,10 +144,10 @@ class Search:
 
     def plain(self, weighed: Weighed) -> Hypothesis:
         """A weighed hypothesis at its mode, with what it leaves in plain squares."""
-        cost = float(weighed.frame.costs(weighed.local, self.ground.whole).sum())
+        cost = float(weighed.frame.costs(weighed.local, self.context.whole).sum())
         return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.frame)
 
-    def frame_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Frame:
+    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
         """A frame that holds an effect and others; made where there is none yet.
 
         One effect by itself is tried in a frame with its group, which is quick to run. On top of others it is tried in
@@ -162,11 +162,11 @@ class Search:
         """
         # What changes with time would slow down all others.
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
-        reused = kin and not effect.stiff and not extends(effect) and self.base.frame.reactions is None
+        reused = kin and not effect.stiff and not extends(effect) and self.base.frame.sensitivities is None
         group = kept if reused else group_of(effect, self.effects)
-        return self.frame_with((*kin, *group))
+        return self.supermodel_with((*kin, *group))
 
-    def frame_with(self, effects: Sequence[type[Effect]]) -> Frame:
+    def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The frame that holds these effects and no others; made where there is none yet."""
         held = {*self.task.problem.model.effects, *effects}
         with self.lock:
@@ -175,7 +175,7 @@ class Search:
                     return frame
             # Always in one order: a program that was compiled before serves again.
             added = sorted(held - set(self.task.problem.model.effects), key=lambda effect: effect.name)
-            frame = frame_of(self.task, added, self.base.frame.reactions)
+            frame = supermodel_of(self.task, added, self.base.frame.sensitivities)
             self.frames.append(frame)
             return frame
 
@@ -192,16 +192,27 @@ class Search:
             and effect.name not in excluded
         )
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> Tried:
-        """A parent with each of some effects, as far as the time goes."""
+    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
+        """A parent with each of some effects, as far as the time goes.
+
+        Parameters
+        ----------
+        parent : Weighed
+        effects : sequence of Effect classes
+        what : str
+            What is said of it while it goes on.
+        least : float
+            Nats that slopes have to promise of an effect that is followed, where fewer would do otherwise.
+        """
         plain = self.plain(parent)
         far = self.gap(plain) > NEARLY
-        found = self._by_promise(parent, plain, effects, what) if far else self._from_slopes(parent, effects, what)
+        follow = partial(self._by_promise, parent, plain) if far else partial(self._from_slopes, parent)
+        found = follow(effects, what, least)
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
-    def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> list[Weighed]:
+    def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float) -> list[Weighed]:
         """A parent with each effect whose slopes promise something, from where it is weak."""
         views = [parent]
         if parent.evidence.mode.sigma.any():
@@ -214,17 +225,19 @@ class Search:
             for effect in seen
         }
         # What promises most is followed first: where the time ends, it is the rest that was not looked at.
-        near = sorted((effect for effect in seen if best[effect] > UNPROMISING), key=lambda effect: -best[effect])
+        least = max(UNPROMISING, least)
+        near = sorted((effect for effect in seen if best[effect] > least), key=lambda effect: -best[effect])
         jobs = [
             self.recalled(
                 "extended", view, (effect.name, promises[effect]),
                 partial(
-                    self.scales.extended, view, self.frame_for(effect, parent.effects), effect, promises[effect], seed
+                    self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect,
+                    promises[effect], seed,
                 ),
             )
             for effect in near
             for view, promises, seed in zip(views, promised, slopes, strict=True)
-            if self._gain(parent, view, promises, effect) > UNPROMISING
+            if self._gain(parent, view, promises, effect) > least
         ]  # fmt: skip
         found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
         ends: dict[type[Effect], Weighed] = {}
@@ -244,9 +257,9 @@ class Search:
         self, parent: Weighed, slopes: Seed, effects: Sequence[type[Effect]], what: str
     ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect, as far as the time goes: those of a frame together."""
-        groups: dict[int, tuple[Frame, list[type[Effect]]]] = {}
+        groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
         for effect in effects:
-            frame = self.frame_for(effect, parent.effects)
+            frame = self.supermodel_for(effect, parent.effects)
             groups.setdefault(id(frame), (frame, []))[1].append(effect)
         screens = [
             self.recalled(
@@ -259,7 +272,7 @@ class Search:
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
 
     def _by_promise(
-        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str
+        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
     ) -> list[Weighed]:
         """A parent with each effect, what slopes promise most of first; the rest only where that comes to nothing.
 
@@ -268,16 +281,17 @@ class Search:
         """
         promises = self._promises(parent, self.scales.slopes(parent), effects, what)
         ranked = sorted(promises, key=lambda effect: -promises[effect].gain)
-        found: list[Weighed] = []
+        far = [effect for effect in ranked if promises[effect].gain < least]
+        ranked, found = ranked[: len(ranked) - len(far)], list[Weighed]()
         while ranked and not any(one.log > parent.log + NAMED for one in found):
             now, ranked = ranked[:FOLLOWED], ranked[FOLLOWED:]
             found += self._from_plain_squares(parent, plain, {effect: promises[effect] for effect in now}, what)
-        least = [self._as_promised(parent, effect, min(promises[effect].gain, 0.0)) for effect in ranked]
-        return [*found, *least]
+        rest = [self._as_promised(parent, effect, min(promises[effect].gain, 0.0)) for effect in (*ranked, *far)]
+        return [*found, *rest]
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""
-        frame = self.frame_for(effect, parent.effects)
+        frame = self.supermodel_for(effect, parent.effects)
         return self.scales.absent(parent, frame, (effect,), gain)
 
     def _from_plain_squares(
@@ -320,7 +334,7 @@ class Search:
         jobs = [
             self.recalled(
                 "scouted", plain, (effect.name, starts),
-                partial(scouted, self.frame_for(effect, plain.effects), self.ground, plain, (effect,), starts),
+                partial(scouted, self.supermodel_for(effect, plain.effects), self.context, plain, (effect,), starts),
             )
             for effect, starts in begun.items()
         ]  # fmt: skip
@@ -331,7 +345,7 @@ class Search:
         near = [trial for trial, is_near in zip(trials, close, strict=True) if is_near]
         further = [
             self.recalled(
-                "refitted", plain, (trial.effects[-1].name, trial.scouts[0].cost), partial(trial.refitted, self.ground)
+                "refitted", plain, (trial.effects[-1].name, trial.scouts[0].cost), partial(trial.refitted, self.context)
             )
             for trial in near
         ]
@@ -362,7 +376,7 @@ def _near(before: float, costs: Sequence[float]) -> list[bool]:
 
 def _name(thing: Any) -> str | None:
     """Name under which a model or an effect is found again."""
-    if isinstance(thing, Frame):
+    if isinstance(thing, Supermodel):
         return "frame:" + ",".join(effect.name for effect in thing.effects)
     if isinstance(thing, type) and issubclass(thing, Effect):
         return f"effect:{thing.name}"

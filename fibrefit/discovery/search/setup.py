@@ -9,16 +9,16 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Ground, Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import FAR, Frame, frame_of
+from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import NEARLY, Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification, total
-from fibrefit.problem.inputs.reactions import reactions_of
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.task import Task
 
 
@@ -40,15 +40,15 @@ def begun(
         Of the journal.
     """
     wanted = _wanted(task, effects)
-    frame = frame_of(task, (), reactions_of(task, before.plain.values, before.waves, _is_far(before)))
-    ground, local = _ground(task), _local(frame, task, before.plain.values)
+    frame = supermodel_of(task, (), sensitivities_of(task, before.plain.values, before.coefficients, _is_far(before)))
+    context, local = _ground(task), _local(frame, task, before.plain.values)
     tell("polishing the fit without more effects", None)
-    search = _search(task, wanted, frame, ground, refit(frame, ground.subset(()), local, ground.whole), tell)
+    search = _search(task, wanted, frame, context, refit(frame, context.subset(()), local, context.whole), tell)
     search = replace(search, folder=folder)
     base = search.scales.weigh(frame, (), search.base.fit.local)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if search.gap(search.base) <= NEARLY:
-        search = search.weighed_with(Scales(ground, search.scales.reference, search.scales.refined(base)))
+        search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
         base = search.scales.again(base)
     return search, base
 
@@ -57,8 +57,8 @@ def laid_out(task: Task, before: Identification | None, effects: Sequence[type[E
     """All effects in one frame, at the values a task begins with where nothing was fitted; parameters as `begun`."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values
-    reactions = None if before is None else reactions_of(task, values, before.waves, _is_far(before))
-    frame = frame_of(task, wanted, reactions)
+    sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, _is_far(before))
+    frame = supermodel_of(task, wanted, sensitivities)
     gap = 1.0 if before is None else total(before.gap)
     fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), {}, 0)
     return _search(task, wanted, frame, _ground(task), fit, tell)
@@ -72,11 +72,11 @@ def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], 
     return tuple(effect for effect in effects if effect not in task.problem.model.effects)
 
 
-def _ground(task: Task) -> Ground:
+def _ground(task: Task) -> SearchContext:
     layout = task.problem.layout
     free = [slot for slot in layout.slots if slot.free]
     start = np.asarray(layout.local(jnp.asarray(task.start)))
-    return Ground(
+    return SearchContext(
         base=tuple(slot.name for slot in free if slot.shared),
         each=tuple(slot.name for slot in free if not slot.shared),
         scattering=tuple(slot.name for slot in free if slot.shared and "." not in slot.name),
@@ -85,20 +85,20 @@ def _ground(task: Task) -> Ground:
     )
 
 
-def _local(frame: Frame, task: Task, values: np.ndarray) -> np.ndarray:
+def _local(frame: Supermodel, task: Task, values: np.ndarray) -> np.ndarray:
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    return carried(frame, absent_values(frame, len(local)), Frame(task), local)
+    return carried(frame, absent_values(frame, len(local)), Supermodel(task), local)
 
 
 def _search(
     task: Task,
     wanted: tuple[type[Effect], ...],
-    frame: Frame,
-    ground: Ground,
+    frame: Supermodel,
+    context: SearchContext,
     fit: Refit,
     tell: Progress,
 ) -> Search:
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
-    reference = {name: float(np.mean(fit.local[:, frame.names.index(name)])) for name in ground.base}
-    scales = Scales(ground, reference, yardstick_of(frame, noise))
-    return Search(task, wanted, ground, Hypothesis((), fit, frame), scales, tell, [frame])
+    reference = {name: float(np.mean(fit.local[:, frame.names.index(name)])) for name in context.base}
+    scales = Scales(context, reference, yardstick_of(frame, noise))
+    return Search(task, wanted, context, Hypothesis((), fit, frame), scales, tell, [frame])

@@ -66,7 +66,7 @@ def _without(search: Search, best: Hypothesis, effect: type[Effect]) -> Without:
     rest = tuple(other for other in best.effects if other is not effect)
     if not rest:
         return Without(effect, search.base, search.base.fit.cost - best.fit.cost)
-    fit = refit(best.frame, search.ground.subset(rest), without(best, rest), search.ground.whole)
+    fit = refit(best.frame, search.context.subset(rest), without(best, rest), search.context.whole)
     return Without(effect, Hypothesis(rest, fit, best.frame), fit.cost - best.fit.cost)
 
 

@@ -12,7 +12,7 @@ from fibrefit.fitting import uncertainty
 from fibrefit.fitting.result import InputError
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.varpro import expected_gap, joint
-from fibrefit.problem.inputs.errors_in_variables import Waves, input_errors
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
@@ -36,7 +36,7 @@ class Optimum:
     input_errors : dict of input to InputError
     joint : float, optional
         Fall of the cost that one more step of values and input errors together promises.
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
         Errors of the inputs, see `input_error`.
     """
 
@@ -47,7 +47,7 @@ class Optimum:
     expected_gap: float = 1.0
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     joint: float | None = None
-    waves: Waves = field(default_factory=dict)
+    coefficients: InputCoefficients = field(default_factory=dict)
 
     def promised(self, moving: Sequence[bool]) -> float:
         """Fall of the cost that one more step of the values that are not stopped by a bound promises.
@@ -57,7 +57,7 @@ class Optimum:
         return _promised(self.scores, np.array(moving[: self.scores.size])) if self.joint is None else self.joint
 
 
-def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optimum:
+def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | None = None) -> Optimum:
     """What is known at the best values of a task; noisy inputs are corrected first, which moves the values a little.
 
     Parameters
@@ -65,7 +65,7 @@ def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optim
     task : Task
     values : (n_free,) in SI units
         Best for the inputs as they were measured.
-    waves : mapping of input to (n_record, n_wave), optional
+    coefficients : mapping of input to (n_record, n_wave), optional
         Errors of the inputs to begin with.
     """
     problem, known = task.problem, input_errors(task)
@@ -75,7 +75,7 @@ def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optim
         return Optimum(
             problem, values, linear, uncertainty.Scores.of(linear, counts, layout.local_columns, layout.size)
         )
-    found = joint(task, known, values, waves)
+    found = joint(task, known, values, coefficients)
     expected, parts = expected_gap(task, known, found)
     linear = Linearised(found.linear.residuals, found.linear.slopes)
     # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
@@ -87,7 +87,7 @@ def optimum(task: Task, values: np.ndarray, waves: Waves | None = None) -> Optim
         name: InputError(rms, _mean_rms(task.input_noise[name], task), ROLES[name])
         for name, rms in found.error_rms.items()
     }
-    return Optimum(found.problem, found.values, linear, scores, expected, errors, found.promised, found.waves)
+    return Optimum(found.problem, found.values, linear, scores, expected, errors, found.promised, found.coefficients)
 
 
 def _mean_rms(noise: Noise, task: Task) -> float:

@@ -10,18 +10,18 @@ import numpy as np
 
 from fibrefit.problem.inputs.errors_in_variables import (
     Eliminated,
+    InputCoefficients,
     InputErrors,
-    Waves,
     corrected,
     eliminate,
     eliminate_from,
     error_rms,
     expanded,
     left_over,
-    no_waves,
+    no_errors,
     residuals,
 )
-from fibrefit.problem.inputs.linearity_weights import counted, faded, fades
+from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -52,7 +52,7 @@ GOOD = 0.2
 WHOLE = 0.99
 """Factor on a sample's weight from which it counts as a whole one."""
 LOOKS = 3
-"""How often it is looked which samples can be foretold: where a descent is stuck it may be others than at its start."""
+"""How often it is looked which samples can be predicted: where a descent is stuck they may be others than before."""
 SLOW, CRAWLING = 0.1, 3
 """Share of the promised fall below which a step is slow; so many of them in turn end a descent."""
 DRAWS = 2
@@ -69,22 +69,22 @@ class Joint:
     values : (n_free,) in SI units
     linear : Eliminated
         At these values.
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
         The errors, before they are given their colour.
     promised : float
         Fall of the cost that one more step promises.
     error_rms : mapping of input to float, in SI units
-    foretold : float
-        Rms of what is left and of the errors, in units of their noise, over the samples that can be foretold.
+    predicted : float
+        Rms of what is left and of the errors, in units of their noise, over the samples that can be predicted.
     """
 
     problem: Problem
     values: np.ndarray
     linear: Eliminated
-    waves: Waves
+    coefficients: InputCoefficients
     promised: float
     error_rms: Mapping[str, float]
-    foretold: float
+    predicted: float
 
     @property
     def gap(self) -> float:
@@ -93,7 +93,7 @@ class Joint:
 
     @property
     def prior(self) -> np.ndarray:
-        """``X'X`` with X the slopes of the waves, ``(n_record, n_local_free, n_local_free)``."""
+        """``X'X`` with X the slopes of the coefficients, ``(n_record, n_local_free, n_local_free)``."""
         return sum(np.einsum("rwi,rwj->rij", slopes, slopes) for slopes in self.linear.wave_slopes.values())
 
 
@@ -101,7 +101,7 @@ def joint(
     task: Task,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
-    waves: Waves | None = None,
+    coefficients: InputCoefficients | None = None,
     *,
     whole: bool = True,
 ) -> Joint:
@@ -112,25 +112,27 @@ def joint(
     task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
-    waves : mapping of input to (n_record, n_wave), optional
+    coefficients : mapping of input to (n_record, n_wave), optional
         Where to begin; inputs as they were measured by default.
     whole : bool
-        Go on with the samples that cannot be foretold, once those that can be are explained.
+        Go on with the samples that cannot be predicted, once those that can be are explained.
 
     Returns
     -------
     Joint
     """
     problem = task.problem
-    place, fade = _Place(values, no_waves(known) if waves is None else waves), np.ones(())
+    place, downweight = _Place(values, no_errors(known) if coefficients is None else coefficients), np.ones(())
     for _ in range(LOOKS):
         parts = expanded(problem, known, *place)
-        fade = np.minimum(fade, fades(problem, known, *place, [reactions for _, _, reactions in parts]))
-        weaker = faded(problem, fade)
-        linear = eliminate_from(known, parts, place.waves, fade)
-        cost = float(_sums(linear.residuals, place.waves).sum())
+        downweight = np.minimum(
+            downweight, downweights(problem, known, *place, [sensitivities for _, _, sensitivities in parts])
+        )
+        weaker = downweighted(problem, downweight)
+        linear = eliminate_from(known, parts, place.coefficients, downweight)
+        cost = float(_sums(linear.residuals, place.coefficients).sum())
         end = _end(problem.layout, place, linear, cost, SETTLED if whole else STUCK)
-        number = counted(problem, fade).sum()
+        number = counted(problem, downweight).sum()
         hopeless = whole and end.cost - end.promised > HOPELESS * number
         end = end if hopeless else _descended(weaker, known, end)
         if hopeless or end.promised <= max(STUCK * end.variance, end.enough):
@@ -138,20 +140,20 @@ def joint(
         place = end.place
     if whole and end.promised > end.enough and end.variance > LACKING and not hopeless:
         # A model that lacks something and cannot be brought to rest with errors of its inputs is left without them.
-        end, hopeless = _at(weaker, known, _Place(values, no_waves(known))), True
-    foretold = float(np.sqrt(end.cost / number))
-    if whole and fade.min() < WHOLE:
+        end, hopeless = _at(weaker, known, _Place(values, no_errors(known))), True
+    predicted = float(np.sqrt(end.cost / number))
+    if whole and downweight.min() < WHOLE:
         end = _with_all_samples(problem, known, end)
     place = end.place
-    rms = error_rms(problem, known, place.waves)
+    rms = error_rms(problem, known, place.coefficients)
     return Joint(
-        problem=corrected(problem, known, place.waves),
+        problem=corrected(problem, known, place.coefficients),
         values=place.values,
         linear=end.linear,
-        waves=place.waves,
+        coefficients=place.coefficients,
         promised=0.0 if hopeless or end.promised <= end.enough else end.promised / end.variance,
         error_rms=rms,
-        foretold=foretold,
+        predicted=predicted,
     )
 
 
@@ -180,14 +182,14 @@ def expected_gap(task: Task, known: Mapping[str, InputErrors], found: Joint, see
             for draw in noise:
                 wave = task.noise[channel].draw(2 * size, rate, random)[:size]
                 draw[r, c, :size] = wave / max(wave.std(), 1e-300)
-    waves = {name: random.standard_normal((DRAWS, *wave.shape)) for name, wave in found.waves.items()}
-    left = left_over(found.problem, known, found.values, waves, noise)
+    coefficients = {name: random.standard_normal((DRAWS, *wave.shape)) for name, wave in found.coefficients.items()}
+    left = left_over(found.problem, known, found.values, coefficients, noise)
     squares, number = np.sum(np.where(seen, left, 0.0) ** 2, axis=-1).mean(axis=0), seen.sum(axis=-1)
     return float(np.sqrt(squares.sum() / number.sum())), np.sqrt(squares / np.maximum(number, 1))
 
 
 def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
-    """The descent, begun with samples that can be foretold, to its end with all of them."""
+    """The descent, begun with samples that can be predicted, to its end with all of them."""
     place = end.place
     if end.variance < LACKING:
         whole = _at(problem, known, place)
@@ -197,15 +199,15 @@ def _with_all_samples(problem: Problem, known: Mapping[str, InputErrors], end: _
         if whole.promised < max(STUCK * whole.variance, whole.enough):
             return whole
         place = whole.place
-    # What is known of the values comes from what can be foretold; the residuals are those of all samples.
+    # What is known of the values comes from what can be predicted; the residuals are those of all samples.
     return end._replace(place=place, linear=end.linear._replace(residuals=residuals(problem, known, *place)))
 
 
 class _Place(NamedTuple):
-    """Values ``(n_free,)`` and waves."""
+    """Values ``(n_free,)`` and coefficients."""
 
     values: np.ndarray
-    waves: Waves
+    coefficients: InputCoefficients
 
 
 class _End(NamedTuple):
@@ -241,7 +243,7 @@ class _End(NamedTuple):
 
 
 def _descended(problem: Problem, known: Mapping[str, InputErrors], end: _End) -> _End:
-    """Gauss-Newton steps on values and waves, from where an earlier descent ended."""
+    """Gauss-Newton steps on values and coefficients, from where an earlier descent ended."""
     layout = problem.layout
     costs = lambda trial: _costs(problem, known, trial)  # noqa: E731
     slow = 0
@@ -280,13 +282,13 @@ def _settled(problem: Problem, known: Mapping[str, InputErrors], place: _Place) 
 
 
 def _costs(problem: Problem, known: Mapping[str, InputErrors], place: _Place) -> np.ndarray:
-    """Sum of squared residuals and waves of each record; infinite where its simulation breaks down."""
-    costs = _sums(residuals(problem, known, *place), place.waves)
+    """Sum of squared residuals and coefficients of each record; infinite where its simulation breaks down."""
+    costs = _sums(residuals(problem, known, *place), place.coefficients)
     return np.where(np.isfinite(costs), costs, np.inf)
 
 
-def _sums(residuals: np.ndarray, waves: Waves) -> np.ndarray:
-    return np.sum(residuals**2, axis=(1, 2)) + sum(np.sum(wave**2, axis=1) for wave in waves.values())
+def _sums(residuals: np.ndarray, coefficients: InputCoefficients) -> np.ndarray:
+    return np.sum(residuals**2, axis=(1, 2)) + sum(np.sum(wave**2, axis=1) for wave in coefficients.values())
 
 
 def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, float]:
@@ -297,11 +299,13 @@ def _goal(layout: Layout, place: _Place, linear: Eliminated) -> tuple[_Place, fl
     normal, slope = gram[:size, :size], gram[:size, size]
     step = bounded_step(normal, slope, *_room(layout, place.values))
     padded = np.append(step, [0.0, 0.0])
-    waves = {
+    coefficients = {
         name: best + np.einsum("rwi,ri->rw", linear.wave_slopes[name], padded[layout.local_columns])
         for name, best in linear.best.items()
     }
-    return _Place(place.values + step, waves), float(gram[size, size] + 2.0 * slope @ step + step @ normal @ step)
+    return _Place(place.values + step, coefficients), float(
+        gram[size, size] + 2.0 * slope @ step + step @ normal @ step
+    )
 
 
 def _room(layout: Layout, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -346,7 +350,7 @@ def _each_by_itself(
 ) -> tuple[_Place, float]:
     """The same with shared values held, and for each record a length of its own.
 
-    A motion that bounces is hard to foretell: one such record would keep all others from moving.
+    A motion that bounces is hard to predict: one such record would keep all others from moving.
     """
     goal = _goal_of_each(layout, place, linear)
     best, lowest = place, costs(place)
@@ -355,16 +359,18 @@ def _each_by_itself(
         there = costs(trial)
         better = there < lowest
         own = np.array([record is not None and better[record] for _, record in layout.entries])
-        waves = {name: np.where(better[:, None], trial.waves[name], wave) for name, wave in best.waves.items()}
-        best = _Place(np.where(own, trial.values, best.values), waves)
+        coefficients = {
+            name: np.where(better[:, None], trial.coefficients[name], wave) for name, wave in best.coefficients.items()
+        }
+        best = _Place(np.where(own, trial.values, best.values), coefficients)
         lowest = np.minimum(there, lowest)
     return best, float(lowest.sum())
 
 
 def _goal_of_each(layout: Layout, place: _Place, linear: Eliminated) -> _Place:
-    """Where each record's own values and waves are best with the shared values held."""
+    """Where each record's own values and coefficients are best with the shared values held."""
     shared = sum(record is None for _, record in layout.entries)
-    values, waves = place.values.copy(), {name: best.copy() for name, best in linear.best.items()}
+    values, coefficients = place.values.copy(), {name: best.copy() for name, best in linear.best.items()}
     lower, upper = _room(layout, place.values)
     for r, columns in enumerate(layout.local_columns):
         own = np.flatnonzero((columns >= shared) & (columns < layout.size))
@@ -372,10 +378,10 @@ def _goal_of_each(layout: Layout, place: _Place, linear: Eliminated) -> _Place:
         step = bounded_step(gram[np.ix_(own, own)], gram[own, -1], lower[places], upper[places])
         values[places] += step
         for name, slopes in linear.wave_slopes.items():
-            waves[name][r] += slopes[r][:, own] @ step
-    return _Place(values, waves)
+            coefficients[name][r] += slopes[r][:, own] @ step
+    return _Place(values, coefficients)
 
 
 def _between(place: _Place, goal: _Place, share: float) -> _Place:
-    waves = {name: wave + share * (goal.waves[name] - wave) for name, wave in place.waves.items()}
-    return _Place(place.values + share * (goal.values - place.values), waves)
+    coefficients = {name: wave + share * (goal.coefficients[name] - wave) for name, wave in place.coefficients.items()}
+    return _Place(place.values + share * (goal.values - place.values), coefficients)

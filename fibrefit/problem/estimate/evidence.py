@@ -103,15 +103,16 @@ def weigh(
     **options
         Of `mode`.
     """
-    sigma, normal = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma, None
+    sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
+    at: Place | PosteriorMode = start
     for _ in range(ROUNDS):
-        # Standard deviations are priors: what the records say of a place stays what it was.
-        found = mode(unknowns, start, gram, sigma, normal=normal, **options)
+        found = mode(unknowns, at, gram, sigma, **options)
         evidence = laplace(found)
         best = evidence.grid[int(np.argmax(evidence.weight))]
         if np.array_equal(best, sigma):
             break
-        start, sigma, normal = found.place, best, found.normal
+        # Standard deviations are priors: what the records say of a place stays what it was.
+        at, sigma = found, best
     return evidence
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -41,9 +41,12 @@ Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
 
 
-Renew = Callable[[bool], bool]
-"""Told whether a mode seems found, or else a step has led upwards; answers whether the products were not exact, so that
-they are when they are asked for next."""
+@runtime_checkable
+class Corrected(Protocol):
+    """A `Gram` whose slopes are not always simulated."""
+
+    def renew(self, ending: bool) -> bool:
+        """Told that a mode seems found, or else that a step led upwards: whether slopes are to be simulated anew."""
 
 
 @dataclass(frozen=True)
@@ -289,45 +292,40 @@ def held_places(unknowns: Unknowns) -> np.ndarray:
 
 def mode(
     unknowns: Unknowns,
-    start: Place,
+    start: Place | PosteriorMode,
     gram: Gram,
     sigma: np.ndarray,
     settled: float = SETTLED,
     max_steps: int = STEPS,
-    normal: Arrowhead | None = None,
-    renew: Renew | None = None,
 ) -> PosteriorMode:
     """Minimise Q from a place.
 
     Parameters
     ----------
     unknowns : Unknowns
-    start : Place
+    start : Place or PosteriorMode
+        With its normal equations, where they are known.
     gram : callable
-        See `Gram`.
+        See `Gram` and `Corrected`.
     sigma : (n_scattering,)
         Standard deviations of the deviations between records.
     settled : float
         Promised fall of Q at which it stops.
     max_steps : int
         Evaluations at the most.
-    normal : Arrowhead, optional
-        At `start`, inside the bounds, where it is known.
-    renew : callable, optional
-        See `Renew`; products are taken for exact without.
 
-    Returns
-    -------
-    PosteriorMode
     """
-    place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
-    here = arrowhead(unknowns, place, gram) if normal is None else normal
-    found = PosteriorMode(unknowns, place, here, sigma, np.inf, 1)
+    if isinstance(start, PosteriorMode):
+        found = replace(start, sigma=sigma, promised=np.inf, steps=1)
+    else:
+        place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
+        found = PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
+    renew = gram.renew if isinstance(gram, Corrected) else lambda ending: False
     damping, promised = 1e-4, np.inf
     while found.steps < max_steps:
         trial, promised = _trial(found, damping)
         if not promised > settled:
-            if renew is None or not renew(True):
+            if not renew(True):
                 break
             found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 1)
             continue
@@ -336,7 +334,7 @@ def mode(
         fall = found.objective - moved.objective
         if np.isfinite(fall) and fall > 0.0:
             found, damping = moved, max(damping / 10.0, 1e-12)
-        elif renew is not None and renew(False):
+        elif renew(False):
             found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 2)
         else:
             found, damping = replace(found, steps=found.steps + 1), 10.0 * damping

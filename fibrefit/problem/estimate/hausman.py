@@ -23,7 +23,7 @@ SLIGHT = 0.02
 
 
 @dataclass(frozen=True)
-class Parting:
+class HausmanTest:
     """Difference of the plain and the whitened estimate, in units of its standard error.
 
     Parameters
@@ -41,7 +41,7 @@ class Parting:
     efficiency: np.ndarray
 
 
-def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Parting:
+def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> HausmanTest:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
     Law
@@ -60,16 +60,16 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
 
     Returns
     -------
-    Parting
+    HausmanTest
     """
     slopes = np.asarray(linear.slopes)
     bread = inverse(_products(layout, slopes, slopes))
     middle = _products(layout, slopes, correlated(slopes, whitening, level))
     there = whitened(layout, linear, whitening, level)
-    return parted(there.step, bread @ middle @ bread, there.covariance)
+    return hausman_test(there.step, bread @ middle @ bread, there.covariance)
 
 
-def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> Parting:
+def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> HausmanTest:
     """Judge the difference of two estimates, the second of which is efficient.
 
     Parameters
@@ -80,7 +80,7 @@ def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray
 
     Returns
     -------
-    Parting
+    HausmanTest
 
     Source
     ------
@@ -97,7 +97,7 @@ def parted(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray
     used = values > SLIGHT
     statistic = np.sum((vectors[:, used].T @ difference) ** 2 / values[used])
     chance = float(chi2.sf(statistic, max(used.sum(), 1)))
-    return Parting(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
+    return HausmanTest(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
 
 
 def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> n
     return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
 
 
-def parting_check(names: tuple[str, ...], found: Parting) -> Check:
+def parting_check(names: tuple[str, ...], found: HausmanTest) -> Check:
     """Whether both estimates agree within the error of their difference."""
     passed = found.chance >= UNLIKELY
     if passed:

@@ -29,65 +29,52 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.problem.inputs.error_signals import (
+    InputErrors,
+    amplitudes,
+    error_signal,
+    smoothed_cosines,
+    stacked_weights,
+    taken_off,
+)
 from fibrefit.problem.inputs.smoothing import smoother
-from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import Observations, Trace
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Model
 
-Waves = Mapping[str, Any]
+InputCoefficients = Mapping[str, Any]
 FASTEST = 60.0
 """Highest frequency in Hz of an error that is looked for: beyond it the smoother and the rig let little through."""
 MOST = 1024
 """Most cosines for a record; a longer one has a lower highest frequency."""
-LINE_WIDTH = 1.0
-"""Half width in Hz of the band in which the line of the mains may lie."""
 CHUNK = 16
 """Cosines whose effects are found in one pass along the motion."""
 THREADS = os.cpu_count() or 1
 
 
-class InputErrors(NamedTuple):
-    """What is known of the errors of one input.
-
-    Parameters
-    ----------
-    size : (n_record, n_wave)
-        Amplitude of each cosine, in SI units, for a coefficient of one.
-    duration : (n_record,) in s
-    weights : (n_record, n_time, n_near, 2)
-        Of the smoother.
-    """
-
-    size: Any
-    duration: Any
-    weights: Any
-
-
 class Eliminated(NamedTuple):
-    """The linearised problem of each record without its waves; see the law above.
+    """The linearised problem of each record without its coefficients; see the law above.
 
     Parameters
     ----------
     residuals : (n_record, n_channel, n_time)
-        At the values and waves given.
+        At the values and coefficients given.
     slopes : (n_record, n_channel, n_time, n_local_free)
-        ``P J``: what the waves cannot imitate, per SI unit of a record's own free values.
+        ``P J``: what the coefficients cannot imitate, per SI unit of a record's own free values.
     wave_slopes : dict of (n_record, n_wave, n_local_free)
-        How the best waves move with those values.
+        How the best coefficients move with those values.
     best : dict of (n_record, n_wave)
-        Best waves at the values given.
+        Best coefficients at the values given.
     gram : (n_record, n_local_free + 1, n_local_free + 1)
         ``[J m]' P [J m]``.
     """
 
     residuals: Any
     slopes: Any
-    wave_slopes: Waves
-    best: Waves
+    wave_slopes: InputCoefficients
+    best: InputCoefficients
     gram: Any
 
 
@@ -100,37 +87,39 @@ def input_errors(task: Task) -> dict[str, InputErrors]:
         if noise is not None and noise.white + noise.pink + noise.line > 0.0:
             durations = np.array([float(trace.times[-1] - trace.times[0]) for trace in task.traces])
             number = min(int(2.0 * FASTEST * durations.max()), MOST) // CHUNK * CHUNK
-            sizes = np.array([_sizes(noise, duration, max(number, CHUNK)) for duration in durations])
-            weights = _stacked([_smoother(trace, name) for trace in task.traces], size)
+            sizes = np.array([amplitudes(noise, duration, max(number, CHUNK)) for duration in durations])
+            weights = stacked_weights([_smoother(trace, name) for trace in task.traces], size)
             known[name] = InputErrors(sizes, durations, weights)
     return known
 
 
-def no_waves(known: Mapping[str, InputErrors]) -> dict[str, np.ndarray]:
+def no_errors(known: Mapping[str, InputErrors]) -> dict[str, np.ndarray]:
     """Waves of inputs taken as measured, ``(n_record, n_wave)`` each."""
     return {name: np.zeros(of.size.shape) for name, of in known.items()}
 
 
 @eqx.filter_jit
-def corrected(problem: Problem, known: Mapping[str, InputErrors], waves: Waves) -> Problem:
+def corrected(problem: Problem, known: Mapping[str, InputErrors], coefficients: InputCoefficients) -> Problem:
     """The problem with the errors taken off its inputs."""
     experiment = problem.observations.experiment
-    inputs = jax.vmap(_taken_off)(experiment.inputs, experiment.times, dict(known), dict(waves))
+    inputs = jax.vmap(taken_off)(experiment.inputs, experiment.times, dict(known), dict(coefficients))
     return eqx.tree_at(lambda p: p.observations.experiment.inputs, problem, inputs)
 
 
-def error_rms(problem: Problem, known: Mapping[str, InputErrors], waves: Waves) -> dict[str, float]:
+def error_rms(problem: Problem, known: Mapping[str, InputErrors], coefficients: InputCoefficients) -> dict[str, float]:
     """Size of the errors, in SI units of each input."""
     experiment, found = problem.observations.experiment, {}
     inside = np.arange(experiment.times.shape[1]) < np.asarray(experiment.count)[:, None]
     for name, of in known.items():
-        error = np.asarray(jax.vmap(_error)(experiment.times, of, waves[name]))
+        error = np.asarray(jax.vmap(error_signal)(experiment.times, of, coefficients[name]))
         found[name] = float(np.sqrt(np.mean(error[inside] ** 2)))
     return found
 
 
-def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> Eliminated:
-    """Linearise all records at values ``(n_free,)`` in SI units and waves, and eliminate the waves.
+def eliminate(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
+) -> Eliminated:
+    """Linearise all records at values ``(n_free,)`` in SI units and coefficients, and eliminate the coefficients.
 
     Parameters
     ----------
@@ -138,32 +127,34 @@ def eliminate(problem: Problem, known: Mapping[str, InputErrors], values: np.nda
         With its inputs as measured.
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
     """
 
     def one(r: int) -> tuple:
-        return _eliminated(*_of_record(problem, known, values, waves, r))
+        return _eliminated(*_of_record(problem, known, values, coefficients, r))
 
     return _of_all(known, _each_record(problem, one))
 
 
 def eliminate_from(
-    known: Mapping[str, InputErrors], parts: Sequence[tuple], waves: Waves, fade: np.ndarray
+    known: Mapping[str, InputErrors], parts: Sequence[tuple], coefficients: InputCoefficients, downweight: np.ndarray
 ) -> Eliminated:
     """As `eliminate`, from what `expanded` has found at the same place, with factors on the samples' weights.
 
     Parameters
     ----------
     known : mapping of input to InputErrors
-    parts : sequence of (residuals, slopes, reactions)
-    waves : mapping of input to (n_record, n_wave)
-    fade : (n_record, n_channel, n_time)
+    parts : sequence of (residuals, slopes, sensitivities)
+    coefficients : mapping of input to (n_record, n_wave)
+    downweight : (n_record, n_channel, n_time)
     """
-    flat = np.concatenate(list(waves.values()), axis=1)
+    flat = np.concatenate(list(coefficients.values()), axis=1)
 
     def one(r: int) -> tuple:
-        residuals, slopes, reactions = parts[r]
-        return _without_waves(residuals * fade[r], slopes * fade[r].ravel(), reactions * fade[r].ravel(), flat[r])
+        residuals, slopes, sensitivities = parts[r]
+        return _without_errors(
+            residuals * downweight[r], slopes * downweight[r].ravel(), sensitivities * downweight[r].ravel(), flat[r]
+        )
 
     return _of_all(known, [one(r) for r in range(len(parts))])
 
@@ -178,7 +169,11 @@ def _of_all(known: Mapping[str, InputErrors], found: Sequence[tuple]) -> Elimina
 
 
 def left_over(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, noise: np.ndarray
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    coefficients: InputCoefficients,
+    noise: np.ndarray,
 ) -> np.ndarray:
     """What is left of readings that differ by `noise` and by inputs with errors, once both are fitted.
 
@@ -186,7 +181,7 @@ def left_over(
     ----------
     problem, known, values
         As in `eliminate`.
-    waves : mapping of input to (n_draw, n_record, n_wave)
+    coefficients : mapping of input to (n_draw, n_record, n_wave)
         Errors, to which the readings react.
     noise : (n_draw, n_record, n_channel, n_time) in units of the noise
         Of the readings.
@@ -194,41 +189,45 @@ def left_over(
     Returns
     -------
     (n_draw, n_record, n_channel, n_time)
-        What neither the waves nor each record's own values can take up.
+        What neither the coefficients nor each record's own values can take up.
     """
-    quiet = no_waves(known)
+    quiet = no_errors(known)
 
     def one(r: int) -> np.ndarray:
-        residuals, slopes, reactions = _linear(problem, known, values, quiet, r)
-        flat = np.concatenate([waves[name][:, r] for name in known], axis=1)
-        draws = np.where(residuals != 0.0, noise[:, r], 0.0).reshape(len(noise), -1) + flat @ reactions
-        left, free = without(reactions, np.concatenate([slopes, draws]))[1], len(slopes)
+        residuals, slopes, sensitivities = _linear(problem, known, values, quiet, r)
+        flat = np.concatenate([coefficients[name][:, r] for name in known], axis=1)
+        draws = np.where(residuals != 0.0, noise[:, r], 0.0).reshape(len(noise), -1) + flat @ sensitivities
+        left, free = without(sensitivities, np.concatenate([slopes, draws]))[1], len(slopes)
         share = np.linalg.lstsq(_scaled(left[:free].T), left[free:].T, rcond=1e-9)[0]
         return (left[free:].T - _scaled(left[:free].T) @ share).T.reshape(len(noise), *residuals.shape)
 
     return np.stack(_each_record(problem, one), axis=1)
 
 
-def expanded(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> list[tuple]:
-    """Residuals of each record and how they move with its values and with the waves of its inputs.
+def expanded(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
+) -> list[tuple]:
+    """Residuals of each record and how they move with its values and with the coefficients of its inputs.
 
     Parameters
     ----------
-    problem, known, values, waves
+    problem, known, values, coefficients
         As in `eliminate`.
 
     Returns
     -------
-    list of (residuals, slopes, reactions)
-        ``(n_channel, n_time)``, ``(n_local_free, n_channel * n_time)`` and ``(n_wave, n_channel * n_time)``, the waves
-        of all inputs one after the other.
+    list of (residuals, slopes, sensitivities)
+        ``(n_channel, n_time)``, ``(n_local_free, n_channel * n_time)`` and ``(n_wave, n_channel * n_time)``,
+        the coefficients of all inputs one after the other.
     """
-    return _each_record(problem, lambda r: _linear(problem, known, values, waves, r))
+    return _each_record(problem, lambda r: _linear(problem, known, values, coefficients, r))
 
 
-def residuals(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves) -> np.ndarray:
+def residuals(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
+) -> np.ndarray:
     """Residuals ``(n_record, n_channel, n_time)`` with the errors taken off the inputs."""
-    return np.asarray(_residuals(corrected(problem, known, waves), values))
+    return np.asarray(_residuals(corrected(problem, known, coefficients), values))
 
 
 @eqx.filter_jit
@@ -246,54 +245,64 @@ def _scaled(columns: np.ndarray) -> np.ndarray:
     return columns / np.where(size > 0.0, size, 1.0)
 
 
-def without(reactions: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def without(sensitivities: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Waves ``(n_wave, n_row)`` that imitate rows of residuals as far as their prior lets them, and what is left."""
-    waves, left = _without(reactions, rows)
-    return np.asarray(waves), np.asarray(left)
+    coefficients, left = _without(sensitivities, rows)
+    return np.asarray(coefficients), np.asarray(left)
 
 
 # Compiled, as the threads of NumPy's matrix products get in the way of those that carry out the records.
 @jax.jit
-def _without(reactions: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
-    normal = reactions @ reactions.T + jnp.eye(reactions.shape[0])
-    waves = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), reactions @ rows.T)
-    return waves, rows - waves.T @ reactions
+def _without(sensitivities: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
+    normal = sensitivities @ sensitivities.T + jnp.eye(sensitivities.shape[0])
+    coefficients = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), sensitivities @ rows.T)
+    return coefficients, rows - coefficients.T @ sensitivities
 
 
-def _of_record(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, r: int) -> tuple:
+def _of_record(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
+) -> tuple:
     """What the compiled functions of one record are given."""
-    rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(waves)))
+    rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(coefficients)))
     return problem.model, problem.layout, problem.soft_beyond, problem.layout.local(values)[r], *rows
 
 
-def _linear(problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves, r: int) -> tuple:
-    """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and reactions ``(n_wave, n)`` of a record."""
-    return tuple(np.asarray(part) for part in _linearised(*_of_record(problem, known, values, waves, r)))
+def _linear(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
+) -> tuple:
+    """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and sensitivities ``(n_wave, n)`` of a record."""
+    return tuple(np.asarray(part) for part in _linearised(*_of_record(problem, known, values, coefficients, r)))
 
 
 @eqx.filter_jit
 def _eliminated(*record: Any) -> tuple[jax.Array, ...]:
-    return _without_waves(*_linearised(*record), jnp.concatenate(list(record[-1].values())))
+    return _without_errors(*_linearised(*record), jnp.concatenate(list(record[-1].values())))
 
 
 @jax.jit
-def _without_waves(
-    residuals: jax.Array, slopes: jax.Array, reactions: jax.Array, waves: jax.Array
+def _without_errors(
+    residuals: jax.Array, slopes: jax.Array, sensitivities: jax.Array, coefficients: jax.Array
 ) -> tuple[jax.Array, ...]:
     """Parts of `Eliminated`, of one record."""
-    rows = jnp.concatenate([slopes, (residuals.ravel() - waves @ reactions)[None]])
-    imitated, left = _without(reactions, rows)
+    rows = jnp.concatenate([slopes, (residuals.ravel() - coefficients @ sensitivities)[None]])
+    imitated, left = _without(sensitivities, rows)
     slopes_left = jnp.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
     return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
 
 
 @eqx.filter_jit
 def _linearised(
-    model: Model, layout: Layout, soft_beyond: float | None, local: Any, data: Observations, known: Any, waves: Any
+    model: Model,
+    layout: Layout,
+    soft_beyond: float | None,
+    local: Any,
+    data: Observations,
+    known: Any,
+    coefficients: Any,
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
     problem = Problem(model, layout, data, soft_beyond)
     columns, times = jnp.array(layout.local_free), data.experiment.times
-    inputs = _taken_off(data.experiment.inputs, times, known, waves)
+    inputs = taken_off(data.experiment.inputs, times, known, coefficients)
 
     def residuals(part: jax.Array, inputs: Any) -> jax.Array:
         there = data._replace(experiment=data.experiment._replace(inputs=inputs))
@@ -315,7 +324,7 @@ def _tangents(free: int, inputs: Any, times: jax.Array, known: Any) -> tuple[jax
     moved = {}
     for name, signal in inputs.items():
         if name in known:
-            cosines = jax.lax.map(partial(_smoothed_cosines, times, known[name]), numbers - first)
+            cosines = jax.lax.map(partial(smoothed_cosines, times, known[name]), numbers - first)
             moved[name] = jax.tree.map(jnp.negative, cosines)
             first += known[name].size.size
         else:
@@ -323,75 +332,5 @@ def _tangents(free: int, inputs: Any, times: jax.Array, known: Any) -> tuple[jax
     return parts, moved
 
 
-def _smoothed_cosines(times: jax.Array, known: InputErrors, numbers: jax.Array) -> Signals:
-    """Cosines with consecutive numbers, after the smoother, ``(n_number, n_time)``; nil where there is no such.
-
-    A cosine shifted in time is a sum of two that are not: the smoother's weights are multiplied once for all instants.
-    Each cosine is the one before it, turned on, as the functions themselves take most of the time.
-    """
-    there = (numbers >= 0) & (numbers < known.size.size)
-    size = jnp.where(there, known.size[jnp.clip(numbers, 0, known.size.size - 1)], 0.0)
-    near = known.weights.shape[1]
-    pace = jnp.pi / known.duration
-    shift = (times[1] - times[0]) * (jnp.arange(near) - near // 2) * pace * numbers[:, None]
-    even, odd = (jnp.einsum("wi,tik->wkt", wave, known.weights) for wave in (jnp.cos(shift), jnp.sin(shift)))
-    angle = pace * (times - times[0])
-    turn = jnp.cos(angle), jnp.sin(angle)
-
-    def on(here: tuple[jax.Array, jax.Array], of: tuple) -> tuple[tuple[jax.Array, jax.Array], jax.Array]:
-        (cosine, sine), (size, even, odd) = here, of
-        after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
-        return after, size * (even * cosine - odd * sine)
-
-    first = jnp.cos(numbers[0] * angle), jnp.sin(numbers[0] * angle)
-    return Signals(*jnp.moveaxis(jax.lax.scan(on, first, (size, even, odd))[1], 1, 0))
-
-
-def _smoothed(error: jax.Array, weights: jax.Array) -> jax.Array:
-    """Value and slope ``(..., n_time, 2)`` of an error ``(..., n_time)`` after the smoother."""
-    n_time, n_near = weights.shape[:2]
-    padded = jnp.pad(error, [(0, 0)] * (error.ndim - 1) + [(n_near // 2, n_near // 2)])
-    terms = (weights[:, i] * padded[..., i : i + n_time, None] for i in range(n_near))
-    return sum(terms, start=jnp.zeros(()))
-
-
-def _taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, waves: Any) -> dict[str, Signals]:
-    """Inputs of one record without their errors."""
-    cleaned = dict(inputs)
-    for name in known:
-        smooth = _smoothed(_error(times, known[name], waves[name]), known[name].weights)
-        cleaned[name] = Signals(inputs[name].values - smooth[:, 0], inputs[name].slopes - smooth[:, 1])
-    return cleaned
-
-
-def _error(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
-    """Error of an input at each instant, before the smoother, ``(n_time,)``."""
-    angle = jnp.pi * jnp.arange(known.size.size)[:, None] * (times - times[0]) / known.duration
-    return (known.size * wave) @ jnp.cos(angle)
-
-
-def _sizes(noise: Noise, duration: float, number: int) -> np.ndarray:
-    """Amplitudes of cosines of 0, 1, 2 ... half periods over a record."""
-    spacing = 0.5 / duration
-    frequency = spacing * np.arange(number)
-    density = noise.density(np.maximum(frequency, 0.5 * spacing))
-    # At which of the mains frequencies the line lies is not kept: both are allowed it.
-    near = np.min([np.abs(frequency - mains) for mains in MAINS], axis=0) <= LINE_WIDTH
-    density = density + near * noise.line / max(2.0 * LINE_WIDTH, spacing)
-    sizes = np.sqrt(2.0 * density * spacing)
-    sizes[0] /= np.sqrt(2.0)
-    return sizes
-
-
 def _smoother(trace: Trace, name: str) -> np.ndarray:
     return smoother(trace.inputs[name][:, 2], trace.times, f'{trace.name}, channel "{name}"')
-
-
-def _stacked(weights: list[np.ndarray], size: int) -> np.ndarray:
-    """Weights of all records, ``(n_record, size, n_near, 2)``, padded with nothing."""
-    widest = max(each.shape[1] for each in weights)
-    stacked = np.zeros((len(weights), size, widest, 2))
-    for place, each in zip(stacked, weights, strict=True):
-        edge = (widest - each.shape[1]) // 2
-        place[: len(each), edge : edge + each.shape[1]] = each
-    return stacked

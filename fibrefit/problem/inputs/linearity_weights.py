@@ -1,4 +1,4 @@
-"""Which samples the linearised problem foretells, where inputs are measured with noise."""
+"""Which samples the linearised problem predicts, where inputs are measured with noise."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from fibrefit.problem.inputs.errors_in_variables import InputErrors, Waves, residuals
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, residuals
 from fibrefit.problem.statement.problem import Problem
 
 STRONG = 5.0
@@ -21,52 +21,52 @@ DRAWS = 4
 """Of the errors of the inputs, to see where the linearised problem misses."""
 
 
-def fades(
+def downweights(
     problem: Problem,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
-    waves: Waves,
-    reactions: Sequence[np.ndarray],
+    coefficients: InputCoefficients,
+    sensitivities: Sequence[np.ndarray],
 ) -> np.ndarray:
     """Factor ``(n_record, n_channel, n_time)`` on the weights of samples of which the linearised problem tells little.
 
     A motion that bounces may depend on the errors of the inputs so strongly, or bend so soon, that such samples say
-    nothing of the model and only bar the way of a search. The first is seen from the reactions. For the second, errors
-    are drawn, and what the model makes of them is held against what the linearised one foretells.
+    nothing of the model and only bar the way of a search. The first is seen from the sensitivities. For the second,
+    errors are drawn, and what the model makes of them is held against what the linearised one predicts.
 
     Parameters
     ----------
-    problem, known, values, waves
+    problem, known, values, coefficients
         As in `eliminate`.
-    reactions : sequence of (n_wave, n_channel * n_time), one for each record
+    sensitivities : sequence of (n_wave, n_channel * n_time), one for each record
         As `expanded` finds them.
     """
     random, missed = np.random.default_rng(0), np.zeros(1)
-    here = residuals(problem, known, values, waves)
+    here = residuals(problem, known, values, coefficients)
     for _ in range(DRAWS):
-        drawn = {name: random.standard_normal(wave.shape) for name, wave in waves.items()}
-        there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in waves.items()})
+        drawn = {name: random.standard_normal(wave.shape) for name, wave in coefficients.items()}
+        there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in coefficients.items()})
         flat = np.concatenate(list(drawn.values()), axis=1)
-        foretold = np.stack([wave @ rows for wave, rows in zip(flat, reactions, strict=True)])
-        missed = np.maximum(missed, np.abs(there - here - foretold.reshape(here.shape)))
+        predicted = np.stack([wave @ rows for wave, rows in zip(flat, sensitivities, strict=True)])
+        missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
     missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
-    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reactions])
+    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in sensitivities])
     return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
 
 
-def faded(problem: Problem, fade: np.ndarray) -> Problem:
+def downweighted(problem: Problem, downweight: np.ndarray) -> Problem:
     """The problem with factors ``(n_record, n_channel, n_time)`` on the weights of its samples."""
     weights = problem.observations.weight
-    weaker = {channel: weights[channel] * fade[:, c] for c, channel in enumerate(problem.model.rig.channels)}
+    weaker = {channel: weights[channel] * downweight[:, c] for c, channel in enumerate(problem.model.rig.channels)}
     return eqx.tree_at(lambda p: p.observations.weight, problem, weaker)
 
 
-def counted(problem: Problem, fade: np.ndarray | float = 1.0) -> np.ndarray:
-    """How much each instant of a record counts, ``(n_record, n_time)``: by the channels read then, and by `fade`."""
+def counted(problem: Problem, downweight: np.ndarray | float = 1.0) -> np.ndarray:
+    """How much each instant of a record counts, ``(n_record, n_time)``: by the channels read then, and `downweight`."""
     weights = problem.observations.weight
     seen = np.stack([np.asarray(weights[channel]) > 0.0 for channel in problem.model.rig.channels], axis=1)
-    return np.sum(seen * np.square(fade), axis=1)
+    return np.sum(seen * np.square(downweight), axis=1)
 
 
 def _spacing(problem: Problem) -> float:

@@ -38,7 +38,7 @@ def pooled_autocovariance(residuals: np.ndarray, valid: np.ndarray, n_lag: int) 
 
 
 def innovation_variances(covariance: np.ndarray) -> np.ndarray:
-    """Variance that is left when 0, 1, 2, ... last samples foretell the next (Levinson and Durbin's recursion)."""
+    """Variance that is left when 0, 1, 2, ... last samples predict the next (Levinson and Durbin's recursion)."""
     variances = [covariance[0]]
     weights = np.zeros(0)
     for order in range(1, len(covariance)):

@@ -117,6 +117,11 @@ class Coloured(eqx.Module):
         return slice(self.along.shape[-1] - self.lines)
 
     @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return self.gain.shape[2]
+
+    @property
     def log_scale(self) -> jax.Array:
         """Sum of the logarithms of the innovations' standard deviations over all valid samples."""
         valid = self.inverse_scale > 0.0
@@ -134,7 +139,7 @@ class Coloured(eqx.Module):
             innovation = residual - jnp.sum(state[..., self._read], axis=-1)
             state = state + gain * innovation[..., None]
             after = self.along * state
-            return after + self.across * _swapped(state, self.lines) if self.lines else after, innovation
+            return after + self.across * swapped(state, self.lines) if self.lines else after, innovation
 
         start = jnp.zeros((len(rows), *self.gain.shape[1:]))
         innovations = jax.lax.scan(step, start, (jnp.moveaxis(rows, -1, 0), self.gain), unroll=4)[1]
@@ -191,8 +196,8 @@ def _filtered(
     eye = jnp.eye(along.shape[-1])
 
     def turned(covariance: jax.Array) -> jax.Array:
-        swapped = jnp.swapaxes(_swapped(jnp.swapaxes(covariance, -1, -2), number), -1, -2)
-        return along[..., None] * covariance + across[..., None] * swapped
+        other = jnp.swapaxes(swapped(jnp.swapaxes(covariance, -1, -2), number), -1, -2)
+        return along[..., None] * covariance + across[..., None] * other
 
     def step(covariance: jax.Array, here: jax.Array) -> Any:
         seen = jnp.sum(covariance[..., read], axis=-1)
@@ -240,7 +245,7 @@ def _turns(decay: jax.Array, rate: jax.Array, lines: jax.Array) -> tuple[jax.Arr
     return along, jnp.concatenate([jnp.zeros_like(decay), -sine, sine], axis=-1)
 
 
-def _swapped(states: jax.Array, lines: int) -> jax.Array:
+def swapped(states: jax.Array, lines: int) -> jax.Array:
     """States with the two of each line exchanged."""
     rest, first, second = jnp.split(states, [states.shape[-1] - 2 * lines, states.shape[-1] - lines], axis=-1)
     return jnp.concatenate([rest, second, first], axis=-1)

@@ -1,7 +1,7 @@
 """Whitening: linear maps that turn residuals with a memory into innovations, which have none.
 
 The likelihood of correlated Gaussian residuals is that of their innovations: what each sample adds to what the earlier
-ones foretold, over the standard deviation of that. A sample that is masked is never needed.
+ones predicted, over the standard deviation of that. A sample that is masked is never needed.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class White(eqx.Module):
 
 
 class Autoregressive(eqx.Module):
-    """Each sample is foretold by a weighted sum of the last ones, with weights of its own after a gap.
+    """Each sample is predicted by a weighted sum of the last ones, with weights of its own after a gap.
 
     Law
     ---
@@ -130,13 +130,13 @@ class Autoregressive(eqx.Module):
         order = self.weights.shape[1]
         before = jnp.pad(kept, ((0, 0), (0, 0), (order, 0)))
         size = kept.shape[-1]
-        foretold = jnp.zeros_like(kept)
+        predicted = jnp.zeros_like(kept)
         for j in range(order):
-            foretold += self.weights[:, j, None] * before[..., order - 1 - j : order - 1 - j + size]
+            predicted += self.weights[:, j, None] * before[..., order - 1 - j : order - 1 - j + size]
         record, channel, time = self.rows
         last = before[record[:, None], channel[:, None], time[:, None] + order - 1 - jnp.arange(order)]
-        foretold = foretold.at[record, channel, time].set(jnp.sum(self.row_weights * last, axis=1))
-        return jnp.where(self.valid, (kept - foretold) / self._scales, 0.0)
+        predicted = predicted.at[record, channel, time].set(jnp.sum(self.row_weights * last, axis=1))
+        return jnp.where(self.valid, (kept - predicted) / self._scales, 0.0)
 
     def autocovariance(self, n_lag: int) -> np.ndarray:
         """Beyond its order the autocovariance follows from the weights (Yule-Walker)."""

@@ -58,9 +58,9 @@ class Problem(eqx.Module):
         -------
         dict of (n_record, n_time) in SI units
         """
-        return self.foretold(self.layout.local(values), self.observations.experiment)
+        return self.predict(self.layout.local(values), self.observations.experiment)
 
-    def foretold(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+    def predict(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
         """What the model says of records, those that were measured or others.
 
         Parameters

@@ -17,8 +17,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import Parting, correlated, parted
-from fibrefit.problem.inputs.errors_in_variables import InputErrors, Waves, corrected, expanded, no_waves, without
+from fibrefit.problem.estimate.hausman import HausmanTest, correlated, hausman_test
+from fibrefit.problem.inputs.errors_in_variables import (
+    InputCoefficients,
+    InputErrors,
+    corrected,
+    expanded,
+    no_errors,
+    without,
+)
 from fibrefit.problem.noise.whitening import Whitening, innovations
 from fibrefit.problem.statement.layout import Layout, assembled, gathered
 from fibrefit.problem.statement.problem import Problem
@@ -26,7 +33,7 @@ from fibrefit.problem.task import Task
 
 STEPS = 6
 SETTLED = 0.05
-"""Change of the waves, whose prior has a spread of one, or of the values in standard errors, that ends the search."""
+"""Change of coefficients, whose prior has a spread of one, or of values in standard errors, that ends the search."""
 CHUNK = 32
 """Rows whitened at once."""
 
@@ -42,19 +49,19 @@ class Settled:
     values : (n_free,) in SI units
     widening : (n_free, n_free)
         Covariance in free coordinates that the errors add to that of values sampled with the inputs as corrected.
-    parting : Parting
+    parting : HausmanTest
         Of the plain estimate, with input errors of its own, and of this one.
     """
 
     task: Task
     values: np.ndarray
     widening: np.ndarray
-    parting: Parting
+    parting: HausmanTest
 
 
 def cleaned(
-    task: Task, known: Mapping[str, InputErrors], values: np.ndarray, waves: Waves | None = None
-) -> tuple[Task, Waves]:
+    task: Task, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients | None = None
+) -> tuple[Task, InputCoefficients]:
     """The task with the input errors that suit given values best, under white noise, and these errors.
 
     Parameters
@@ -62,28 +69,28 @@ def cleaned(
     task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
-    waves : mapping of input to (n_record, n_wave), optional
+    coefficients : mapping of input to (n_record, n_wave), optional
         Errors to begin with: a motion that bounces is not led back to its best from just anywhere.
     """
-    waves = no_waves(known) if waves is None else waves
+    coefficients = no_errors(known) if coefficients is None else coefficients
     for _ in range(STEPS):
         best = []
-        for r, (residuals, _, reactions) in enumerate(expanded(task.problem, known, values, waves)):
-            missed = residuals.ravel() - _flat(waves, r) @ reactions
-            best.append(-without(reactions, missed[None])[0][:, 0])
+        for r, (residuals, _, sensitivities) in enumerate(expanded(task.problem, known, values, coefficients)):
+            missed = residuals.ravel() - _flat(coefficients, r) @ sensitivities
+            best.append(-without(sensitivities, missed[None])[0][:, 0])
         moved = _named(known, np.stack(best))
-        change = max(float(np.abs(moved[name] - waves[name]).max()) for name in known)
-        waves = moved
+        change = max(float(np.abs(moved[name] - coefficients[name]).max()) for name in known)
+        coefficients = moved
         if change < SETTLED:
             break
-    return replace(task, problem=corrected(task.problem, known, waves)), waves
+    return replace(task, problem=corrected(task.problem, known, coefficients)), coefficients
 
 
 def settled(
     task: Task,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
-    waves: Waves,
+    coefficients: InputCoefficients,
     whitening: Whitening,
     level: np.ndarray,
 ) -> Settled:
@@ -96,41 +103,41 @@ def settled(
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
         The plain estimate.
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
         Its input errors.
     whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
     problem, layout = task.problem, task.problem.layout
-    at = _evaluate(problem, known, values, waves, whitening, level)
-    parting = parted(at.step, at.of_plain, at.covariance)
+    at = _evaluate(problem, known, values, coefficients, whitening, level)
+    parting = hausman_test(at.step, at.of_plain, at.covariance)
     for _ in range(STEPS):
         error = np.sqrt(np.clip(np.diag(at.covariance), 0.0, None))
         change = float(np.max(np.abs(at.step) / np.where(error > 0.0, error, np.inf)))
-        values, waves = _inside(layout, values, at.step), at.best
+        values, coefficients = _inside(layout, values, at.step), at.best
         if change < SETTLED:
             break
-        at = _evaluate(problem, known, values, waves, whitening, level)
+        at = _evaluate(problem, known, values, coefficients, whitening, level)
     slope = _slope(layout, values)
     widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
-    found = replace(task, problem=corrected(problem, known, waves))
+    found = replace(task, problem=corrected(problem, known, coefficients))
     return Settled(found, values, widening, parting)
 
 
 class _Evaluation(NamedTuple):
-    """Step of the values, best waves after it, and covariances ``(n_free, n_free)``, all in SI units.
+    """Step of the values, best coefficients after it, and covariances ``(n_free, n_free)``, all in SI units.
 
     Parameters
     ----------
     step : (n_free,)
     best : mapping of input to (n_record, n_wave)
     covariance, of_corrected, of_plain
-        Of the whitened estimate with the waves unknown and with the waves known, and of the plain one.
+        Of the whitened estimate with the coefficients unknown and with the coefficients known, and of the plain one.
     """
 
     step: np.ndarray
-    best: Waves
+    best: InputCoefficients
     covariance: np.ndarray
     of_corrected: np.ndarray
     of_plain: np.ndarray
@@ -140,18 +147,21 @@ def _evaluate(
     problem: Problem,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
-    waves: Waves,
+    coefficients: InputCoefficients,
     whitening: Whitening,
     level: np.ndarray,
 ) -> _Evaluation:
-    layout, rows = problem.layout, expanded(problem, known, values, waves)
+    layout, rows = problem.layout, expanded(problem, known, values, coefficients)
     shape = rows[0][0].shape
-    missed = [residuals.ravel() - _flat(waves, r) @ reactions for r, (residuals, _, reactions) in enumerate(rows)]
+    missed = [
+        residuals.ravel() - _flat(coefficients, r) @ sensitivities
+        for r, (residuals, _, sensitivities) in enumerate(rows)
+    ]
     slopes = [own for _, own, _ in rows]
     # What no error of the input can imitate, in the eyes of the plain estimate.
-    plain = [without(reactions, own)[1] for _, own, reactions in rows]
+    plain = [without(sensitivities, own)[1] for _, own, sensitivities in rows]
     white = _whitened(
-        [np.concatenate([own, miss[None], reactions]) for (_, own, reactions), miss in zip(rows, missed, strict=True)],
+        [np.concatenate([own, miss[None], of_inputs]) for (_, own, of_inputs), miss in zip(rows, missed, strict=True)],
         shape, whitening, level,
     )  # fmt: skip
     size = len(slopes[0])
@@ -162,7 +172,7 @@ def _evaluate(
     covariance = inverse(normal)
     pull = np.stack([own @ rest[-1] for own, rest in zip(first, orthogonal, strict=True)])
     step = -covariance @ gathered(pull, layout.local_columns, layout.size)
-    waved = [reactions @ own.T for (_, _, reactions), own in zip(rows, plain, strict=True)]
+    waved = [sensitivities @ own.T for (_, _, sensitivities), own in zip(rows, plain, strict=True)]
     middle = _sum(layout, plain, _coloured(plain, shape, whitening, level)) + _sum(
         layout, [w.T for w in waved], [w.T for w in waved]
     )
@@ -199,11 +209,11 @@ def _coloured(rows: list[np.ndarray], shape: tuple[int, ...], whitening: Whiteni
     return [np.moveaxis(part, -1, 0).reshape(len(rows[0]), -1) for part in correlated(stacked, whitening, level)]
 
 
-def _flat(waves: Waves, record: int) -> np.ndarray:
-    return np.concatenate([np.asarray(rows[record]) for rows in waves.values()])
+def _flat(coefficients: InputCoefficients, record: int) -> np.ndarray:
+    return np.concatenate([np.asarray(rows[record]) for rows in coefficients.values()])
 
 
-def _named(known: Mapping[str, InputErrors], rows: np.ndarray) -> Waves:
+def _named(known: Mapping[str, InputErrors], rows: np.ndarray) -> InputCoefficients:
     ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
     return dict(zip(known, np.split(rows, ends, axis=1), strict=True))
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Subset, refit
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import laplace
@@ -82,7 +82,7 @@ def _without(scales: Scales, found: Weighed, record: int) -> tuple[np.ndarray, f
     return at.unknowns.value(evidence.mean), evidence.log
 
 
-def _gap(search: Search, frame: Frame, local: np.ndarray, record: int) -> float:
-    only = np.where(np.arange(len(local)) == record, search.ground.whole, 0)
-    end = refit(frame, Subset((), search.ground.each), local, only, STEPS)
+def _gap(search: Search, frame: Supermodel, local: np.ndarray, record: int) -> float:
+    only = np.where(np.arange(len(local)) == record, search.context.whole, 0)
+    end = refit(frame, Subset((), search.context.each), local, only, STEPS)
     return float(np.sqrt(end.cost / search.base.frame.samples[record]))

@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.candidates import absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import Frame
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Comparison, looked
 from fibrefit.discovery.search.inputs import relinearised
@@ -48,12 +48,12 @@ class Own:
         Deviations of the records from the reference, with a standard deviation of `BASE_SD`.
     log : float
         Logarithm of the marginal likelihood.
-    frame : Frame
+    frame : Supermodel
     """
 
     mode: PosteriorMode
     log: float
-    frame: Frame
+    frame: Supermodel
 
     @property
     def local(self) -> np.ndarray:
@@ -135,19 +135,19 @@ def _constant(search: Search, law: Weighed, base: Weighed) -> Weighed:
     return max(blank, from_base, key=lambda one: one.log)
 
 
-def _of_laws(frame: Frame) -> np.ndarray:
+def _of_laws(frame: Supermodel) -> np.ndarray:
     return np.array(["." in name for name in frame.names])
 
 
-def own_values(search: Search, scales: Scales, frame: Frame) -> Own:
+def own_values(search: Search, scales: Scales, frame: Supermodel) -> Own:
     """Each record with base parameters of its own.
 
     Law
     ---
     ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
     """
-    ground = search.ground
-    unknowns = unknowns_of(frame, ground, (), scales.reference)
+    context = search.context
+    unknowns = unknowns_of(frame, context, (), scales.reference)
     held = unknowns.scattering
     lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
     lower[held] = upper[held] = 0.0
@@ -162,9 +162,9 @@ def own_values(search: Search, scales: Scales, frame: Frame) -> Own:
     return Own(found, log_evidence(found), frame)
 
 
-def _alone(search: Search, frame: Frame) -> np.ndarray:
+def _alone(search: Search, frame: Supermodel) -> np.ndarray:
     """Values of each record fitted by itself, over horizons that grow."""
-    ground, own = search.ground, search.ground.subset(())
+    context, own = search.context, search.context.subset(())
     base = search.base
     local = base.fit.local if base.frame is frame else None
     blank = absent(frame, base.frame, base.fit.local) if local is None else local
@@ -172,8 +172,8 @@ def _alone(search: Search, frame: Frame) -> np.ndarray:
     for r in range(len(blank)):
         ends = []
         for ladder, start in (
-            (ground.counts, _suggested(frame, blank, ground.data_start)),
-            (ground.counts[-1:], blank),
+            (context.counts, _suggested(frame, blank, context.data_start)),
+            (context.counts[-1:], blank),
         ):
             for counts in ladder:
                 only = np.where(np.arange(len(blank)) == r, counts, 0)
@@ -184,24 +184,24 @@ def _alone(search: Search, frame: Frame) -> np.ndarray:
     return found
 
 
-def absent(frame: Frame, source: Frame, local: np.ndarray) -> np.ndarray:
+def absent(frame: Supermodel, source: Supermodel, local: np.ndarray) -> np.ndarray:
     """Values of another frame in this one, all that it lacks at its null."""
     return carried(frame, absent_values(frame, len(local)), source, local)
 
 
-def _suggested(frame: Frame, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
+def _suggested(frame: Supermodel, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
     values = blank.copy()
     for name, column in suggested.items():
         values[:, frame.names.index(name)] = column
     return values
 
 
-def kept_records(scales: Scales, frame: Frame, kept: np.ndarray) -> Callable[..., np.ndarray]:
+def kept_records(scales: Scales, frame: Supermodel, kept: np.ndarray) -> Callable[..., np.ndarray]:
     """What a Gauss-Newton search asks of records, those with a nought in `kept` ``(n_record,)`` saying nothing."""
     seen = scales.yardstick.on(frame)
 
     def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        return seen.grams(local, columns, targets, scales.ground.whole) * kept[:, None, None]
+        return seen.grams(local, columns, targets, scales.context.whole) * kept[:, None, None]
 
     return gram
 

@@ -17,7 +17,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
 from fibrefit.discovery.engine.marginal import WRONG_MINIMUM
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import Frame, frame_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import NEARLY, Search, Tried
 from fibrefit.effects.law import Effect
@@ -46,16 +46,16 @@ class SpeedSearch(Search):
         taken = {parameter_of(effect) for effect in (*self.task.problem.model.effects, *parent.effects)}
         return tuple(effect for effect in self.effects if parameter_of(effect) not in taken)
 
-    def frame_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Frame:
+    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
         """The one frame that holds all laws: they are few and quick, and one program serves every round."""
         with self.lock:
             for frame in self.frames:
-                if frame.holds(self.effects) and frame.reactions is self.base.frame.reactions:
+                if frame.holds(self.effects) and frame.sensitivities is self.base.frame.sensitivities:
                     return frame
-            self.frames.append(frame_of(self.task, self.effects, self.base.frame.reactions))
+            self.frames.append(supermodel_of(self.task, self.effects, self.base.frame.sensitivities))
             return self.frames[-1]
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str) -> Tried:
+    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
         """A parent with each of some laws, as far as the time goes."""
         far = self.gap(self.plain(parent)) > NEARLY
         jobs = [partial(self._with_law, parent, effect, far) for effect in effects]
@@ -66,13 +66,13 @@ class SpeedSearch(Search):
 
     def _with_law(self, parent: Weighed, effect: type[Effect], far: bool) -> Weighed:
         """A parent with one law, from the best of its starts."""
-        frame, effects = self.frame_for(effect), (*parent.effects, effect)
+        frame, effects = self.supermodel_for(effect), (*parent.effects, effect)
         near = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
         ends = [self._scouted(frame, effects, start) for start in _starts(frame, near, effect, WEAK)]
         if far:
             ends += [self._from_data(frame, effects, start) for start in _starts(frame, near, effect, STRENGTHS)]
         best = sorted(ends, key=lambda end: end.cost)[:FINALISTS]
-        subset, whole = self.ground.subset(effects), self.ground.whole
+        subset, whole = self.context.subset(effects), self.context.whole
         fits = [refit(frame, subset, end.local, whole) for end in best]
         found = self.scales.weigh(frame, effects, min(fits, key=lambda fit: fit.cost).local)
         if found.log > parent.log - WRONG_MINIMUM:
@@ -81,20 +81,22 @@ class SpeedSearch(Search):
         again = self.scales.weigh(frame, effects, near, parent.evidence.mode.sigma, parent.evidence.mode.place.eta)
         return max(found, again, key=lambda one: one.log)
 
-    def _scouted(self, frame: Frame, effects: tuple[type[Effect], ...], start: np.ndarray) -> Refit:
-        return refit(frame, self.ground.subset(effects), start, self.ground.whole, SCOUTING, 1e-3)
+    def _scouted(self, frame: Supermodel, effects: tuple[type[Effect], ...], start: np.ndarray) -> Refit:
+        return refit(frame, self.context.subset(effects), start, self.context.whole, SCOUTING, 1e-3)
 
-    def _from_data(self, frame: Frame, effects: tuple[type[Effect], ...], start: np.ndarray) -> Refit:
+    def _from_data(self, frame: Supermodel, effects: tuple[type[Effect], ...], start: np.ndarray) -> Refit:
         """A refit over growing horizons from what the data suggest of the base parameters."""
         local = start.copy()
-        for name, column in self.ground.data_start.items():
+        for name, column in self.context.data_start.items():
             local[:, frame.names.index(name)] = column
-        for counts in self.ground.counts[:-1]:
-            local = refit(frame, self.ground.subset(effects), local, counts, SCOUTING, 1e-2).local
+        for counts in self.context.counts[:-1]:
+            local = refit(frame, self.context.subset(effects), local, counts, SCOUTING, 1e-2).local
         return self._scouted(frame, effects, local)
 
 
-def _starts(frame: Frame, before: np.ndarray, effect: type[Effect], strengths: Sequence[float]) -> list[np.ndarray]:
+def _starts(
+    frame: Supermodel, before: np.ndarray, effect: type[Effect], strengths: Sequence[float]
+) -> list[np.ndarray]:
     """Values with a law at each of some strengths, its shape as usual."""
     choices = [_sizes(effect, parameter, strengths) for parameter in effect.parameters]
     starts = []

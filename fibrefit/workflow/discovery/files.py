@@ -7,7 +7,15 @@ from dataclasses import asdict
 
 import numpy as np
 
-from fibrefit.discovery.model.finding import Candidate, Direction, Finding, FreeCurve, Parting, Place, Split
+from fibrefit.discovery.model.finding import (
+    Candidate,
+    Direction,
+    Finding,
+    FreeCurve,
+    Place,
+    SeparatingExperiment,
+    Split,
+)
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.records import Record
@@ -97,7 +105,7 @@ def _law(law: ProposedLaw | None) -> d.ProposedLawSummary | None:
     )
 
 
-def separation_summary(further: Split | Parting) -> d.Separation:
+def separation_summary(further: Split | SeparatingExperiment) -> d.Separation:
     """The further record that tells a pair apart."""
     measure = "cosine" if isinstance(further, Split) else "apart"
     return d.Separation(

@@ -254,7 +254,7 @@ def sample_study(
     posterior = sample_posterior(
         task,
         begun.plain,
-        waves=begun.waves,
+        coefficients=begun.coefficients,
         stated=stated,
         basins=begun.basins,
         noise=options.noise,

@@ -13,7 +13,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.inputs.errors_in_variables import Waves
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.task import Task
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
@@ -41,7 +41,7 @@ class Start:
         Other minima of the search.
     status : str
         Of the fit.
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
         Errors of measured inputs that it found.
     """
 
@@ -50,15 +50,15 @@ class Start:
     plain: np.ndarray
     basins: tuple[np.ndarray, ...]
     status: str
-    waves: Waves = field(default_factory=dict)
+    coefficients: InputCoefficients = field(default_factory=dict)
 
     def save(self, folder: Path) -> None:
         """Keep it in a folder."""
         folder.mkdir(parents=True, exist_ok=True)
         basins = [basin.tolist() for basin in self.basins]
         ends = {"values": self.values.tolist(), "plain": self.plain.tolist(), "basins": basins}
-        waves = {name: np.asarray(rows).tolist() for name, rows in self.waves.items()}
-        content = {"names": self.names, **ends, "status": self.status, "waves": waves}
+        coefficients = {name: np.asarray(rows).tolist() for name, rows in self.coefficients.items()}
+        content = {"names": self.names, **ends, "status": self.status, "waves": coefficients}
         write_whole(folder / START, json.dumps(content, indent=1) + "\n")
 
     def check(self) -> Check:
@@ -123,7 +123,12 @@ def start_of(found: Identification) -> Start:
         if inside.size:
             basins.append(starts.values[inside[np.argmin(starts.cost[inside])]])
     return Start(
-        found.problem.layout.free_names, found.values, found.plain.values, tuple(basins), found.status, found.waves
+        found.problem.layout.free_names,
+        found.values,
+        found.plain.values,
+        tuple(basins),
+        found.status,
+        found.coefficients,
     )
 
 
@@ -132,8 +137,8 @@ def _read(path: Path) -> Start:
         kept = json.loads(path.read_text(encoding="utf-8"))
         basins = tuple(np.array(basin, dtype=float) for basin in kept["basins"])
         values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
-        waves = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
-        return Start(tuple(kept["names"]), values, plain, basins, str(kept["status"]), waves)
+        coefficients = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
+        return Start(tuple(kept["names"]), values, plain, basins, str(kept["status"]), coefficients)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."

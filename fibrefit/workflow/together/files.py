@@ -140,7 +140,7 @@ def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
         CheckSummary(
             name="records left out agree",
             passed=agree,
-            says=f"Laws of speed foretell records left out by {foreseen:.3g} nats more than constant parameters; the "
+            says=f"Laws of speed predict records left out by {foreseen:.3g} nats more than constant parameters; the "
             f"marginal likelihood has it {found.logs['speed_law']:.3g}.",
             statistic=foreseen,
             threshold=0.0,

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.inputs.errors_in_variables import Waves, expanded, input_errors
-from fibrefit.problem.inputs.linearity_weights import fades
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, expanded, input_errors
+from fibrefit.problem.inputs.linearity_weights import downweights
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.task import Task
 
@@ -17,7 +18,7 @@ CHUNK = 64
 """Reactions that are whitened at once."""
 
 
-class Reactions(NamedTuple):
+class InputSensitivities(NamedTuple):
     """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
 
     They are those of the model a search begins with, and of the errors found with it: effects change them at second
@@ -25,10 +26,10 @@ class Reactions(NamedTuple):
 
     Parameters
     ----------
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
         The errors; they are taken off the inputs.
-    fade : (n_record, n_channel, n_time)
-        Factor on each sample's weight, see `foretold`.
+    downweight : (n_record, n_channel, n_time)
+        Factor on each sample's weight, see `downweights`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
     rows : (n_record, n_wave, n_channel * n_time)
@@ -37,49 +38,53 @@ class Reactions(NamedTuple):
         Of ``I + A'A``.
     """
 
-    waves: Waves
-    fade: np.ndarray
+    coefficients: InputCoefficients
+    downweight: np.ndarray
     offset: jax.Array
     rows: jax.Array
     inverse: jax.Array
 
 
-def reactions_of(task: Task, values: np.ndarray, waves: Waves, far: bool = False) -> Reactions | None:
+def sensitivities_of(
+    task: Task, values: np.ndarray, coefficients: InputCoefficients, far: bool = False
+) -> InputSensitivities | None:
     """Reactions of a task's model; None where no input is noisy.
 
     Parameters
     ----------
     task : Task
     values : (n_free,) in SI units
-    waves : mapping of input to (n_record, n_wave)
+    coefficients : mapping of input to (n_record, n_wave)
     far : bool
         Whether the model lacks so much that a right one moves otherwise after the first bounce of a record: only what
         is before it counts then.
     """
     if not (known := input_errors(task)):
         return None
-    rows = [rows for _, _, rows in expanded(task.problem, known, values, waves)]
-    fade = fades(task.problem, known, values, waves, rows)
+    rows = [rows for _, _, rows in expanded(task.problem, known, values, coefficients)]
+    downweight = downweights(task.problem, known, values, coefficients, rows)
     if far:
-        fade = np.minimum.accumulate(np.broadcast_to(fade.min(axis=1, keepdims=True), fade.shape), axis=-1)
+        downweight = np.minimum.accumulate(
+            np.broadcast_to(downweight.min(axis=1, keepdims=True), downweight.shape), axis=-1
+        )
     offsets, parts, inverses = [], [], []
-    for r, wave in enumerate(np.concatenate([waves[name] for name in known], axis=1)):
-        weaker = jnp.asarray(rows[r] * fade[r].ravel())
+    for r, wave in enumerate(np.concatenate([coefficients[name] for name in known], axis=1)):
+        weaker = jnp.asarray(rows[r] * downweight[r].ravel())
         offsets.append(-wave @ weaker)
         inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
         parts.append(weaker.astype(jnp.float32))
-    return Reactions(waves, fade, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+    return InputSensitivities(coefficients, downweight, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
 
 
-def reactions_through(reactions: Reactions, whitening: Coloured) -> Reactions:
+def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Coloured | BlockFilter) -> InputSensitivities:
     """Reactions seen through a whitening; what they are before it is not changed."""
-    rows = _whitened_rows(whitening, reactions.rows)
+    rows = _whitened_rows(whitening, sensitivities.rows)
     products = jnp.einsum("rwn,rvn->rwv", rows, rows).astype(float)
-    return reactions._replace(rows=rows, inverse=jnp.linalg.inv(products + jnp.eye(rows.shape[1])))
+    return sensitivities._replace(rows=rows, inverse=jnp.linalg.inv(products + jnp.eye(rows.shape[1])))
 
 
-def _whitened_rows(whitening: Coloured, rows: jax.Array) -> jax.Array:
-    parts, channels = [], whitening.gain.shape[2]
+def _whitened_rows(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Array:
+    parts, channels = [], whitening.channels
     for first in range(0, rows.shape[1], CHUNK):
         some = rows[:, first : first + CHUNK].astype(float)
         split = jnp.moveaxis(some.reshape(*some.shape[:2], channels, -1), 1, 0)
@@ -88,8 +93,8 @@ def _whitened_rows(whitening: Coloured, rows: jax.Array) -> jax.Array:
 
 
 @jax.jit
-def _whitened(whitening: Coloured, rows: jax.Array) -> jax.Array:
+def _whitened(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 
-__all__ = ["Reactions", "reactions_of", "reactions_through"]
+__all__ = ["InputSensitivities", "sensitivities_of", "whitened_sensitivities"]
