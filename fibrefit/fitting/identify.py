@@ -138,25 +138,25 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
     return table(problem.layout, began, search(problem, problem.layout.free(began), task.ladders, told, stop))
 
 
+def _rate(task: Task) -> float:
+    """Of the first record, in Hz."""
+    return 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
+
+
 def _concluded(
-    task: Task,
-    starts: Starts,
-    values: np.ndarray,
-    second: _Second | None,
-    coefficients: InputCoefficients | None,
-    whiten: bool,
-) -> Identification:
+    task: Task, starts: Starts, values: np.ndarray, second: _Second | None,
+    coefficients: InputCoefficients | None, whiten: bool,
+) -> Identification:  # fmt: skip
     plain = optimum(task, values, coefficients)
     normal = plain.scores.normal_matrix()
-    rate = 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
-    bars = error_bars(plain.problem, plain.scores, rate)
+    bars = error_bars(plain.problem, plain.scores, _rate(task))
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
     problem, seen, sound = best.problem, best.seen, dict(best.sound)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
     explained = judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap})
-    swapped = not explained.passed and look_exchanged(task.traces)
+    swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
@@ -171,7 +171,7 @@ def _concluded(
         *sound.values(),
         *best.checks,
         explained,
-        *((judge.exchanged(),) if swapped else ()),
+        *swapped,
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )

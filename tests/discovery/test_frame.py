@@ -7,7 +7,6 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 from fibrefit.discovery.engine.candidates import absent_values, carried
 from fibrefit.discovery.engine.supermodel import (
@@ -23,6 +22,7 @@ from fibrefit.effects.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import eliminate, input_errors, no_errors
 from fibrefit.problem.inputs.linearity_weights import downweighted
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
