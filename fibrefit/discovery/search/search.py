@@ -37,6 +37,8 @@ SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 UNPROMISING = -2.0
 """Nats that slopes promise, by which they may err, below which an effect is not looked at any further."""
+INSTEAD = 6
+"""Candidates that are also followed from where records do not differ: whether they do what differences would."""
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 
@@ -220,31 +222,29 @@ class Search:
         slopes = [self.scales.slopes(view) for view in views]
         promised = [self._promises(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
         seen = [effect for effect in effects if all(effect in promises for promises in promised)]
-        best = {
-            effect: max(self._gain(parent, *pair, effect) for pair in zip(views, promised, strict=True))
-            for effect in seen
-        }
+        ways = [
+            (self._gain(parent, view, promises, effect), effect, view, promises[effect], seed)
+            for view, promises, seed in zip(views, promised, slopes, strict=True)
+            for effect in _best(promises, seen, len(seen) if view is parent else INSTEAD)
+        ]
         # What promises most is followed first: where the time ends, it is the rest that was not looked at.
-        least = max(UNPROMISING, least)
-        near = sorted((effect for effect in seen if best[effect] > least), key=lambda effect: -best[effect])
+        near = sorted((way for way in ways if way[0] > max(UNPROMISING, least)), key=lambda way: -way[0])
         jobs = [
             self.recalled(
-                "extended", view, (effect.name, promises[effect]),
+                "extended", view, (effect.name, promise),
                 partial(
-                    self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect,
-                    promises[effect], seed,
+                    self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect, promise, seed
                 ),
             )
-            for effect in near
-            for view, promises, seed in zip(views, promised, slopes, strict=True)
-            if self._gain(parent, view, promises, effect) > least
+            for _, effect, view, promise, seed in near
         ]  # fmt: skip
         found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
         ends: dict[type[Effect], Weighed] = {}
         for one in (one for one in found if one is not None):
             last = one.effects[-1]
             ends[last] = max(ends.get(last, one), one, key=lambda other: other.log)
-        far = [self._as_promised(parent, effect, best[effect]) for effect in seen if effect not in near]
+        followed = {effect for _, effect, *_ in near}
+        far = [self._as_promised(parent, way[1], way[0]) for way in ways[: len(seen)] if way[1] not in followed]
         return [*ends.values(), *far]
 
     def _gain(
@@ -356,6 +356,10 @@ class Search:
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
+
+
+def _best(promises: Mapping[type[Effect], Promise], seen: Sequence[type[Effect]], number: int) -> list[type[Effect]]:
+    return sorted(seen, key=lambda effect: -promises[effect].gain)[:number]
 
 
 def _has_valleys(effect: type[Effect]) -> bool:
