@@ -160,7 +160,7 @@ class Scales:
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
         ends: list[Weighed] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
-        for values in (promise.values, promise.weak):
+        for values in (promise.values, promise.weak)[: 1 + (promise.weak != promise.values)]:
             for name, value in values.items():
                 local[:, frame.names.index(name)] = value
             effects = (*parent.effects, effect)

@@ -221,6 +221,9 @@ class Search:
             views.append(self.scales.agreeing(parent))
         slopes = [self.scales.slopes(view) for view in views]
         promised = [self._promises(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
+        if len(views) > 1:
+            # There an effect is followed from its full strength alone, as it has to take the place of differences.
+            promised[1] = {effect: promise._replace(weak=promise.values) for effect, promise in promised[1].items()}
         seen = [effect for effect in effects if all(effect in promises for promises in promised)]
         ways = [
             (self._gain(parent, view, promises, effect), effect, view, promises[effect], seed)
