@@ -265,8 +265,10 @@ def _new(one: Weighed, look: Comparison) -> bool:
     return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
 
 
-SIMPLER = 1.0
-"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals."""
+SIMPLER = 3.0
+"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals.
+
+Up to there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995), whose scale is twice ours)."""
 
 
 def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:
