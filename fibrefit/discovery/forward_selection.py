@@ -13,7 +13,7 @@ from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import coefficients_at
-from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Candidate, Round
 from fibrefit.discovery.residuals import where
@@ -263,12 +263,6 @@ def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
 def _new(one: Weighed, look: Comparison) -> bool:
     """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
     return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
-
-
-SIMPLER = 3.0
-"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals.
-
-Up to there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995), whose scale is twice ours)."""
 
 
 def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:

@@ -16,12 +16,13 @@ from fibrefit.core.check import Check
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.marginal import Scales
-from fibrefit.discovery.engine.thresholds import APART, NAMED
+from fibrefit.discovery.engine.thresholds import APART, NAMED, SIMPLER
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.forward_selection import (
     Limits,
     Selection,
+    _chosen,
     candidates,
     forward_select,
     looked,
@@ -40,6 +41,7 @@ from tests.discovery.made import BASE, identified
 VISCOUS, DRAG, DELAY = (
     CATALOGUE[name] for name in ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
 )
+STRIBECK = CATALOGUE["guide.stribeck_friction"]
 COEFFICIENT = "guide.viscous_friction.viscous_coefficient"
 FAINT, PLAIN = 0.1, 1.0
 """Coefficients in N s/m: one that leaves a gap of hardly more than noise, and one that does not."""
@@ -179,6 +181,21 @@ def test_rivals_are_those_within_a_few_nats() -> None:
     look = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
     (rival,) = rivals_of(look, best)
     assert rival.names == (VISCOUS.name, DRAG.name)
+
+
+@pytest.mark.parametrize(("behind", "taken"), [(0.7 * SIMPLER, VISCOUS), (1.4 * SIMPLER, STRIBECK)])
+def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
+    behind: float, taken: type[Effect]
+) -> None:
+    parent = SimpleNamespace(log=0.0, effects=())
+    found = tuple(
+        SimpleNamespace(log=log, effects=(effect,), names=(effect.name,))
+        for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
+    )
+    look = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log)
+    chosen = _chosen(cast(Any, look), Limits())
+    assert chosen is not None
+    assert chosen.effects == (taken,)
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:

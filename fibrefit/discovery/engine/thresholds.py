@@ -17,6 +17,9 @@ NAMED = 5.0
 the study that set it (docs/likelihood.md)."""
 APART = 5.0
 """Nats within which two explanations are not told apart."""
+SIMPLER = 3.0
+"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals. Up to
+there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995); their scale is twice this one)."""
 BEYOND_DOUBT = 100.0
 """Nats that no inflation of the scores' variance makes doubtful."""
 NOISE_LIKE = 1.045
