@@ -37,7 +37,7 @@ R = TypeVar("R")
 
 MOST_IN_MEMORY = 128
 """Programs of one function that a process keeps at hand."""
-MOST_ON_DISK = 400
+MOST_ON_DISK = 1500
 """Programs in the cache folder; beyond, those unused for longest go."""
 SUFFIX = ".program"
 SETTLED_SECONDS = 3600.0
