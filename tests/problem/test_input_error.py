@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines
 from fibrefit.problem.inputs.errors_in_variables import (
     CHUNK,
-    InputErrors,
-    _smoothed_cosines,
     corrected,
     eliminate,
     error_rms,
@@ -91,11 +90,11 @@ def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: di
                 strict=True,
             )
         ]
-        for found, row in zip(_smoothed_cosines(times[1], of_record, numbers), expected, strict=True):
+        for found, row in zip(smoothed_cosines(times[1], of_record, numbers), expected, strict=True):
             np.testing.assert_allclose(found[CHUNK // 2], row, atol=1e-8 * np.abs(row).max() + 1e-15)
     # There is none before the first and none after the last.
-    assert not np.any(_smoothed_cosines(times[1], of_record, jnp.arange(CHUNK) - CHUNK).values)
-    assert not np.any(_smoothed_cosines(times[1], of_record, of_record.size.size + jnp.arange(CHUNK)).values)
+    assert not np.any(smoothed_cosines(times[1], of_record, jnp.arange(CHUNK) - CHUNK).values)
+    assert not np.any(smoothed_cosines(times[1], of_record, of_record.size.size + jnp.arange(CHUNK)).values)
 
 
 def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: dict[str, InputErrors]) -> None:
