@@ -180,6 +180,8 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     if not costly:
         return look
     least, _ = in_time(partial(_worth_following, look), -np.inf)
+    if least == np.inf:
+        return look
     with time_limit(LOOKING * time_left()):
         more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
     found = sorted([*look.found, *more.found], key=lambda one: -one.log)
@@ -199,11 +201,16 @@ def is_incomplete(search: Search, weighed: Weighed) -> bool:
 
 
 def _worth_following(look: Comparison) -> float:
-    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found."""
-    gain = look.gain(look.found[0]) if look.found else 0.0
-    if gain <= NAMED or look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
+    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found.
+
+    Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
+    """
+    gain, gap = look.gain(look.found[0]) if look.found else 0.0, look.search.gap(look.search.plain(look.parent))
+    if gain <= NAMED:
+        return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
+    if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
         return -np.inf
-    return gain - FAR_BEHIND if look.search.gap(look.search.plain(look.parent)) <= NEARLY else PROMISING * gain
+    return gain - FAR_BEHIND if gap <= NEARLY else PROMISING * gain
 
 
 ENOUGH = 1.02
