@@ -245,3 +245,15 @@ def test_a_step_that_leads_nowhere_is_not_taken() -> None:
     assert np.isfinite(found.objective)
     assert found.place.z[0] <= 0.2
     assert found.objective < mode(of, begun(of), gram_of(walled), np.zeros(0), settled=np.inf).objective
+
+
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+def test_a_motion_that_is_lost_at_the_start_is_told_and_not_raised(lost: float) -> None:
+    of, linear = unknowns((0,)), Linear.drawn(1, TRUTH)
+
+    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        return np.where(np.arange(len(local))[:, None, None] == 1, lost, linear.gram(local, columns, targets))
+
+    found = mode(of, begun(of), gram, np.array([0.05]))
+    assert found.steps == 1
+    assert not np.isfinite(found.objective)

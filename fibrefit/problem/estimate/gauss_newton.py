@@ -383,7 +383,8 @@ def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray
     dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
     schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
     right = right + schur @ dz
-    if free.any():
+    # Where a motion is lost no step is promised: what is not finite is told as it is.
+    if free.any() and np.isfinite(schur).all() and np.isfinite(right).all():
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
         inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
         dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
