@@ -322,7 +322,8 @@ def mode(
         found = PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
     renew = gram.renew if isinstance(gram, Corrected) else lambda ending: False
     damping, promised = 1e-4, np.inf
-    while found.steps < max_steps:
+    # From where a motion is lost no step leads anywhere.
+    while np.isfinite(found.normal.cost) and found.steps < max_steps:
         trial, promised = _trial(found, damping)
         if not promised > settled:
             if not renew(True):
@@ -383,8 +384,7 @@ def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray
     dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
     schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
     right = right + schur @ dz
-    # Where a motion is lost no step is promised: what is not finite is told as it is.
-    if free.any() and np.isfinite(schur).all() and np.isfinite(right).all():
+    if free.any():
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
         inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
         dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
