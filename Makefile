@@ -4,7 +4,8 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test bench validate validate-discover validate-intervals lint format schemas clean
+.PHONY: demo real test bench validate validate-discover validate-intervals lint format schemas docs notebooks dist \
+        release-check clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
@@ -44,6 +45,24 @@ format: .venv/installed-lint
 schemas: .venv/installed
 	$(RUN) -m fibrefit.study.schemas
 
+# The site, in docs/_build/html; a warning is an error. Notebooks are shown as `make notebooks` ran them last.
+docs: .venv/installed-docs
+	$(RUN) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
+# EMPS=file of the record that 10_a_real_record reads; without it, name the others: NOTEBOOKS="notebooks/01_first_fit.py ...".
+NOTEBOOKS ?= $(filter-out notebooks/10_%,$(wildcard notebooks/*.py)) $(if $(EMPS),notebooks/10_a_real_record.py)
+notebooks: .venv/installed-notebooks
+	FIBREFIT_EMPS="$(EMPS)" $(RUN) -m jupytext --to ipynb --execute $(NOTEBOOKS)
+
+# Wheel and sdist, in dist/.
+dist: .venv/installed-release
+	rm -rf dist
+	$(RUN) -m build
+
+# Both are installed into environments of their own, outside the checkout, and used there.
+release-check: dist .venv/installed-test
+	$(RUN) -m pytest -s -m slow tests/release
+
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(PIP) install --editable .
@@ -60,4 +79,4 @@ schemas: .venv/installed
 	touch $@
 
 clean:
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis dist docs/_build docs/generated

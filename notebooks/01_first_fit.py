@@ -21,6 +21,24 @@
 # From these records we want the stiffness and the damping of the fibre, the friction of the guide, and a plain
 # answer to the question whether a model with these three numbers is good enough.
 
+# %% [markdown]
+# ## The equation
+#
+# The weight of mass $m$ slides in a guide inclined by $\alpha$; $u$ is its position along the guide, $e = u$ the stretch of the
+# fibre. With stiffness $k$, damping $b$ and friction $F_f$,
+#
+# $$m\,\ddot u = m g \sin\alpha - T - F_f\,\operatorname{sgn}\dot u, \qquad
+# T = \begin{cases}\max(0,\; k e + b\,\dot e) & e > 0 \\ 0 & e \le 0.\end{cases}$$
+#
+# A fibre pulls and never pushes: where it is slack, $T = 0$ and the weight falls freely.
+#
+# ## The study file
+
+# %%
+from pathlib import Path
+
+print(Path("../configs/drop_series/study.toml").read_text())
+
 # %%
 import fibrefit
 

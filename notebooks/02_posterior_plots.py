@@ -18,6 +18,22 @@
 # together, what they say of quantities nobody measured, and how well the model predicts a measurement. It takes
 # the noise spectrum into account, and it says when it should not be believed.
 
+# %% [markdown]
+# ## The equation
+#
+# With the model of the first notebook, parameters $\theta$ and noise whose covariance $\Sigma$ follows from its spectrum,
+#
+# $$p(\theta \mid y) \;\propto\; p(\theta)\,\exp\!\Bigl(-\tfrac12\,(y - s(\theta))^{\mathsf T}\,\Sigma^{-1}\,(y - s(\theta))\Bigr).$$
+#
+# $y$ are all measured samples, $s(\theta)$ the simulated ones, $p(\theta)$ what is known beforehand.
+#
+# ## The study file
+
+# %%
+from pathlib import Path
+
+print(Path("../configs/drop_series/study.toml").read_text())
+
 # %%
 import numpy as np
 

@@ -17,6 +17,21 @@
 # The same rig, another fibre. The model that served so well for the first one, a stiffness, a damping and a
 # friction, does not explain these records. What does it lack?
 
+# %% [markdown]
+# ## The equation
+#
+# The first model is that of the first notebook, $T = \max(0, k e + b\,\dot e)$ in a taut fibre. What is added to it is a law
+# with a strength $A$ that is zero where the effect is absent. An effect is weighed by the Bayes factor
+#
+# $$\ln B = \ln \frac{\int p(y \mid \theta, A)\,p(\theta)\,p(A)\,\mathrm d\theta\,\mathrm dA}{\int p(y \mid \theta, A = 0)\,p(\theta)\,\mathrm d\theta}.$$
+#
+# ## The study file
+
+# %%
+from pathlib import Path
+
+print(Path("../configs/second_fibre/study.toml").read_text())
+
 # %%
 import fibrefit
 

@@ -18,6 +18,23 @@
 # of the guide may grow with speed, or fall as sliding sets in, or it may be the fibre whose damping depends on the
 # elongation rate. Which of them is it, and how sure can we be?
 
+# %% [markdown]
+# ## The equation
+#
+# To the friction $F_f$ of the base model, or to the damping $b$ of the fibre, comes something that depends on a speed:
+#
+# $$F = F_f + c\,v, \qquad F = F_f\,\bigl(1 + A\,\mathrm e^{-(v/v_s)^2}\bigr), \qquad b(\dot e) = b\,(1 + f(|\dot e|)),$$
+#
+# a viscous guide, a Stribeck guide, and a fibre whose damping depends on the rate of stretch. `fibrefit effects NAME` prints
+# each law with its parameters.
+#
+# ## The study file
+
+# %%
+from pathlib import Path
+
+print(Path("../configs/lubricated_guide/study.toml").read_text())
+
 # %%
 import numpy as np
 

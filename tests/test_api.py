@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import subprocess
 import sys
 from importlib.metadata import version
@@ -37,8 +38,12 @@ def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     function = offered if inspect.isfunction(offered) else type(offered).__call__
     text = inspect.getdoc(function) or ""
     assert set(inspect.signature(function).parameters) <= {"self"} or "Parameters" in text
-    assert "Returns" in text
+    assert "Returns\n-------" in text
+    assert "Examples\n--------" in text
     assert ">>>" in text
+    for parameter in inspect.signature(function).parameters:
+        told = text.partition("Parameters\n----------")[2].partition("\n\nReturns")[0]
+        assert parameter == "self" or re.search(rf"^\**(\w+, \**)*{parameter}\b.* : ", told, re.MULTILINE), parameter
 
 
 def test_no_package_has_the_name_of_what_is_offered() -> None:

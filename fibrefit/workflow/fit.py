@@ -85,13 +85,48 @@ class Fit(AnyResult, Saved):
         return fit_figures(self.summary(), fit_groups(self.identification))
 
     def predict(self, study: Study | str | Path) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`."""
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If it is of another rig or of other conditions than the values.
+        """
         from fibrefit.workflow.prediction.predict import predict_with
 
         return predict_with(self.summary(), self.groups(), self.study, as_study(study))
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
-        """Save it as any result; `stop` is asked before each figure whether to leave out the rest of them."""
+        """Save it as a folder.
+
+        Parameters
+        ----------
+        out : str or pathlib.Path
+            Folder, which is made.
+        force : bool
+            Replace a folder that exists.
+        stop : callable
+            Asked before each figure whether to leave out the rest of them.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder exists and may not be replaced.
+        """
         with ResultDirectory(Path(out), force=force) as directory:
             self.write(directory, stop)
         return directory.out

@@ -48,7 +48,18 @@ class Simulation(Saved):
     readings: dict[str, np.ndarray]
 
     def table(self, record: int) -> tuple[list[str], np.ndarray]:
-        """Headers and columns ``(n_time, n_column)`` of one record as it is written."""
+        """One record as it is written.
+
+        Parameters
+        ----------
+        record : int
+            Place among the records of the study.
+
+        Returns
+        -------
+        headers : list of str
+        columns : (n_time, n_column)
+        """
         trace = self.task.traces[record]
         headers, columns = ["time [s]"], [trace.times]
         for channel, values in self.readings.items():

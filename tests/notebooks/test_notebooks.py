@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -12,11 +13,20 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
+#: Take minutes to run; committed without what they print until `make notebooks` has run them.
+LONG = {"02_posterior_plots", "03_discover_what_is_missing", "04_speed_dependent_parameters"}
+#: Bytes of a notebook with its pictures.
+LARGEST = 3_000_000
 SAYS = {
     "01_first_fit": "status: ok",
     "02_posterior_plots": "status: ok",
     "03_discover_what_is_missing": "NAMED: fibre.maxwell_branch",
     "04_speed_dependent_parameters": "viscous guide          ok",
+    "05_series_and_trends": "answer: constant",
+    "06_own_logger_file": "status: ok",
+    "07_own_effect_in_one_file": "keeps the contract of a law",
+    "08_plan_the_next_experiment": "What each would add",
+    "09_pendulum": "sweep down",
 }
 
 
@@ -45,7 +55,23 @@ def test_both_files_say_the_same(script: Path) -> None:
     assert paired == cells_of(script.read_text(encoding="utf-8")), (
         "jupytext --to ipynb notebooks/*.py brings them together"
     )
-    assert not any(cell.get("outputs") for cell in notebook["cells"])
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_what_it_printed_and_drew_is_kept(script: Path) -> None:
+    text = script.with_suffix(".ipynb").read_text(encoding="utf-8")
+    outputs = [out for cell in json.loads(text)["cells"] for out in cell.get("outputs", ())]
+    assert outputs or script.stem in LONG, "make notebooks runs it"
+    assert not [out["evalue"] for out in outputs if out["output_type"] == "error"]
+    assert len(text) < LARGEST
+    assert not re.search(r"/(home|tmp|root|work|Users)/", text), "what it prints names a folder of whoever ran it"
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_each_has_its_equation_and_its_study(script: Path) -> None:
+    text = script.read_text(encoding="utf-8")
+    assert "## The equation" in text
+    assert "## The study file" in text
 
 
 @pytest.mark.slow

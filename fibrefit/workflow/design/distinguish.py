@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 ALIKE = 0.9
-"""|cosine| of two sensitivities above which a pair is listed."""
+"""Absolute cosine of two sensitivities above which a pair is listed."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Confused(Saved):
         return distinguish_report(self.summary())
 
     def plot(self) -> Figures:
-        """The matrix of |cosines|."""
+        """The matrix of absolute cosines."""
         from fibrefit.plots import confusion_figures
 
         return confusion_figures(self.confusion)
@@ -112,7 +112,7 @@ def confuse_study(
     Returns
     -------
     Confused
-        With ``confusion`` (detection limit of each effect, and the |cosine| of the sensitivities of any two),
+        With ``confusion`` (detection limit of each effect, and the absolute cosine of the sensitivities of any two),
         ``split`` (the further record that tells the worst pair apart), ``report()``, ``plot()`` and ``save(folder)``.
 
     Raises

@@ -135,11 +135,26 @@ class Discovery(AnyResult, Saved):
         """The terminal report, at most 80 columns wide."""
         return discovery_report(self.summary())
 
-    def predict(self, study: Study) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`."""
+    def predict(self, study: Study | str | Path) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If it is of another rig or of other conditions than the values.
+        """
         from fibrefit.workflow.prediction.predict import predict_with
 
-        return predict_with(self.summary(), discovery_groups(self.finding), self.final, study)
+        return predict_with(self.summary(), discovery_groups(self.finding), self.final, as_study(study))
 
     def plot(self) -> Figures:
         """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""

@@ -108,7 +108,19 @@ class Inspection:
         return Figures({file: table_figure(table) for file, table in self.tables.items()})
 
     def save(self, out: Path | str, *, force: bool = False) -> Path:
-        """Write ``inspection.json``, ``inspection.txt`` and a picture of each file into a folder; the folder.
+        """Write ``inspection.json``, ``inspection.txt`` and a picture of each file into a folder.
+
+        Parameters
+        ----------
+        out : str or pathlib.Path
+            Folder, which is made.
+        force : bool
+            Replace a folder that exists.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
 
         Raises
         ------

@@ -80,7 +80,22 @@ class Sampled(AnyResult, Findings, Saved):
         return posterior_report(self.summary())
 
     def predict(self, study: Study | str | Path) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`."""
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If it is of another rig or of other conditions than the values.
+        """
         from fibrefit.workflow.prediction.predict import predict_with
 
         return predict_with(self.summary(), self.groups(), self.study, as_study(study))

@@ -1,0 +1,72 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # A series and its trends
+#
+# A weight was drawn up and down over a pulley, at speeds between 60 and 800 mm/s, with and without a mass added. Does one
+# set of parameters serve all records, do parameters follow a law of speed, or does each record have values of its own?
+
+# %% [markdown]
+# ## The equation
+#
+# Three models are put to the same records. For a parameter $p$ of record $r$, at the speed $v$ of the moment,
+#
+# $$p_r = \bar p, \qquad p(v) = \bar p\,(v/v_\mathrm{ref})^n, \qquad p_r = \bar p\,\mathrm e^{\delta_r}.$$
+#
+# They are compared by their marginal likelihoods and by how well they predict a record that was left out.
+#
+# ## The study file
+
+# %%
+from pathlib import Path
+
+import fibrefit
+
+print(Path("../configs/drive_series/study.toml").read_text())
+
+# %%
+series = fibrefit.series_of("../configs/drive_series")
+print("answer:", series.answer)
+print(series.sentence)
+
+# %%
+print(series.report())
+
+# %% [markdown]
+# ## Record by record
+#
+# The values that each record asks for by itself, with their errors:
+
+# %%
+series.to_dataframe()
+
+# %% [markdown]
+# ## Trends
+#
+# A trend is how a parameter goes with a condition from record to record. With five records much looks like a trend; the
+# report says how probable as strong a one is by chance.
+
+# %%
+for trend in series.trends[:6]:
+    print(
+        f"{trend.parameter:<10} against {trend.condition:<22} {trend.slope:+9.3g} +/- {trend.slope_error:<8.2g} "
+        f"{trend.unit} per {trend.condition_unit}, by chance {trend.corrected:.2f}"
+    )
+
+# %%
+series.plot()
+
+# %% [markdown]
+# The same on the command line: `fibrefit series configs/drive_series`. Hundreds of records, each by itself, go through
+# `fibrefit batch`.

@@ -1,0 +1,71 @@
+"""Wheel and sdist install into an empty environment outside the checkout, and what was installed is what runs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILT = sorted((ROOT / "dist").glob("fibrefit-*.whl")) + sorted((ROOT / "dist").glob("fibrefit-*.tar.gz"))
+#: Tests that use the program as a user does, from its public functions and commands.
+SUITE = ("tests/test_api.py", "tests/cli", "tests/study", "tests/records", "tests/effects")
+
+
+def said(words: list[str], cwd: Path, **more: str) -> str:
+    """What a command prints; a failure shows all of it."""
+    plain = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False, env=plain | more)
+    assert done.returncode == 0, f"{words}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def test_something_was_built() -> None:
+    assert [path.suffix for path in BUILT] == [".whl", ".gz"], "make dist comes first"
+
+
+@pytest.fixture(scope="module", params=BUILT, ids=lambda path: path.suffix)
+def installed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the programs of an empty environment into which one of the two was installed."""
+    place = tmp_path_factory.mktemp("installed")
+    venv.create(place / "env", with_pip=True)
+    programs = place / "env" / ("Scripts" if sys.platform == "win32" else "bin")
+    said([str(programs / "python"), "-m", "pip", "install", "--quiet", str(request.param)], place)
+    return programs
+
+
+def test_it_is_used_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
+    program = str(installed / "fibrefit")
+    assert "Commands" in said([program, "--help"], tmp_path)
+    said([program, "init", "demo"], tmp_path)
+    assert "stiffness" in said([program, "fit", "demo", "--starts", "4"], tmp_path)
+    where = "import fibrefit; print(fibrefit.__file__, *fibrefit.examples(), fibrefit.example('drop_series'))"
+    printed = said([str(installed / "python"), "-c", where], tmp_path)
+    assert str(installed.parent) in printed
+    assert str(ROOT) not in printed
+    assert "drop_series" in printed
+
+
+def test_nothing_is_required_that_is_not_there(installed: Path, tmp_path: Path) -> None:
+    assert "No broken requirements" in said([str(installed / "python"), "-m", "pip", "check"], tmp_path)
+
+
+@pytest.mark.parametrize(("shell", "holds"), [("bash", "complete"), ("zsh", "compdef"), ("fish", "complete")])
+def test_shells_complete_its_words(installed: Path, tmp_path: Path, shell: str, holds: str) -> None:
+    script = said([str(installed / "fibrefit")], tmp_path, _FIBREFIT_COMPLETE=f"{shell}_source")
+    assert holds in script
+
+
+def test_the_suite_passes_against_it(installed: Path, tmp_path: Path) -> None:
+    python = str(installed / "python")
+    said([python, "-m", "pip", "install", "--quiet", f"{BUILT[0]}[test]"], tmp_path)
+    # Only the tests and what they read: the package itself must come from the environment.
+    for name in ("tests", "configs", "data_schemas", "docs", "notebooks", "pyproject.toml", "README.md"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    said([python, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "pythonpath=", *SUITE], tmp_path)
