@@ -58,11 +58,8 @@ series.to_dataframe()
 # report says how probable as strong a one is by chance.
 
 # %%
-for trend in series.trends[:6]:
-    print(
-        f"{trend.parameter:<10} against {trend.condition:<22} {trend.slope:+9.3g} +/- {trend.slope_error:<8.2g} "
-        f"{trend.unit} per {trend.condition_unit}, by chance {trend.corrected:.2f}"
-    )
+for trend in series.trends:
+    print(trend)
 
 # %%
 series.plot()

@@ -122,10 +122,9 @@ def result_page(folder: Path) -> str:
     lines = [
         "# Files of a result",
         "",
-        "A result is a folder: `summary.json` for programs, `result.h5` with everything (HDF5, groups named as "
-        "ArviZ names them), `figures/`, and `study.toml`, the study it was made from. The schemas in `data_schemas/` say "
-        "all of "
-        "`summary.json`; these are its topmost keys.",
+        "A result is a folder: `summary.json` for programs, `result.h5` with everything (HDF5, groups named as ArviZ "
+        "names them), `figures/`, and `study.toml`, the study it was made from. The schemas in `data_schemas/` hold "
+        "all of `summary.json`; these are its topmost keys.",
         "",
     ]
     for path in sorted(folder.glob("*.schema.json")):

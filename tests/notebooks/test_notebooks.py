@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 #: Take minutes to run; committed without what they print until `make notebooks` has run them.
-LONG = {"02_posterior_plots", "03_discover_what_is_missing", "04_speed_dependent_parameters"}
+LONG = {"02_posterior_plots", "04_speed_dependent_parameters"}
 #: Bytes of a notebook with its pictures.
 LARGEST = 3_000_000
 SAYS = {
