@@ -1,0 +1,164 @@
+"""Records as a Gauss-Newton search sees them: through a whitening, with errors of inputs eliminated.
+
+Where records may differ, the search begins in plain least squares with broad deviations, and over horizons that grow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.programs.kept import kept_program
+from fibrefit.problem.estimate.gauss_newton import Gram, Place, Unknowns, mode, place_of
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
+from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.statement.problem import Linearised, Problem
+
+BROAD = 0.02
+"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
+LOUD = 1.1
+"""Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
+ROUGH = 0.1
+"""Promised fall of the objective at which that descent ends."""
+
+
+class RowWhitening(Whitening, Protocol):
+    """A whitening of many residuals at once."""
+
+    def whiten_rows(self, rows: jax.Array) -> jax.Array:
+        """Innovations of ``(n_row, n_record, n_channel, n_time)``."""
+        ...
+
+
+@dataclass(frozen=True)
+class View:
+    """A task seen through a whitening.
+
+    Parameters
+    ----------
+    problem : Problem
+        Errors found before taken off its inputs.
+    whitening : RowWhitening or None
+        None: each sample by itself.
+    sensitivities : InputSensitivities or None
+        To errors of measured inputs, whitened.
+    raw : InputSensitivities or None
+        The same, not whitened.
+    """
+
+    problem: Problem
+    whitening: RowWhitening | None = None
+    sensitivities: InputSensitivities | None = None
+    raw: InputSensitivities | None = None
+
+    def through(self, whitening: Coloured) -> View:
+        """The same through another whitening."""
+        sensitivities = None if self.raw is None else whitened_sensitivities(self.raw, whitening)
+        return replace(self, whitening=whitening, sensitivities=sensitivities)
+
+    def gram(self, unknowns: Unknowns) -> Gram:
+        """What a Gauss-Newton search asks of the records."""
+        free = np.asarray(self.problem.layout.local_free)
+        places = np.searchsorted(free, unknowns.columns)
+
+        def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            steps = targets - local[:, columns]
+            linear = self.problem.linearised_at(local)
+            return np.asarray(_products(linear, places, steps, self.whitening, self.sensitivities))
+
+        return of
+
+    def left(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, InputCoefficients]:
+        """Residuals ``(n_draw, n_record, n_channel, n_time)`` in units of the noise, and errors of the inputs.
+
+        The first draw is at the best errors of the inputs, the others where these may be as well.
+        """
+        rows = np.asarray(self.problem.linearised_at(local).residuals)
+        if self.sensitivities is None or self.raw is None:
+            return rows[None], {}
+        offset = np.asarray(self.raw.offset).reshape(rows.shape)
+        rows = np.where(rows != 0.0, rows + offset, 0.0)
+        white = rows if self.whitening is None else np.asarray(innovations(self.whitening, rows))
+        random, found, best = np.random.default_rng(0), [], []
+        for r, row in enumerate(rows):
+            inverse, seen = (
+                np.asarray(self.sensitivities.inverse[r]),
+                np.asarray(self.sensitivities.rows[r], dtype=float),
+            )
+            best.append(-inverse @ (seen @ white[r].ravel()))
+            root = np.linalg.cholesky(inverse)
+            coefficients = np.stack(
+                [best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)]
+            )
+            left = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
+            found.append(row + left.reshape(draws, *row.shape))
+        ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
+        waves_found = dict(zip(self.raw.coefficients, np.split(np.array(best), ends, axis=1), strict=True))
+        return np.stack(found, axis=1), waves_found
+
+
+@kept_program
+def _products(
+    linear: Linearised,
+    places: np.ndarray,
+    steps: jax.Array,
+    whitening: RowWhitening | None,
+    sensitivities: InputSensitivities | None,
+) -> jax.Array:
+    """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
+    residuals = linear.residuals
+    if sensitivities is not None:
+        residuals = jnp.where(residuals != 0.0, residuals + sensitivities.offset.reshape(residuals.shape), 0.0)
+    moved = linear.slopes[..., places] * steps[:, None, None, :]
+    rows = jnp.moveaxis(jnp.concatenate([moved, residuals[..., None]], axis=-1), -1, 0)
+    rows = rows if whitening is None else whitening.whiten_rows(rows)
+    rows = jnp.moveaxis(rows, 0, 1).reshape(rows.shape[1], rows.shape[0], -1)
+    grams = jnp.einsum("rin,rjn->rij", rows, rows)
+    if sensitivities is None:
+        return grams
+    # Rows differ by many orders of magnitude: single precision is that of each row.
+    size = jnp.sqrt(jnp.einsum("rii->ri", grams))
+    size = jnp.where(size > 0.0, size, 1.0)[..., None]
+    pulled = jnp.einsum("rin,rwn->riw", (rows / size).astype(jnp.float32), sensitivities.rows).astype(float) * size
+    return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
+
+
+def apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) -> Place:
+    """Where records that may differ are best in plain least squares.
+
+    A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
+    fitted over horizons that grow once more, and each taken from where it is best.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    seen : View
+        Without a whitening.
+    ladders : (n_ladder, n_stage, n_record) int
+        See `Task`.
+    """
+    sigma = np.full(len(unknowns.scattering), BROAD)
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH)]
+    samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
+    for ladder in ladders:
+        if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
+            break
+        there = place._replace(eta=np.zeros_like(place.eta))
+        for counts in ladder:
+            shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
+            there = end.place
+        found.append(end)
+    if len(found) == 1:
+        return found[0].place
+    best = np.argmin([end.normal.costs for end in found], axis=0)
+    local = np.stack([found[i].local[r] for r, i in enumerate(best)])
+    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGH))
+    return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
