@@ -119,7 +119,7 @@ def weigh(
 def laplace(found: PosteriorMode) -> MarginalLikelihood:
     """MarginalLikelihood from the matrices at a mode."""
     unknowns, place, normal = found.unknowns, found.place, found.normal
-    grid, prior = _grid(len(unknowns.scattering))
+    grid, prior = grid_of(len(unknowns.scattering))
     n = len(unknowns.each)
     # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
     eta = np.concatenate([np.zeros((len(place.eta), n)), place.eta], axis=1)
@@ -172,7 +172,7 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
     return total
 
 
-def _grid(number: int) -> tuple[np.ndarray, np.ndarray]:
+def grid_of(number: int) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand."""
     levels = LEVELS if number <= MANY else FEW_LEVELS
     grid = np.array(list(product(levels, repeat=number)), dtype=float).reshape(len(levels) ** number, number)

@@ -74,11 +74,30 @@ class Likelihood(eqx.Module):
         (n_record, n_channel, n_time)
             Nil where the innovation is.
         """
-        innovations = self.whitening.whiten(residuals) / self.levels(noise)[:, None]
+        return self.of_innovations(self.whitening.whiten(residuals), noise)
+
+    def of_innovations(self, innovations: jax.Array, noise: jax.Array) -> jax.Array:
+        """The same of residuals that were whitened."""
+        innovations = innovations / self.levels(noise)[:, None]
         if not self.heavy:
             return -0.5 * innovations**2
         freedom = jnp.exp(noise[-1])
         return -0.5 * (freedom + 1.0) * jnp.log1p(innovations**2 / freedom)
+
+    def push(self, innovations: jax.Array, noise: jax.Array) -> jax.Array:
+        """Minus the derivative of that with respect to the innovations."""
+        levels = self.levels(noise)[:, None]
+        if not self.heavy:
+            return innovations / levels**2
+        freedom = jnp.exp(noise[-1])
+        return (freedom + 1.0) * innovations / (freedom * levels**2 + innovations**2)
+
+    def curvature(self, noise: jax.Array) -> jax.Array:
+        """Expectation of minus its second derivative, ``(n_channel,)``."""
+        if not self.heavy:
+            return self.levels(noise) ** -2
+        freedom = jnp.exp(noise[-1])
+        return (freedom + 1.0) / (freedom + 3.0) * self.levels(noise) ** -2
 
     def constant(self, noise: jax.Array) -> jax.Array:
         """The part of the log density that does not depend on the residuals."""
