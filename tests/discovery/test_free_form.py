@@ -11,7 +11,6 @@ from typing import Any, cast
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
@@ -37,6 +36,7 @@ from fibrefit.discovery.search.setup import laid_out
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_errors
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS

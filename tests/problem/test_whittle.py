@@ -5,6 +5,10 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpy as np
 import pytest
+
+from fibrefit.problem.noise.coloured import bank_for
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
 from tests.problem.coefficients import (
     CORNER,
     COUNT,
@@ -23,10 +27,6 @@ from tests.problem.coefficients import (
     whistling,
     white,
 )
-
-from fibrefit.problem.noise.coloured import bank_for
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
 
 SERIES = 8
 """Of five records each, over which what is found is averaged."""
