@@ -146,9 +146,12 @@ class SecantGram:
             self._known = _Known(local, targets - local[:, columns], slopes, float(np.sum(grams[:, -1, -1])))
             return grams
         known, change = self._known, targets - local[:, columns]
-        way = np.nan_to_num((local - known.local)[:, columns] / known.change)
+        # What cannot move has no change to count its way in.
+        moved = (local - known.local)[:, columns]
+        way = np.divide(moved, known.change, out=np.zeros_like(moved), where=known.change != 0.0)
         here = slopes_at(self.frame, local, columns[:0], targets[:, :0], self.counts)
-        slopes = known.slopes.led_to(here, way).scaled(change / known.change)
+        size = np.divide(change, known.change, out=np.ones_like(change), where=known.change != 0.0)
+        slopes = known.slopes.led_to(here, way).scaled(size)
         grams = slopes.grams(self.frame.sensitivities)
         # A step that led upwards is not taken: slopes are corrected along the way that is.
         if np.sum(grams[:, -1, -1]) <= known.cost:
