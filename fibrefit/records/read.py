@@ -81,8 +81,8 @@ def read_record(
         Text of any logger, LVM, MATLAB, TDMS or MDF4.
     name : str, optional
         Name of the record; that of the file by default.
-    channels, units, columns, rate, roles, delimiter, decimal, header
-        What the file does not say itself, see `ReadOptions`.
+    channels, units, columns, rate, roles, delimiter, decimal, header : optional
+        What the file does not say itself; types as in `ReadOptions`.
 
     Returns
     -------

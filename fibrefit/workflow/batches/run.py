@@ -50,7 +50,9 @@ def batch(
         On this machine; one a core by default. More than one needs a script guarded by ``if __name__ == "__main__"``.
     scheduler : str, optional
         Address of a running Dask scheduler.
-    starts, seed, robust
+    starts, seed : int
+        As for `fibrefit.fit`.
+    robust : bool
         As for `fibrefit.fit`.
     force : bool
         Replace what is in the folder.

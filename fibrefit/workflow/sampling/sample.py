@@ -177,7 +177,7 @@ def sample(
         Of all random numbers; the same seed gives the same draws.
     noise : {"auto", "white", "autoregressive", "coloured"}
         Noise spectrum; ``"auto"`` lets the residuals of the fit choose.
-    student_t : bool
+    student_t, heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one; `heavy` is its earlier name.
     nuts : bool
         Cross-check with the No-U-Turn sampler (NUTS); needs the extra ``nuts``.
