@@ -187,7 +187,7 @@ def sample(
         Folder in which the chains are kept while they grow; a run that finds its own there goes on with them.
     progress : callable, optional
         Called with what is being done and the share that is finished.
-    **settings
+    **settings : optional
         ``ess``, ``r_hat``, ``max_steps``, ``max_seconds``, ``ensembles``, ``walkers``, ``interval``, as on the
         command line; see `fibrefit.sampling.settings.Settings`.
 
