@@ -3,46 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import uncertainty
+from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.problem.statement.problem import Problem
 
-if TYPE_CHECKING:
-    from fibrefit.fitting.gls import Sharp
-
 Z_95 = 1.959964
-
-
-@dataclass(frozen=True)
-class ErrorBars:
-    """Covariances ``(n_free, n_free)`` of one estimate.
-
-    Parameters
-    ----------
-    covariances : mapping of method to (n_free, n_free)
-    method : str
-        The one that is believed.
-    """
-
-    covariances: Mapping[str, np.ndarray]
-    method: str
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """The one that is believed."""
-        return self.covariances[self.method]
-
-    @property
-    def errors(self) -> dict[str, np.ndarray]:
-        """Standard errors ``(n_free,)`` by method."""
-        return {name: np.sqrt(np.diag(matrix)) for name, matrix in self.covariances.items()}
 
 
 def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> ErrorBars:
@@ -99,7 +69,7 @@ def estimates(
     values: np.ndarray,
     bars: ErrorBars,
     plain: PlainEstimate | None = None,
-    sharp: Sharp | None = None,
+    sharp: GlsEstimate | None = None,
 ) -> tuple[Estimate, ...]:
     """Estimates of all values in the order of the layout, then those that are held.
 
@@ -110,7 +80,7 @@ def estimates(
     bars : ErrorBars
     plain : PlainEstimate, optional
         What is told beside the estimates.
-    sharp : Sharp, optional
+    sharp : GlsEstimate, optional
         Where the intervals are from.
     """
     found, layout, errors = [], problem.layout, bars.errors

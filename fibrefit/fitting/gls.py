@@ -8,23 +8,22 @@ plain estimate stands.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from fibrefit.fitting.error_bars import ErrorBars
+from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
 from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, local_of, mode, place_of
-from fibrefit.problem.estimate.population import Between, between, covariance_of_all, quantiles
+from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import View, apart
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import downweighted
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whitening import innovations
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -41,57 +40,7 @@ DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
-@dataclass(frozen=True)
-class Sharp:
-    """The estimate at the mode of the likelihood.
-
-    Parameters
-    ----------
-    values : (n_free,) in SI units
-        Shared ones: means over the standard deviations between records; the records' own at the mode.
-    local : (n_record, n_local) in SI units
-        Values of each record, its deviations in them.
-    residuals : (n_record, n_channel, n_time) in units of the noise
-        There, errors of the inputs at their best.
-    bars : ErrorBars
-    intervals : (n_free, 2) in SI units
-        Of 95 %.
-    between : mapping of name to Between
-        How much records differ.
-    noise : tuple of Noise
-        Of each channel, in SI units.
-    evidence : MarginalLikelihood
-    seen : View
-    coefficients : mapping of input to (n_record, n_wave)
-    expected_gap : float
-        Of a perfect model.
-    """
-
-    values: np.ndarray
-    local: np.ndarray
-    residuals: np.ndarray
-    bars: ErrorBars
-    intervals: np.ndarray
-    between: Mapping[str, Between]
-    noise: tuple[Noise, ...]
-    evidence: MarginalLikelihood
-    seen: View
-    coefficients: InputCoefficients
-    expected_gap: float
-
-    @property
-    def scattered(self) -> bool:
-        """Whether records differ."""
-        return any(one.found for one in self.between.values())
-
-    @property
-    def innovations(self) -> np.ndarray:
-        """Whitened residuals, ``(n_record, n_channel, n_time)``."""
-        assert self.seen.whitening is not None
-        return np.asarray(innovations(self.seen.whitening, self.residuals))
-
-
-def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
+def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None:
     """The estimate of the likelihood, from a plain one; None where no mode is reached from there.
 
     Parameters
@@ -118,7 +67,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> Sharp | None:
     return found
 
 
-def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> Sharp | None:
+def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
     """The mode in the noise that is left there."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
@@ -156,7 +105,7 @@ def _seen(task: Task, values: np.ndarray, coefficients: InputCoefficients) -> Vi
     )
 
 
-def _bends(task: Task, sharp: Sharp) -> bool:
+def _bends(task: Task, sharp: GlsEstimate) -> bool:
     """Whether errors of inputs have moved so far that what the readings make of them is not what was predicted."""
     there = np.asarray(problem_at(task, sharp).linearised_at(sharp.local).residuals)
     counted = sharp.residuals != 0.0
@@ -166,7 +115,7 @@ def _bends(task: Task, sharp: Sharp) -> bool:
 
 def _sharp(
     task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
-) -> Sharp:
+) -> GlsEstimate:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
     places, sizes = places_of(layout, unknowns)
@@ -183,7 +132,7 @@ def _sharp(
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
     residuals, coefficients = seen.left(local, DRAWS)
-    return Sharp(
+    return GlsEstimate(
         values=values,
         local=local,
         residuals=residuals[0],
@@ -237,7 +186,7 @@ def _intervals(
 Z_95 = 1.959964
 
 
-def cost_with_one_held(sharp: Sharp, index: int) -> Callable[[np.ndarray], float]:
+def cost_with_one_held(sharp: GlsEstimate, index: int) -> Callable[[np.ndarray], float]:
     """Smallest objective with the value at `index` held, as a function of values ``(n_free,)`` in SI units.
 
     Standard deviations between records stay what they are.
@@ -259,9 +208,9 @@ def cost_with_one_held(sharp: Sharp, index: int) -> Callable[[np.ndarray], float
     return cost
 
 
-def problem_at(task: Task, sharp: Sharp) -> Problem:
+def problem_at(task: Task, sharp: GlsEstimate) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
     return corrected(task.problem, input_errors(task), sharp.coefficients) if sharp.coefficients else task.problem
 
 
-__all__ = ["PosteriorMode", "Sharp", "cost_with_one_held", "problem_at", "sharpened"]
+__all__ = ["GlsEstimate", "PosteriorMode", "cost_with_one_held", "problem_at", "sharpened"]

@@ -10,8 +10,9 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
+from fibrefit.fitting.estimates import GlsEstimate
 from fibrefit.fitting.evaluate import Look, look, residuals_of
-from fibrefit.fitting.gls import Sharp, problem_at, sharpened
+from fibrefit.fitting.gls import problem_at, sharpened
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
@@ -38,7 +39,7 @@ class Reported:
     values : (n_free,) in SI units
     residuals : (n_record, n_channel, n_time) in units of the noise
     bars : ErrorBars
-    sharp : Sharp or None
+    sharp : GlsEstimate or None
         None where the plain estimate stands.
     seen : Look
     sound : mapping of name to Check
@@ -56,7 +57,7 @@ class Reported:
     values: np.ndarray
     residuals: np.ndarray
     bars: ErrorBars
-    sharp: Sharp | None
+    sharp: GlsEstimate | None
     seen: Look
     sound: Mapping[str, Check]
     input_errors: Mapping[str, InputError]
@@ -114,7 +115,7 @@ def _doubt(task: Task, success: bool) -> str:
     return "" if success else "the search came to no end."
 
 
-def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
+def _compared(plain: Optimum, sharp: GlsEstimate) -> tuple[Check, ...]:
     """Whether both estimates agree; a plain one that takes records for alike may well differ where they are not."""
     if plain.input_errors or sharp.scattered or sharp.seen.whitening is None:
         return ()
@@ -124,7 +125,7 @@ def _compared(plain: Optimum, sharp: Sharp) -> tuple[Check, ...]:
     return (parting_check(layout.free_names, parting(layout, plain.linear, whitening, level)),)
 
 
-def _of_sharp(task: Task, plain: Optimum, sharp: Sharp) -> Reported:
+def _of_sharp(task: Task, plain: Optimum, sharp: GlsEstimate) -> Reported:
     problem, coefficients = problem_at(task, sharp), sharp.coefficients
     seen = look(task, problem, sharp.local)
     if coefficients:

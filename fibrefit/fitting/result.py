@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fibrefit.core.check import Check, Status, status_by
+from fibrefit.fitting.estimates import GlsEstimate
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
-
-if TYPE_CHECKING:
-    from fibrefit.fitting.gls import Sharp
 
 
 @dataclass(frozen=True)
@@ -197,7 +194,7 @@ class Identification:
     estimator_says : str
         Which of them the values are of, and why.
     plain : PlainEstimate
-    sharp : Sharp or None
+    sharp : GlsEstimate or None
         The whitened estimate, where it is the one reported.
     input_errors : dict of input to InputError
     coefficients : dict of input to (n_record, n_wave)
@@ -224,7 +221,7 @@ class Identification:
     estimator: str
     estimator_says: str
     plain: PlainEstimate
-    sharp: Sharp | None = None
+    sharp: GlsEstimate | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
     balance: ChannelGap | None = None

@@ -20,20 +20,19 @@ from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
-from fibrefit.workflow.outcome.result import AnyResult
+from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
-    from fibrefit.workflow.prediction.predict import Prediction
 
 STARTS = 32
 
 
 @dataclass(frozen=True, repr=False)
-class Fit(AnyResult, Saved):
+class Fit(Predicts, Saved):
     """An identified study.
 
     Parameters
@@ -83,27 +82,6 @@ class Fit(AnyResult, Saved):
         from fibrefit.plots import fit_figures
 
         return fit_figures(self.summary(), fit_groups(self.identification))
-
-    def predict(self, study: Study | str | Path) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`.
-
-        Parameters
-        ----------
-        study : Study, str or pathlib.Path
-            Of those records.
-
-        Returns
-        -------
-        Prediction
-
-        Raises
-        ------
-        StudyError
-            If it is of another rig or of other conditions than the values.
-        """
-        from fibrefit.workflow.prediction.predict import predict_with
-
-        return predict_with(self.summary(), self.groups(), self.study, as_study(study))
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Save it as a folder.

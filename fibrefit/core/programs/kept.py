@@ -38,7 +38,7 @@ R = TypeVar("R")
 MOST_IN_MEMORY = 128
 """Programs of one function that a process keeps at hand."""
 MOST_ON_DISK = 1500
-"""Programs in the cache folder; beyond, those unused for longest go."""
+"""Programs in the cache folder, of 0.3 MB each: those of some fifteen searches; beyond, those unused for longest go."""
 SUFFIX = ".program"
 SETTLED_SECONDS = 3600.0
 """Time after which code that has not changed is taken to be in use."""

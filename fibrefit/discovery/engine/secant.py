@@ -77,6 +77,7 @@ class Slopes(NamedTuple):
 
 
 TINY = 1e-300
+"""In place of the square of a step of nothing, along which nothing is corrected."""
 
 
 def _broyden(old: np.ndarray, new: np.ndarray, way: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -127,14 +128,11 @@ class SecantGram:
     counts : (n_record,) int
     seed : Seed, optional
         Slopes to begin with; what it lacks is simulated.
-    thorough : bool
-        Whether a mode counts as found only where simulated slopes ask for no further step.
     """
 
     frame: Supermodel
     counts: np.ndarray
     seed: Seed | None = None
-    thorough: bool = True
     _known: _Known | None = field(default=None, init=False)
     _exact: bool = field(default=False, init=False)
 
@@ -178,7 +176,7 @@ class SecantGram:
 
     def renew(self, ending: bool) -> bool:
         """Have all slopes simulated where products are asked for next, unless they just were; see `Renew`."""
-        if self._exact or (ending and not self.thorough):
+        if self._exact:
             return False
         self._known = None
         return True

@@ -23,14 +23,13 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import LAWS, discovery_groups, discovery_summary, final_study, law_name
-from fibrefit.workflow.outcome.result import AnyResult
+from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
-    from fibrefit.workflow.prediction.predict import Prediction
 
 Choose = Callable[[Sequence[Candidate]], str | None]
 
@@ -71,7 +70,7 @@ class Options:
 
 
 @dataclass(frozen=True, repr=False)
-class Discovery(AnyResult, Saved):
+class Discovery(Predicts, Saved):
     """What the model of a study lacks.
 
     Parameters
@@ -135,26 +134,9 @@ class Discovery(AnyResult, Saved):
         """The terminal report, at most 80 columns wide."""
         return discovery_report(self.summary())
 
-    def predict(self, study: Study | str | Path) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`.
-
-        Parameters
-        ----------
-        study : Study, str or pathlib.Path
-            Of those records.
-
-        Returns
-        -------
-        Prediction
-
-        Raises
-        ------
-        StudyError
-            If it is of another rig or of other conditions than the values.
-        """
-        from fibrefit.workflow.prediction.predict import predict_with
-
-        return predict_with(self.summary(), discovery_groups(self.finding), self.final, as_study(study))
+    def predicting(self) -> Study:
+        """The study of the final model."""
+        return self.final
 
     def plot(self) -> Figures:
         """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""

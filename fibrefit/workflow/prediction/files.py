@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fibrefit.core.check import Check
@@ -18,15 +16,13 @@ from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSumma
 from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
 from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
-
-if TYPE_CHECKING:
-    from fibrefit.workflow.prediction.predict import Prediction
+from fibrefit.workflow.prediction.predicted import Predicted
 
 PREDICTED = "_predicted"
 """End of the identifiers of the checks that the verdict is about."""
 
 
-def prediction_summary(found: Prediction, origin: Provenance) -> PredictionSummary:
+def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummary:
     """Content of ``summary.json`` of a prediction."""
     task, channels = found.task, {}
     ratios = {}
@@ -57,11 +53,11 @@ def prediction_summary(found: Prediction, origin: Provenance) -> PredictionSumma
     )
 
 
-def _was_used(found: Prediction, file: str | None) -> bool:
+def _was_used(found: Predicted, file: str | None) -> bool:
     return file is not None and sha256_of(found.study.path_of(file)) in found.known.digests
 
 
-def _channel(found: Prediction, c: int, channel: str) -> tuple[PredictedChannel, tuple[float, float]]:
+def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, tuple[float, float]]:
     """What is said of a channel; how far it is from its prediction over what is expected, and the most that passes."""
     data, gap, fitted = found.task.problem.observations, found.seen.gap[channel], found.known.gaps.get(channel)
     counted = np.asarray(data.weight[channel]) > 0.0
@@ -81,7 +77,7 @@ def _channel(found: Prediction, c: int, channel: str) -> tuple[PredictedChannel,
     return told, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
 
 
-def _force(found: Prediction, force: ForceBalance) -> tuple[PredictedChannel, tuple[float, float]]:
+def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tuple[float, float]]:
     """The same of a force that drives the rig: it is held against what the fit left of its own."""
     fitted = found.known.gaps.get("force")
     told = PredictedChannel(
@@ -120,7 +116,7 @@ def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple
     return f"{begin}they explain {' and '.join(shares)}."
 
 
-def _record(found: Prediction, r: int, record: Record) -> RecordSummary:
+def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
     layout, local = found.task.problem.layout, found.held.local
     own = {
         slot.name: ParameterSummary(value=float(local[r, j]), unit=slot.unit, free=slot.held(r) is None)
@@ -132,7 +128,7 @@ def _record(found: Prediction, r: int, record: Record) -> RecordSummary:
     return RecordSummary(gap=gap, parameters=own, samples=len(record.time), masked=masked)
 
 
-def _input_errors(found: Prediction) -> dict[str, InputErrorSummary]:
+def _input_errors(found: Predicted) -> dict[str, InputErrorSummary]:
     task = found.task
     return {
         name: InputErrorSummary(
@@ -154,7 +150,7 @@ def _advice(verdict: Verdict) -> tuple[str, ...]:
     )
 
 
-def prediction_groups(found: Prediction) -> dict[str, dict[str, Variable]]:
+def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: data, prediction with its standard deviation, residuals."""
     task, grid = found.task, ("record", "sample")
     problem = task.problem

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +11,12 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import Progress
-from fibrefit.fitting.evaluate import Look, look
+from fibrefit.fitting.evaluate import look
 from fibrefit.fitting.predictive import predictive_variance, problem_parameters
-from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, force_balance
+from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.records import Record
 from fibrefit.report.prediction import prediction_report
 from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Groups
@@ -31,6 +29,7 @@ from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import Known, known_from, known_of
+from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
 
@@ -39,39 +38,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Prediction(AnyResult, Saved):
-    """Records beside what was predicted of them.
-
-    Parameters
-    ----------
-    study : Study
-        Of the records, with the model and the values of the result.
-    records : tuple of Record
-    known : Known
-        What the result says.
-    held : Held
-    seen : Look
-        The simulated motion, and how far it is from what was measured.
-    force : ForceBalance or None
-        What inverse dynamics leaves of a force that drives the rig.
-    parts : mapping of str to (n_record, n_channel, n_time)
-        Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
-    seconds : float
-    """
-
-    study: Study
-    records: tuple[Record, ...]
-    known: Known
-    held: Held
-    seen: Look
-    force: ForceBalance | None
-    parts: Mapping[str, np.ndarray]
-    seconds: float
-
-    @property
-    def task(self) -> Task:
-        """What was compared."""
-        return self.held.task
+class Prediction(Predicted, AnyResult, Saved):
+    """Records beside what was predicted of them, to be read, drawn and saved."""
 
     @property
     def status(self) -> str:
@@ -102,12 +70,6 @@ class Prediction(AnyResult, Saved):
 
         whole = self.sigma(*self.parts)
         return prediction_figures(self.task, self.seen.motion.readings, self.sigma("values"), whole)
-
-    def sigma(self, *causes: str) -> np.ndarray:
-        """Standard deviation of a new reading for some causes, ``(n_record, n_channel, n_time)`` in SI units."""
-        weight = self.task.problem.observations.weight
-        noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)
-        return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * noise[:, :, None]
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures."""

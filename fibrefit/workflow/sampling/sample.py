@@ -26,7 +26,7 @@ from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow.compare import rival_of
 from fibrefit.workflow.fit import Fit
-from fibrefit.workflow.outcome.result import AnyResult
+from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, Options
@@ -37,7 +37,6 @@ from fibrefit.workflow.saved import Saved, write_figures, write_parts
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
-    from fibrefit.workflow.prediction.predict import Prediction
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
 """Settings that say when a run ends and what is reported of it: a run may go on with others."""
@@ -49,7 +48,7 @@ def identity(options: Options, settings: Settings) -> str:
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
 
 
-class Sampled(AnyResult, Findings, Saved):
+class Sampled(Predicts, Findings, Saved):
     """The posterior of a study, to be read, drawn and saved."""
 
     def summary(self) -> PosteriorSummary:
@@ -78,27 +77,6 @@ class Sampled(AnyResult, Findings, Saved):
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         return posterior_report(self.summary())
-
-    def predict(self, study: Study | str | Path) -> Prediction:
-        """Predict records that the values were not found from, see `fibrefit.predict`.
-
-        Parameters
-        ----------
-        study : Study, str or pathlib.Path
-            Of those records.
-
-        Returns
-        -------
-        Prediction
-
-        Raises
-        ------
-        StudyError
-            If it is of another rig or of other conditions than the values.
-        """
-        from fibrefit.workflow.prediction.predict import predict_with
-
-        return predict_with(self.summary(), self.groups(), self.study, as_study(study))
 
     def plot(self) -> Figures:
         """Figures by name: corner, traces, ranks, prior, and each record with its bands."""

@@ -1,0 +1,90 @@
+"""What an estimate is: its error bars, and the one that weighs whitened residuals (generalised least squares)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.estimate.population import Between
+from fibrefit.problem.estimate.view import View
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whitening import innovations
+
+
+@dataclass(frozen=True)
+class ErrorBars:
+    """Covariances ``(n_free, n_free)`` of one estimate.
+
+    Parameters
+    ----------
+    covariances : mapping of method to (n_free, n_free)
+    method : str
+        The one that is believed.
+    """
+
+    covariances: Mapping[str, np.ndarray]
+    method: str
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """The one that is believed."""
+        return self.covariances[self.method]
+
+    @property
+    def errors(self) -> dict[str, np.ndarray]:
+        """Standard errors ``(n_free,)`` by method."""
+        return {name: np.sqrt(np.diag(matrix)) for name, matrix in self.covariances.items()}
+
+
+@dataclass(frozen=True)
+class GlsEstimate:
+    """The estimate at the mode of the likelihood.
+
+    Parameters
+    ----------
+    values : (n_free,) in SI units
+        Shared ones: means over the standard deviations between records; the records' own at the mode.
+    local : (n_record, n_local) in SI units
+        Values of each record, its deviations in them.
+    residuals : (n_record, n_channel, n_time) in units of the noise
+        There, errors of the inputs at their best.
+    bars : ErrorBars
+    intervals : (n_free, 2) in SI units
+        Of 95 %.
+    between : mapping of name to Between
+        How much records differ.
+    noise : tuple of Noise
+        Of each channel, in SI units.
+    evidence : MarginalLikelihood
+    seen : View
+    coefficients : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
+    """
+
+    values: np.ndarray
+    local: np.ndarray
+    residuals: np.ndarray
+    bars: ErrorBars
+    intervals: np.ndarray
+    between: Mapping[str, Between]
+    noise: tuple[Noise, ...]
+    evidence: MarginalLikelihood
+    seen: View
+    coefficients: InputCoefficients
+    expected_gap: float
+
+    @property
+    def scattered(self) -> bool:
+        """Whether records differ."""
+        return any(one.found for one in self.between.values())
+
+    @property
+    def innovations(self) -> np.ndarray:
+        """Whitened residuals, ``(n_record, n_channel, n_time)``."""
+        assert self.seen.whitening is not None
+        return np.asarray(innovations(self.seen.whitening, self.residuals))

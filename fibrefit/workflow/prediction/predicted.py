@@ -1,0 +1,58 @@
+"""Records beside what was predicted of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.fitting.evaluate import Look
+from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.task import Task
+from fibrefit.records import Record
+from fibrefit.study import Study
+from fibrefit.workflow.prediction.held import Held
+from fibrefit.workflow.prediction.known import Known
+
+
+@dataclass(frozen=True, repr=False)
+class Predicted:
+    """Records beside what was predicted of them.
+
+    Parameters
+    ----------
+    study : Study
+        Of the records, with the model and the values of the result.
+    records : tuple of Record
+    known : Known
+        What the result says.
+    held : Held
+    seen : Look
+        The simulated motion, and how far it is from what was measured.
+    force : ForceBalance or None
+        What inverse dynamics leaves of a force that drives the rig.
+    parts : mapping of str to (n_record, n_channel, n_time)
+        Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
+    seconds : float
+    """
+
+    study: Study
+    records: tuple[Record, ...]
+    known: Known
+    held: Held
+    seen: Look
+    force: ForceBalance | None
+    parts: Mapping[str, np.ndarray]
+    seconds: float
+
+    @property
+    def task(self) -> Task:
+        """What was compared."""
+        return self.held.task
+
+    def sigma(self, *causes: str) -> np.ndarray:
+        """Standard deviation of a new reading for some causes, ``(n_record, n_channel, n_time)`` in SI units."""
+        weight = self.task.problem.observations.weight
+        noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)
+        return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * noise[:, :, None]

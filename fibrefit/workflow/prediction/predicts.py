@@ -1,0 +1,43 @@
+"""What every result with values offers: to hold them against records that they were not found from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fibrefit.study import Study, as_study
+from fibrefit.workflow.outcome.result import AnyResult
+
+if TYPE_CHECKING:
+    from fibrefit.workflow.prediction.predict import Prediction
+
+
+class Predicts(AnyResult):
+    """A result whose values can be held against other records."""
+
+    study: Study
+
+    def predicting(self) -> Study:
+        """The study with the model that the values belong to."""
+        return self.study
+
+    def predict(self, study: Study | str | Path) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If it is of another rig or of other conditions than the values.
+        """
+        from fibrefit.workflow.prediction.predict import predict_with
+
+        return predict_with(self.summary(), self.groups(), self.predicting(), as_study(study))
