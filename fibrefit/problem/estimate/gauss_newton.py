@@ -5,8 +5,8 @@ a search and the mode of a posterior differ in who supplies them and in which va
 
 Law
 ---
-Residuals ``e_r(z, eta_r, nu_r)`` with shared coordinates ``z ~ N(mean, P^-1)``, relative deviations of a record
-``eta_r ~ N(0, diag sigma^2)`` (random effects) and nuisances ``nu_r`` of which nothing is known beforehand. What is minimised is
+Residuals ``e_r(z, eta_r, nu_r)`` with shared coordinates ``z ~ N(mean, P^-1)``, random effects of a record,
+its relative deviations ``eta_r ~ N(0, diag sigma^2)``, and nuisances ``nu_r`` of which nothing is known. Minimised is
 ``Q = sum |e_r|^2 + sum (eta_r / sigma)^2 + (z - mean)' P (z - mean)``. A coordinate is the logarithm of a value over
 its reference, or its distance from there in units of its scale; a deviation is added to the logarithm.
 
