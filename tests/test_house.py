@@ -83,7 +83,6 @@ NAMED_TWICE = frozenset(
         "Curve",
         "curve_figure",
         "distinct",
-        "eliminate",
         "finite",
         "FreeCurve",
         "Gap",

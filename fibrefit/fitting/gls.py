@@ -15,14 +15,13 @@ import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
+from fibrefit.fitting.search.with_input_errors import linearised_in_errors
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
 from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import View, apart
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
-from fibrefit.problem.inputs.linearity_weights import downweighted
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
@@ -53,7 +52,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None
     layout = plain.problem.layout
     unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
     known = bool(plain.input_errors)
-    seen = _seen(task, plain.values, plain.coefficients) if known else View(plain.problem)
+    seen = View(plain.problem) if plain.view is None else plain.view
     place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
@@ -63,7 +62,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None
         found = _settled(task, bars, unknowns, place, seen)
         if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
             break
-        seen, place = _seen(task, found.values, found.coefficients), found.evidence.mode.place
+        seen, place = _seen(task, found), found.evidence.mode.place
     return found
 
 
@@ -94,15 +93,11 @@ def _weighed(
     return found if sound else None
 
 
-def _seen(task: Task, values: np.ndarray, coefficients: InputCoefficients) -> View:
-    """A task with noisy inputs, linearised in their errors at given ones."""
-    sensitivities = sensitivities_of(task, values, coefficients)
-    problem = corrected(task.problem, input_errors(task), coefficients)
-    return (
-        View(problem)
-        if sensitivities is None
-        else View(downweighted(problem, sensitivities.downweight), None, sensitivities, sensitivities)
-    )
+def _seen(task: Task, found: GlsEstimate) -> View:
+    """A task with noisy inputs, linearised in their errors at those found."""
+    assert found.seen.sensitivities is not None
+    roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in found.seen.sensitivities.inverse]
+    return linearised_in_errors(task.problem, input_errors(task), found.values, found.coefficients, roots)
 
 
 def _bends(task: Task, sharp: GlsEstimate) -> bool:

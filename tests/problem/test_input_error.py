@@ -15,15 +15,14 @@ from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines
 from fibrefit.problem.inputs.errors_in_variables import (
     CHUNK,
     corrected,
-    eliminate,
     error_rms,
     expanded,
     input_errors,
-    left_over,
     no_errors,
     residuals,
 )
 from fibrefit.problem.inputs.linearity_weights import downweights
+from fibrefit.problem.inputs.sensitivities import weighted_sensitivities, without_input_errors
 from fibrefit.problem.inputs.smoothing import smoothed, smoother
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
@@ -34,8 +33,8 @@ from fibrefit.workflow.prepare import read_records
 
 #: Differences of residuals that jump where the weight starts to move, against derivatives.
 DIFFERENCES = 2e-2
-#: Rounding of sums over ten thousand samples.
-ROUNDING = 1e-8
+#: Sensitivities are held in single precision.
+SINGLE = 1e-5
 
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
@@ -110,44 +109,41 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
 
 def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[str, InputErrors]) -> None:
     quiet, random = no_errors(known), np.random.default_rng(2)
-    here = eliminate(task.problem, known, task.start, quiet)
     wave = {"drive": 0.01 * random.standard_normal(quiet["drive"].shape)}
     there = np.asarray(corrected(task.problem, known, wave).residuals(jnp.asarray(task.start)))
     back = np.asarray(corrected(task.problem, known, {"drive": -wave["drive"]}).residuals(jnp.asarray(task.start)))
-    noise = np.zeros((1, *here.residuals.shape))
-    # Nothing is taken up where the prior leaves no room and there is nothing to fit.
-    held = {"drive": known["drive"]._replace(size=known["drive"].size * 1e-9)}
-    small = left_over(task.problem, held, task.start, {"drive": 1e9 * wave["drive"][None]}, noise)[0]
-    slopes = eliminate(task.problem, held, task.start, quiet).slopes
     plain = 0.5 * (there - back)
-    for r in range(len(plain)):
-        columns = slopes[r].reshape(-1, slopes.shape[-1])
-        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        left = plain[r].ravel() - columns @ np.linalg.lstsq(columns, plain[r].ravel(), rcond=1e-9)[0]
-        assert np.linalg.norm(left - small[r].ravel()) < DIFFERENCES * np.linalg.norm(left)
+    for r, (_, _, sensitivities) in enumerate(expanded(task.problem, known, task.start, quiet)):
+        missed = plain[r].ravel() - wave["drive"][r] @ sensitivities
+        assert np.linalg.norm(missed) < DIFFERENCES * np.linalg.norm(plain[r])
 
 
 def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[str, InputErrors]) -> None:
     quiet = no_errors(known)
-    found = eliminate(task.problem, known, task.start, quiet)
-    for r, gram in enumerate(found.gram):
-        slopes = found.slopes[r].reshape(-1, len(gram) - 1)
-        coefficients = found.wave_slopes["drive"][r]
-        # (P J)'(P J) + X'X = J'P J, and the same for the column of residuals.
-        np.testing.assert_allclose(slopes.T @ slopes + coefficients.T @ coefficients, gram[:-1, :-1], rtol=ROUNDING)
-        best = found.best["drive"][r]
-        left = found.residuals[r].ravel() @ slopes
-        np.testing.assert_allclose(left, gram[:-1, -1], rtol=ROUNDING, atol=ROUNDING * np.abs(gram[:-1, -1]).max())
-        assert gram[-1, -1] < np.sum(found.residuals[r] ** 2)
-        assert best @ best < gram[-1, -1]
+    parts = expanded(task.problem, known, task.start, quiet)
+    whole = np.ones((len(parts), *parts[0][0].shape))
+    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], whole)
+    rows = np.stack([np.concatenate([slopes, residuals.reshape(1, -1)]) for residuals, slopes, _ in parts])
+    left, waves = without_input_errors(seen, rows)
+    for r, (_, _, sensitivities) in enumerate(parts):
+        # Errors are held by a prior of variance one: rows below those of the readings.
+        columns = np.concatenate([sensitivities.T, np.eye(len(sensitivities))])
+        dense = np.concatenate([rows[r].T, np.zeros((len(sensitivities), len(rows[r])))])
+        best = np.linalg.lstsq(columns, dense, rcond=None)[0].T
+        size = np.linalg.norm(rows[r], axis=1)[:, None]
+        np.testing.assert_allclose(waves[r] / size, best / size, atol=SINGLE)
+        np.testing.assert_allclose(left[r] / size, (rows[r] - best @ sensitivities) / size, atol=SINGLE)
+        assert np.linalg.norm(left[r][-1]) < 0.99 * np.linalg.norm(rows[r][-1])
 
 
 def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:
-    found = eliminate(task.problem, known, task.start, no_errors(known))
-    after = np.asarray(corrected(task.problem, known, found.best).residuals(jnp.asarray(task.start)))
-    cost = np.sum(after**2) + np.sum(found.best["drive"] ** 2)
-    before = np.sum(found.residuals**2)
-    promised = before - sum(gram[-1, -1] for gram in found.gram)
+    parts = expanded(task.problem, known, task.start, no_errors(known))
+    residuals = np.stack([residuals for residuals, _, _ in parts])
+    seen = weighted_sensitivities(no_errors(known), [rows for _, _, rows in parts], np.ones(residuals.shape))
+    left, waves = without_input_errors(seen, residuals.reshape(len(parts), 1, -1))
+    after = np.asarray(corrected(task.problem, known, {"drive": -waves[:, 0]}).residuals(jnp.asarray(task.start)))
+    before, cost = np.sum(residuals**2), np.sum(after**2) + np.sum(waves**2)
+    promised = before - np.sum(left**2) - np.sum(waves**2)
     assert promised > 0.1 * before
     assert before - cost == pytest.approx(promised, rel=0.05)
 

@@ -11,8 +11,10 @@ from fibrefit.core.roles import ROLES
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.result import InputError
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.search.varpro import expected_gap, joint
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
+from fibrefit.fitting.search.with_input_errors import WithInputErrors, noise_left, with_input_errors
+from fibrefit.problem.estimate.view import View
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
+from fibrefit.problem.inputs.sensitivities import without_input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
@@ -34,10 +36,12 @@ class Optimum:
     expected_gap : float
         Of a perfect model.
     input_errors : dict of input to InputError
-    joint : float, optional
-        Fall of the cost that one more step of values and input errors together promises.
     coefficients : mapping of input to (n_record, n_wave)
         Errors of the inputs, see `input_error`.
+    view : View, optional
+        Readings linearised in those errors.
+    further : float, optional
+        Fall of the cost that one more step of values and input errors together promises.
     """
 
     problem: Problem
@@ -46,15 +50,16 @@ class Optimum:
     scores: uncertainty.Scores
     expected_gap: float = 1.0
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
-    joint: float | None = None
     coefficients: InputCoefficients = field(default_factory=dict)
+    view: View | None = None
+    further: float | None = None
 
     def promised(self, moving: Sequence[bool]) -> float:
         """Fall of the cost that one more step of the values that are not stopped by a bound promises.
 
         In units of the residual variance.
         """
-        return _promised(self.scores, np.array(moving[: self.scores.size])) if self.joint is None else self.joint
+        return _promised(self.scores, np.array(moving[: self.scores.size])) if self.further is None else self.further
 
 
 def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | None = None) -> Optimum:
@@ -75,19 +80,31 @@ def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | No
         return Optimum(
             problem, values, linear, uncertainty.Scores.of(linear, counts, layout.local_columns, layout.size)
         )
-    found = joint(task, known, values, coefficients)
-    expected, parts = expected_gap(task, known, found)
-    linear = Linearised(found.linear.residuals, found.linear.slopes)
-    # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
-    whole = found.linear.residuals / np.where(parts > 0.0, parts, 1.0)[:, :, None]
-    scores = uncertainty.Scores(
-        whole, found.linear.slopes, counts, layout.local_columns, layout.size, prior=found.prior
+    found = with_input_errors(task, known, values, coefficients)
+    shares = noise_left(task, found)
+    linear, scores = _scores(found, counts, shares)
+    rms = error_rms(problem, known, found.coefficients)
+    usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
+    errors = {name: InputError(size, usual[name], ROLES[name]) for name, size in rms.items()}
+    expected = float(np.sqrt(np.mean(shares**2)))
+    return Optimum(
+        found.problem, found.values, linear, scores, expected, errors, found.coefficients, found.view, found.promised
     )
-    errors = {
-        name: InputError(rms, _mean_rms(task.input_noise[name], task), ROLES[name])
-        for name, rms in found.error_rms.items()
-    }
-    return Optimum(found.problem, found.values, linear, scores, expected, errors, found.promised, found.coefficients)
+
+
+def _scores(found: WithInputErrors, counts: np.ndarray, shares: np.ndarray) -> tuple[Linearised, uncertainty.Scores]:
+    """Residuals and slopes without what errors of the inputs can imitate."""
+    layout, weights = found.problem.layout, found.sensitivities.downweight
+    linear = found.problem.linearised_at(np.asarray(layout.local(found.values)))
+    residuals = np.asarray(linear.residuals) * weights
+    slopes = np.moveaxis(np.asarray(linear.slopes) * weights[..., None], -1, 1)
+    left, waves = without_input_errors(found.sensitivities, slopes.reshape(*slopes.shape[:2], -1))
+    slopes = np.moveaxis(left.reshape(slopes.shape), 1, -1)
+    # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
+    whole = residuals / np.where(shares > 0.0, shares, 1.0)[:, :, None]
+    prior = np.einsum("riw,rjw->rij", waves, waves)
+    scores = uncertainty.Scores(whole, slopes, counts, layout.local_columns, layout.size, prior=prior)
+    return Linearised(residuals, slopes), scores
 
 
 def _mean_rms(noise: Noise, task: Task) -> float:

@@ -19,10 +19,10 @@ Numer. Anal. 10 (1973).
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -52,30 +52,6 @@ MOST = 1024
 CHUNK = 16
 """Cosines whose effects are found in one pass along the motion."""
 THREADS = os.cpu_count() or 1
-
-
-class Eliminated(NamedTuple):
-    """The linearised problem of each record without its coefficients; see the law above.
-
-    Parameters
-    ----------
-    residuals : (n_record, n_channel, n_time)
-        At the values and coefficients given.
-    slopes : (n_record, n_channel, n_time, n_local_free)
-        ``P J``: what the coefficients cannot imitate, per SI unit of a record's own free values.
-    wave_slopes : dict of (n_record, n_wave, n_local_free)
-        How the best coefficients move with those values.
-    best : dict of (n_record, n_wave)
-        Best coefficients at the values given.
-    gram : (n_record, n_local_free + 1, n_local_free + 1)
-        ``[J m]' P [J m]``.
-    """
-
-    residuals: Any
-    slopes: Any
-    wave_slopes: InputCoefficients
-    best: InputCoefficients
-    gram: Any
 
 
 def input_errors(task: Task) -> dict[str, InputErrors]:
@@ -116,94 +92,6 @@ def error_rms(problem: Problem, known: Mapping[str, InputErrors], coefficients: 
     return found
 
 
-def eliminate(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
-) -> Eliminated:
-    """Linearise all records at values ``(n_free,)`` in SI units and coefficients, and eliminate the coefficients.
-
-    Parameters
-    ----------
-    problem : Problem
-        With its inputs as measured.
-    known : mapping of input to InputErrors
-    values : (n_free,) in SI units
-    coefficients : mapping of input to (n_record, n_wave)
-    """
-
-    def one(r: int) -> tuple:
-        return _eliminated(*_of_record(problem, known, values, coefficients, r))
-
-    return _of_all(known, _each_record(problem, one))
-
-
-def eliminate_from(
-    known: Mapping[str, InputErrors], parts: Sequence[tuple], coefficients: InputCoefficients, downweight: np.ndarray
-) -> Eliminated:
-    """As `eliminate`, from what `expanded` has found at the same place, with factors on the samples' weights.
-
-    Parameters
-    ----------
-    known : mapping of input to InputErrors
-    parts : sequence of (residuals, slopes, sensitivities)
-    coefficients : mapping of input to (n_record, n_wave)
-    downweight : (n_record, n_channel, n_time)
-    """
-    flat = np.concatenate(list(coefficients.values()), axis=1)
-
-    def one(r: int) -> tuple:
-        residuals, slopes, sensitivities = parts[r]
-        return _without_errors(
-            residuals * downweight[r], slopes * downweight[r].ravel(), sensitivities * downweight[r].ravel(), flat[r]
-        )
-
-    return _of_all(known, [one(r) for r in range(len(parts))])
-
-
-def _of_all(known: Mapping[str, InputErrors], found: Sequence[tuple]) -> Eliminated:
-    residuals, slopes, wave_slopes, best, gram = (
-        np.stack([np.asarray(p) for p in of]) for of in zip(*found, strict=True)
-    )
-    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
-    named = lambda rows: dict(zip(known, np.split(rows, ends, axis=1), strict=True))  # noqa: E731
-    return Eliminated(residuals, slopes, named(wave_slopes), named(best), gram)
-
-
-def left_over(
-    problem: Problem,
-    known: Mapping[str, InputErrors],
-    values: np.ndarray,
-    coefficients: InputCoefficients,
-    noise: np.ndarray,
-) -> np.ndarray:
-    """What is left of readings that differ by `noise` and by inputs with errors, once both are fitted.
-
-    Parameters
-    ----------
-    problem, known, values
-        As in `eliminate`.
-    coefficients : mapping of input to (n_draw, n_record, n_wave)
-        Errors, to which the readings react.
-    noise : (n_draw, n_record, n_channel, n_time) in units of the noise
-        Of the readings.
-
-    Returns
-    -------
-    (n_draw, n_record, n_channel, n_time)
-        What neither the coefficients nor each record's own values can take up.
-    """
-    quiet = no_errors(known)
-
-    def one(r: int) -> np.ndarray:
-        residuals, slopes, sensitivities = _linear(problem, known, values, quiet, r)
-        flat = np.concatenate([coefficients[name][:, r] for name in known], axis=1)
-        draws = np.where(residuals != 0.0, noise[:, r], 0.0).reshape(len(noise), -1) + flat @ sensitivities
-        left, free = without(sensitivities, np.concatenate([slopes, draws]))[1], len(slopes)
-        share = np.linalg.lstsq(_scaled(left[:free].T), left[free:].T, rcond=1e-9)[0]
-        return (left[free:].T - _scaled(left[:free].T) @ share).T.reshape(len(noise), *residuals.shape)
-
-    return np.stack(_each_record(problem, one), axis=1)
-
-
 def expanded(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
 ) -> list[tuple]:
@@ -212,7 +100,8 @@ def expanded(
     Parameters
     ----------
     problem, known, values, coefficients
-        As in `eliminate`.
+        The problem has its inputs as measured; values ``(n_free,)`` are in SI units; coefficients are a mapping of
+        input to ``(n_record, n_wave)``.
 
     Returns
     -------
@@ -238,11 +127,6 @@ def _residuals(problem: Problem, values: Any) -> jax.Array:
 def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
     with ThreadPoolExecutor(THREADS) as pool:
         return list(pool.map(one, range(len(problem.layout.records))))
-
-
-def _scaled(columns: np.ndarray) -> np.ndarray:
-    size = np.linalg.norm(columns, axis=0)
-    return columns / np.where(size > 0.0, size, 1.0)
 
 
 def without(sensitivities: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -272,22 +156,6 @@ def _linear(
 ) -> tuple:
     """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and sensitivities ``(n_wave, n)`` of a record."""
     return tuple(np.asarray(part) for part in _linearised(*_of_record(problem, known, values, coefficients, r)))
-
-
-@eqx.filter_jit
-def _eliminated(*record: Any) -> tuple[jax.Array, ...]:
-    return _without_errors(*_linearised(*record), jnp.concatenate(list(record[-1].values())))
-
-
-@jax.jit
-def _without_errors(
-    residuals: jax.Array, slopes: jax.Array, sensitivities: jax.Array, coefficients: jax.Array
-) -> tuple[jax.Array, ...]:
-    """Parts of `Eliminated`, of one record."""
-    rows = jnp.concatenate([slopes, (residuals.ravel() - coefficients @ sensitivities)[None]])
-    imitated, left = _without(sensitivities, rows)
-    slopes_left = jnp.moveaxis(left[:-1].reshape(-1, *residuals.shape), 0, -1)
-    return residuals, slopes_left, -imitated[:, :-1], -imitated[:, -1], rows @ left.T
 
 
 @eqx.filter_jit

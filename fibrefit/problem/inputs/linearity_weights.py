@@ -12,7 +12,7 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, Input
 from fibrefit.problem.statement.problem import Problem
 
 STRONG = 5.0
-"""What the noise of the inputs may do to a sample, in units of its own noise, beyond which it counts less and less."""
+"""What unknown errors of the inputs do to a sample, in units of its own noise, beyond which it counts less and less."""
 FORETOLD = 0.5
 """Miss of the linearised problem, in units of a sample's noise, beyond which the sample counts less and less."""
 NEARBY = 0.005
@@ -27,6 +27,7 @@ def downweights(
     values: np.ndarray,
     coefficients: InputCoefficients,
     sensitivities: Sequence[np.ndarray],
+    roots: Sequence[np.ndarray] | None = None,
 ) -> np.ndarray:
     """Factor ``(n_record, n_channel, n_time)`` on the weights of samples of which the linearised problem tells little.
 
@@ -37,21 +38,28 @@ def downweights(
     Parameters
     ----------
     problem, known, values, coefficients
-        As in `eliminate`.
+        As in `expanded`.
     sensitivities : sequence of (n_wave, n_channel * n_time), one for each record
         As `expanded` finds them.
+    roots : sequence of (n_wave, n_wave), one for each record, optional
+        Of the covariance of what is not known of the coefficients; what is known of them beforehand by default.
     """
     random, missed = np.random.default_rng(0), np.zeros(1)
-    here = residuals(problem, known, values, coefficients)
+    here, ends = residuals(problem, known, values, coefficients), np.cumsum([w.shape[1] for w in coefficients.values()])
     for _ in range(DRAWS):
-        drawn = {name: random.standard_normal(wave.shape) for name, wave in coefficients.items()}
+        flat = random.standard_normal((len(here), ends[-1]))
+        if roots is not None:
+            flat = np.stack([root @ wave for root, wave in zip(roots, flat, strict=True)])
+        drawn = dict(zip(coefficients, np.split(flat, ends[:-1], axis=1), strict=True))
         there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in coefficients.items()})
-        flat = np.concatenate(list(drawn.values()), axis=1)
         predicted = np.stack([wave @ rows for wave, rows in zip(flat, sensitivities, strict=True)])
         missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
     missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
-    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in sensitivities])
+    reached = (
+        sensitivities if roots is None else [root.T @ rows for root, rows in zip(roots, sensitivities, strict=True)]
+    )
+    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reached])
     return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
 
 

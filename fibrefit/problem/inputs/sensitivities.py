@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -67,13 +68,49 @@ def sensitivities_of(
         downweight = np.minimum.accumulate(
             np.broadcast_to(downweight.min(axis=1, keepdims=True), downweight.shape), axis=-1
         )
+    return weighted_sensitivities(coefficients, rows, downweight)
+
+
+def weighted_sensitivities(
+    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray
+) -> InputSensitivities:
+    """From reactions of each record, and factors on the weights of its samples.
+
+    Parameters
+    ----------
+    coefficients : mapping of input to (n_record, n_wave)
+    rows : sequence of (n_wave, n_channel * n_time)
+        See `expanded`.
+    downweight : (n_record, n_channel, n_time)
+    """
     offsets, parts, inverses = [], [], []
-    for r, wave in enumerate(np.concatenate([coefficients[name] for name in known], axis=1)):
+    for r, wave in enumerate(np.concatenate(list(coefficients.values()), axis=1)):
         weaker = jnp.asarray(rows[r] * downweight[r].ravel())
         offsets.append(-wave @ weaker)
         inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
         parts.append(weaker.astype(jnp.float32))
     return InputSensitivities(coefficients, downweight, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+
+
+def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What of some rows no error of the inputs can imitate, and the coefficients of the errors that imitate the rest.
+
+    Parameters
+    ----------
+    sensitivities : InputSensitivities
+    rows : (n_record, n_row, n_channel * n_time)
+        In units of the noise, `downweight` included.
+
+    Returns
+    -------
+    ((n_record, n_row, n_channel * n_time), (n_record, n_row, n_wave))
+    """
+    left, waves = np.empty_like(rows), []
+    for r, some in enumerate(rows):
+        seen = np.asarray(sensitivities.rows[r], dtype=float)
+        waves.append(some @ seen.T @ np.asarray(sensitivities.inverse[r]))
+        left[r] = some - waves[-1] @ seen
+    return left, np.array(waves)
 
 
 def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Coloured | BlockFilter) -> InputSensitivities:
@@ -97,4 +134,10 @@ def _whitened(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 
-__all__ = ["InputSensitivities", "sensitivities_of", "whitened_sensitivities"]
+__all__ = [
+    "InputSensitivities",
+    "sensitivities_of",
+    "weighted_sensitivities",
+    "whitened_sensitivities",
+    "without_input_errors",
+]

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.fitting.search.solve import descend, widths
-from fibrefit.fitting.search.varpro import joint
-from fibrefit.problem.inputs.errors_in_variables import input_errors
+from fibrefit.fitting.search.with_input_errors import with_input_errors
+from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -64,5 +64,6 @@ def with_nuisances_found(task: Task) -> Held:
     found_all = replace(task, problem=held, start=start)
     if not (known := input_errors(found_all)):
         return Held(found_all, success, {})
-    best = joint(found_all, known, start)
-    return Held(replace(found_all, problem=best.problem, start=best.values), success, best.error_rms)
+    best = with_input_errors(found_all, known, start)
+    rms = error_rms(found_all.problem, known, best.coefficients)
+    return Held(replace(found_all, problem=best.problem, start=best.values), success, rms)

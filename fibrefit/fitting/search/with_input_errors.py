@@ -1,0 +1,185 @@
+"""Best values together with the errors of measured inputs, by the Gauss-Newton of all estimates.
+
+Readings are linearised in the errors and these are eliminated; where the best ones are found to lie elsewhere,
+readings are linearised again there. At first little is known of the errors, and samples that depend on them so
+strongly, or bend so soon, that a linear step says nothing of them count for less; with what is learnt from the others
+they can be predicted.
+
+Source
+------
+Bell and Cathey, IEEE Trans. Autom. Control 38 (1993): an iterated Kalman smoother is a Gauss-Newton search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, arrowhead, mode, place_of
+from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
+from fibrefit.problem.estimate.view import View
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
+from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, without_input_errors
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+
+LOOKS = 4
+"""How often readings are linearised at the most."""
+SETTLED = 0.05
+"""Fall of the cost a further step promises below which a descent ends, in units where 1 is one standard error.
+
+At this scale the cost of a motion that sticks and bounces is rough.
+"""
+COARSE = 1e-3
+"""The same as a share of what the residuals have beyond the noise: a model that lacks something has no exact best."""
+MISSED = 0.03
+"""Mean square of what the linearised readings miss, in units of the noise, from which they are linearised again."""
+HOPELESS = 4.0
+"""Variance that even the best errors of the inputs leave, from which they are not what the model lacks.
+
+They stay nil then, and the values those for inputs as they were measured.
+"""
+WHOLE = 0.99
+"""Factor on a sample's weight from which it counts as a whole one."""
+DRAWS = 2
+"""Of noise, to see how much of it errors of inputs take up."""
+
+
+@dataclass(frozen=True)
+class WithInputErrors:
+    """Values and errors of inputs that explain the records together.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the errors taken off its inputs.
+    values : (n_free,) in SI units
+    coefficients : mapping of input to (n_record, n_wave)
+        The errors, before they are given their colour.
+    view : View
+        Readings linearised in the errors, near these.
+    promised : float
+        Fall of the cost that one more step promises, in units of the residual variance.
+    """
+
+    problem: Problem
+    values: np.ndarray
+    coefficients: InputCoefficients
+    view: View
+    promised: float
+
+    @property
+    def sensitivities(self) -> InputSensitivities:
+        """Of the view."""
+        assert self.view.raw is not None
+        return self.view.raw
+
+
+def with_input_errors(
+    task: Task,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    coefficients: InputCoefficients | None = None,
+) -> WithInputErrors:
+    """Best values and input errors, from the values that suit the inputs as they were measured.
+
+    Parameters
+    ----------
+    task : Task
+    known : mapping of input to InputErrors
+    values : (n_free,) in SI units
+    coefficients : mapping of input to (n_record, n_wave), optional
+        Where to begin; inputs as they were measured by default.
+    """
+    problem, layout = task.problem, task.problem.layout
+    unknowns = fit_unknowns(layout, values, np.full(layout.size, np.inf))
+    place = place_of(unknowns, np.asarray(layout.local(values)))
+    waves, roots = no_errors(known) if coefficients is None else coefficients, None
+    found: WithInputErrors | None = None
+    for _ in range(LOOKS):
+        view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
+        sensitivities = view.raw
+        assert sensitivities is not None
+        number = float(counted(problem, sensitivities.downweight).sum())
+        end = _descended(unknowns, place, view, number)
+        variance = max(1.0, end.normal.cost / number)
+        if not variance < HOPELESS:
+            return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
+        left, waves = view.left(end.local)
+        place, there = end.place, corrected(problem, known, waves)
+        found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
+        missed = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight - left[0]
+        near = float(np.mean(missed[left[0] != 0.0] ** 2)) < MISSED * variance
+        if near and (roots is not None or sensitivities.downweight.min() > WHOLE):
+            break
+        roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in sensitivities.inverse]
+    assert found is not None
+    return found
+
+
+def linearised_in_errors(
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    coefficients: InputCoefficients,
+    roots: list[np.ndarray] | None = None,
+) -> View:
+    """Records with the errors of their inputs eliminated, linearised at given ones.
+
+    Parameters
+    ----------
+    problem : Problem
+        With its inputs as measured.
+    known : mapping of input to InputErrors
+    values : (n_free,) in SI units
+    coefficients : mapping of input to (n_record, n_wave)
+    roots : list of (n_wave, n_wave), optional
+        See `downweights`.
+    """
+    rows = [rows for _, _, rows in expanded(problem, known, values, coefficients)]
+    downweight = downweights(problem, known, values, coefficients, rows, roots)
+    found = weighted_sensitivities(coefficients, rows, downweight)
+    return View(downweighted(corrected(problem, known, coefficients), downweight), None, found, found)
+
+
+def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> PosteriorMode:
+    gram, nothing = view.gram(unknowns), np.zeros(0)
+    normal = arrowhead(unknowns, place, gram)
+    enough = max(SETTLED, COARSE * (normal.cost - number))
+    return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
+
+
+def _values(unknowns: Unknowns, problem: Problem, place: Place) -> np.ndarray:
+    return free_values(problem.layout, unknowns, unknowns.value(place.z), place.own)
+
+
+def noise_left(task: Task, found: WithInputErrors, seed: int = 0) -> np.ndarray:
+    """Share of the noise's rms that errors of inputs leave when they are fitted, ``(n_record, n_channel)``.
+
+    Parameters
+    ----------
+    task : Task
+    found : WithInputErrors
+    seed : int
+        Of the draws of noise.
+    """
+    random, weights = np.random.default_rng(seed), found.sensitivities.downweight
+    data, channels = task.problem.observations, task.problem.model.rig.channels
+    seen = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)
+    noise = np.zeros((DRAWS, *seen.shape))
+    for r, trace in enumerate(task.traces):
+        size, rate = len(trace.times), 1.0 / float(np.diff(trace.times).mean())
+        for c, channel in enumerate(channels):
+            for draw in noise:
+                wave = task.noise[channel].draw(2 * size, rate, random)[:size]
+                draw[r, c, :size] = wave / max(wave.std(), 1e-300)
+    flat = random.standard_normal((DRAWS, *found.sensitivities.rows.shape[:2]))
+    drawn = np.where(seen, noise, 0.0) * weights
+    rows = np.einsum("drw,rwn->rdn", flat, np.asarray(found.sensitivities.rows, dtype=float))
+    rows += np.moveaxis(drawn, 0, 1).reshape(rows.shape)
+    left = without_input_errors(found.sensitivities, rows)[0].reshape(len(weights), DRAWS, *weights.shape[1:])
+    counts = np.sum(np.where(seen, weights, 0.0) ** 2, axis=-1)
+    return np.sqrt(np.sum(left**2, axis=-1).mean(axis=1) / np.maximum(counts, 1e-300))

@@ -1,0 +1,71 @@
+"""Values and input errors found together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import equinox as eqx
+import numpy as np
+import pytest
+
+from fibrefit.fitting.search.with_input_errors import linearised_in_errors, noise_left, with_input_errors
+from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors, no_errors
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulation.model import Model
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
+
+STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
+TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
+
+
+def test_a_measured_drive_with_noise_leaves_neither_bias_nor_gap() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0], study.records[3])})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    layout, known = task.problem.layout, input_errors(task)
+    start = task.start.copy()
+    start[: len(TRUTH)] = [1.002 * TRUTH[slot.name] for slot, _ in layout.entries[: len(TRUTH)]]
+    found = with_input_errors(task, known, start)
+    samples = task.problem.n_measured
+    local = np.asarray(layout.local(found.values))
+    gap = np.sqrt(np.sum(np.asarray(found.problem.linearised_at(local).residuals) ** 2) / samples)
+    expected = np.sqrt(np.mean(noise_left(task, found) ** 2))
+    assert gap == pytest.approx(expected, rel=0.03)
+    assert expected < 1.0
+    for (slot, _), value in zip(layout.entries, found.values[: len(TRUTH)], strict=False):
+        assert value == pytest.approx(TRUTH[slot.name], rel=0.01)
+    assert 0.2 < error_rms(task.problem, known, found.coefficients)["drive"] / 1.05e-5 < 1.15
+    # As it was measured, the drive leaves more.
+    plain = np.asarray(task.problem.residuals(found.values))
+    assert np.sqrt(np.sum(plain**2) / samples) > 1.03 * gap
+
+
+def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[-1],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    known, start = input_errors(task), task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    first = linearised_in_errors(task.problem, known, start, no_errors(known)).raw
+    found = with_input_errors(task, known, start)
+    assert first is not None
+    # Its weight bounces: at first, parts of the motion are beyond what a linear step predicts.
+    assert np.mean(first.downweight < 0.5) > 0.02
+    assert np.mean(found.sensitivities.downweight < 0.5) < 0.5 * np.mean(first.downweight < 0.5)
+
+
+def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    start = task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    measured = task.problem.observations.measured
+    louder = {**measured, "force": 1.3 * measured["force"]}
+    lacking = replace(task, problem=eqx.tree_at(lambda p: p.observations.measured, task.problem, louder))
+    found = with_input_errors(lacking, input_errors(lacking), start)
+    assert not np.any(found.coefficients["drive"])
+    assert found.promised == 0.0
