@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from fibrefit.core.errors import did_you_mean
 from fibrefit.core.progress import Progress
 
 if TYPE_CHECKING:
-    from fibrefit.discovery.model.finding import Candidate
+    from fibrefit.study.summaries.discovery import Candidate
 
 STOP = ("s", "stop")
 JOINT = " + "
@@ -116,9 +115,9 @@ def _values(candidate: Candidate) -> str:
     from fibrefit.report.text import with_error
 
     said = []
-    for name, (value, error, unit) in candidate.parameters.items():
+    for name, one in candidate.parameters.items():
         if name.rpartition(".")[0] in candidate.effect.split(JOINT):
-            shown, spread, called = with_error(value, error if math.isfinite(error) else None, unit)
+            shown, spread, called = with_error(one.value, one.std_error, one.unit)
             said.append(" ".join(filter(None, [shown, spread and f"+/- {spread}", called if called != "-" else ""])))
     return ", ".join(said)
 

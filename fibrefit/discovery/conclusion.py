@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
-from fibrefit.discovery.model.finding import Finding, SeparatingExperiment, Unexplained
+from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
@@ -31,6 +31,7 @@ from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.catalogue import look_alikes
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.study.summaries.discovery import Separation, Unexplained, Verdict
 
 FINAL_STARTS = 3
 NEARBY = 1.01
@@ -97,9 +98,9 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         verdict=verdict,
         reason=" ".join([reason, *_taken_out(at, best)]),
         added=best.effects,
-        rounds=tuple(found for found in at.rounds if set(found.added.split(" + ")) & set(best.names)),
+        steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
-        unexplained=_left_over(search, kept, after, readings, complete),
+        unexplained=_left_over(search, kept, after, None if complete else readings, law and law[1]),
         before=before,
         after=after,
         held_out=parts.take("predictions of left-out records", predicted, ()) if added else (),
@@ -109,10 +110,9 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         detectable=parts.take("what would have been found", partial(detectable, search), ())
         if verdict == NOTHING
         else (),
-        partings=parts.take(
-            "records that tell rivals apart", partial(_partings, search, tuple(rivals.values())), (), 0.9
+        separated_by=parts.take(
+            "records that tell rivals apart", partial(_separated, search, tuple(rivals.values())), (), 0.9
         ),
-        curves=() if complete else drawn(readings, after, search.samples, law and law[1]),
         proposed_law=law and law[1],
         untried=untried,
     )
@@ -122,11 +122,11 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
 
 
-NOTHING = "nothing_missing"
+NOTHING: Verdict = "nothing_missing"
 NOT_ENDED = "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
 
 
-def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool) -> tuple[str, str]:
+def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool) -> tuple[Verdict, str]:
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
         said = [alarm.says for alarm in alarms] or [f"{described(readings[0])} gains {readings[0].gain:.3g} nats."]
@@ -137,11 +137,17 @@ def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading]
 
 
 def _left_over(
-    search: Search, kept: Hypothesis, after: Identification, readings: Sequence[Reading], complete: bool
+    search: Search, kept: Hypothesis, after: Identification, readings: Sequence[Reading] | None, law: ProposedLaw | None
 ) -> Unexplained:
-    if complete:
-        return Unexplained(total(after.gap) if kept.effects else search.gap(kept))
-    return Unexplained(total(after.gap), where.places(after), _looks_like(kept, search, after, readings))
+    """What no effect accounts for; `readings` of free curves is None where the model is complete."""
+    if readings is None:
+        return Unexplained(gap=total(after.gap) if kept.effects else search.gap(kept))
+    return Unexplained(
+        gap=total(after.gap),
+        where=where.places(after),
+        looks_like=_looks_like(kept, search, after, readings),
+        curves=drawn(readings, after, search.samples, law),
+    )
 
 
 def _left_out(at: Selection) -> tuple[str, ...]:
@@ -180,17 +186,17 @@ def _never_tried(search: Search, best: Weighed) -> list[tuple[str, str]]:
     return [(effect.name, other) for effect in best.effects for other in look_alikes(effect) if other not in tried]
 
 
-def _partings(search: Search, rivals: Sequence[Rivals]) -> tuple[SeparatingExperiment, ...]:
+def _separated(search: Search, rivals: Sequence[Rivals]) -> tuple[Separation, ...]:
     found = []
     for i, pair in enumerate(rivals):
         search.tell("looking for records that tell effects apart", i / len(rivals))
         found.append(separating_experiment(search, pair))
-    return tuple(parting for parting in found if parting is not None)
+    return tuple(record for record in found if record is not None)
 
 
 def _taken_out(at: Selection, best: Weighed) -> list[str]:
     """What is said of effects that were added and are not kept."""
-    added = [name for found in at.rounds for name in found.added.split(" + ")]
+    added = [name for step in at.steps for name in step.added]
     gone = [name for name in dict.fromkeys(added) if name not in best.names]
     if not gone or not best.effects:
         return []
@@ -202,12 +208,12 @@ def _taken_out(at: Selection, best: Weighed) -> list[str]:
 NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
 
 
-def _explained(best: Weighed) -> tuple[str, str]:
+def _explained(best: Weighed) -> tuple[Verdict, str]:
     """Verdict and reason where innovations are noise, and no curve explains more than what was named."""
     levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
     left = "noise" if not levels.any() else "noise, and base parameters that differ a little between records"
     return (
-        "named" if best.effects else "nothing_missing",
+        "named" if best.effects else NOTHING,
         f"What is left is {left}: no test of the innovations objects.",
     )
 

@@ -8,7 +8,7 @@ from functools import partial
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.forward_selection import Limits, forward_select
-from fibrefit.discovery.model.finding import Finding, Unexplained
+from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.search import Progress
 from fibrefit.discovery.search.setup import begun
 from fibrefit.effects.law import Effect
@@ -16,6 +16,7 @@ from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.discovery import Unexplained
 
 STARTS = 8
 
@@ -84,5 +85,5 @@ def _broken(before: Identification) -> str:
 
 
 def _not_trusted(before: Identification, reason: str, budget: Budget) -> Finding:
-    gap = total(before.gap)
-    return Finding("not_trusted", reason, (), (), (), Unexplained(gap), before, before, (), (), budget.used)
+    left = Unexplained(gap=total(before.gap))
+    return Finding("not_trusted", reason, (), (), (), left, before, before, (), (), budget.used)

@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.model.finding import Candidate, Round
+from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import ResidualSet, residual_set_at
@@ -25,6 +25,8 @@ from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
+from fibrefit.study.summaries.discovery import Candidate, Round
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 LISTED = 8
 """Candidates whose parameters are shown with errors."""
@@ -97,7 +99,7 @@ class Selection:
     ----------
     search : Search
     best : Weighed
-    rounds : tuple of Round
+    steps : tuple of TracedRound
     look : Comparison or None
         The last one.
     rivals : tuple of Rivals
@@ -108,7 +110,7 @@ class Selection:
 
     search: Search
     best: Weighed
-    rounds: tuple[Round, ...] = ()
+    steps: tuple[TracedRound, ...] = ()
     look: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
     cut_short: bool = False
@@ -142,7 +144,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     """A selection after one more look, and whether an effect was added."""
     if at.best.effects and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
-    look = looked(at.search, at.best, f"trying each effect, round {len(at.rounds) + 1}")
+    look = looked(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
     at = replace(at, search=look.search, look=look)
     chosen = _chosen(look, limits)
     alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
@@ -151,7 +153,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if chosen is None:
         return replace(at, best=look.parent), False
     found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
-    at = replace(at, best=chosen, look=look, rounds=(*at.rounds, found), rivals=(*at.rivals, *rivals))
+    at = replace(at, best=chosen, look=look, steps=(*at.steps, found), rivals=(*at.rivals, *rivals))
     if limits.choose is None:
         at = replace(at, best=pruned(at.search.scales, at.best))
     return at, True
@@ -329,7 +331,7 @@ def candidate(look: Comparison, one: Weighed) -> Candidate:
     added = [effect for effect in one.effects if effect not in look.parent.effects]
     shared, errors = one.shared, one.errors
     parameters = {
-        name: (shared[name], errors[name], parameter.unit)
+        name: ParameterSummary(value=shared[name], std_error=errors[name], unit=parameter.unit)
         for effect in one.effects
         for parameter in effect.parameters
         for name in [f"{effect.name}.{parameter.name}"]
@@ -342,15 +344,15 @@ def candidate(look: Comparison, one: Weighed) -> Candidate:
         for size, o in others
     ]
     return Candidate(
-        " + ".join(effect.name for effect in added) or "nothing",
-        look.search.gap(look.search.plain(one)),
-        look.gain(one),
-        parameters,
+        effect=" + ".join(effect.name for effect in added) or "nothing",
+        gap_after=look.search.gap(look.search.plain(one)),
+        evidence=look.gain(one),
+        parameters=parameters,
         false_alarm=false_alarm(look.gain(one), chances),
     )
 
 
-def _round(look: Comparison, before: Identification, chosen: Weighed) -> Round:
+def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedRound:
     parent, search = look.parent, look.search
     ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
@@ -360,8 +362,11 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> Round:
     sentence = f"{sentence}{_changes(parent, chosen)}".strip()
     left = before if not parent.effects else what_is_left(search, parent)
     left_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
-    told = f"{where.in_words(left)}. {sentence}"
-    return Round(added, *gaps, where.places(left), ranking, told, left.residuals, left_with)
+    told = Round(
+        added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(left), ranking=ranking,
+        sentence=f"{where.in_words(left)}. {sentence}",
+    )  # fmt: skip
+    return TracedRound(told, left.residuals, left_with)
 
 
 def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:

@@ -16,9 +16,10 @@ from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
 REPORTS: dict[type[Part], Callable[[Any], str]] = {

@@ -11,7 +11,8 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.files import summary_of
-from fibrefit.study.summaries.summaries import Part, Provenance
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import Provenance
 
 NAME = "summary.json"
 

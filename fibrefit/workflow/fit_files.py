@@ -7,11 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
-from fibrefit.problem.estimate.population import Between
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
@@ -45,20 +43,17 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         rig=study.kind,
         parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
         gap=gap_summary(found.gap, found.balance),
-        expected_gap=finite(found.expected_gap),
-        input_errors={
-            name: InputErrorSummary(rms=error.rms, noise=error.noise, unit=error.unit)
-            for name, error in found.input_errors.items()
-        },
+        expected_gap=found.expected_gap,
+        input_errors={name: InputErrorSummary.of(error) for name, error in found.input_errors.items()},
         records={record.name: _record_summary(record, found) for record in records},
-        between_records={name: between_summary(one) for name, one in found.between.items()},
-        checks=tuple(map(check_summary, found.checks)),
+        between_records={name: BetweenRecordsSummary.of(one) for name, one in found.between.items()},
+        checks=tuple(map(CheckSummary.of, found.checks)),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
         estimator=found.estimator,
         estimator_says=found.estimator_says,
         error_method=found.method,
-        error_inflation=finite(found.inflation),
+        error_inflation=found.inflation,
         correlations=strong_correlations(found),
         statistics=statistics(found),
         findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
@@ -94,57 +89,16 @@ def statistics(found: Identification) -> StatisticsSummary | None:
     return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
 
 
-def between_summary(between: Between) -> BetweenRecordsSummary:
-    """Differences between records as `summary.json` has them."""
-    return BetweenRecordsSummary(sd=between.sd, interval_95=between.interval_95, agree=between.agree)
-
-
-def check_summary(check: Check) -> CheckSummary:
-    """A check as `summary.json` has it."""
-    return CheckSummary(
-        name=check.name,
-        passed=check.passed,
-        says=check.says,
-        statistic=finite(check.statistic),
-        threshold=finite(check.threshold),
-        unit=check.unit,
-        fatal=check.fatal,
-        identifier=check.identifier,
-        quantity=check.quantity,
-        about=check.about,
-    )
-
-
 def parameter_summary(estimate: Estimate) -> ParameterSummary:
-    """An estimate as `summary.json` has it."""
-    known = estimate.free and math.isfinite(estimate.std_error)
-    return ParameterSummary(
-        value=estimate.value,
-        std_error=estimate.std_error if known else None,
-        interval_95=estimate.interval_95 if known else None,
-        unit=estimate.unit,
-        free=estimate.free,
-        at_bound=estimate.at_bound,
-        std_errors={method: finite(error) for method, error in estimate.std_errors.items()},
-        interval_kind=estimate.interval_kind,
-        plain_value=finite(estimate.plain_value),
-        plain_error=finite(estimate.plain_error),
-    )
+    """An estimate as `summary.json` has it; without an interval where the error is not known."""
+    told = ParameterSummary.of(estimate)
+    return told if told.std_error is not None else told.model_copy(update={"interval_95": None})
 
 
 def gap_summary(gap: Gap, force: result.ChannelGap | None = None) -> GapSummary:
     """A gap as `summary.json` has it; `force` is that of a force that drives the rig, of which no noise is known."""
-    channels = {
-        name: ChannelGap(
-            rms=channel.rms,
-            unit=channel.unit,
-            noise=finite(channel.noise),
-            ratio=finite(channel.ratio),
-            explained=finite(channel.explained),
-        )
-        for name, channel in (({} if force is None else {"force": force}) | dict(gap)).items()
-    }
-    return GapSummary(total=total(gap), **channels)
+    channels = {} if force is None else {"force": force}
+    return GapSummary(total=total(gap), **{name: ChannelGap.of(one) for name, one in (channels | dict(gap)).items()})
 
 
 def starts_summary(starts: Starts) -> StartsSummary:
@@ -241,8 +195,3 @@ def _record_summary(record: Record, found: Identification) -> RecordSummary:
     return RecordSummary(
         gap=gap_summary(found.record_gaps[record.name]), parameters=own, samples=len(record.time), masked=masked
     )
-
-
-def finite(value: float | None) -> float | None:
-    """The number, or None where JSON has none."""
-    return None if value is None or not math.isfinite(value) else float(value)

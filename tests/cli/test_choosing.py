@@ -8,20 +8,24 @@ import pytest
 
 from fibrefit.cli.choosing import asked, distinct, listed_steps
 from fibrefit.cli.terminal import Terminal
-from fibrefit.discovery.model.finding import Candidate
+from fibrefit.study.summaries.discovery import Candidate
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 VISCOUS, DRAG, DELAY = "guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay"
 VALUES = {
-    "fibre.hardening.hardening": (20.0, 0.1, "1/m"),
-    f"{VISCOUS}.viscous_coefficient": (1.7651, 0.014, "N s/m"),
-    f"{VISCOUS}.shape": (0.5, float("inf"), "-"),
+    name: ParameterSummary(value=value, std_error=error, unit=unit)
+    for name, value, error, unit in (
+        ("fibre.hardening.hardening", 20.0, 0.1, "1/m"),
+        (f"{VISCOUS}.viscous_coefficient", 1.7651, 0.014, "N s/m"),
+        (f"{VISCOUS}.shape", 0.5, float("inf"), "-"),
+    )
 }
 FIRST = [
-    Candidate(name, 1.0 + i, 1000.0 - i, VALUES if name == VISCOUS else {})
+    Candidate(effect=name, gap_after=1.0 + i, evidence=1000.0 - i, parameters=VALUES if name == VISCOUS else {})
     for i, name in enumerate((VISCOUS, DRAG, DELAY))
 ]
 PAIRS = [
-    Candidate(" + ".join(names), 1.0 + i, 900.0 - i, {})
+    Candidate(effect=" + ".join(names), gap_after=1.0 + i, evidence=900.0 - i, parameters={})
     for i, names in enumerate(((VISCOUS, DELAY), (DRAG, DELAY), (VISCOUS, DRAG), (DRAG, "fibre.hardening")))
 ]
 

@@ -9,20 +9,22 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
 from fibrefit.discovery.engine.supermodel import supermodel_of
-from fibrefit.discovery.model.finding import Candidate, Finding, FreeCurve, HeldOut, Place, Round, Unexplained
+from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import ChannelGap, Estimate, Identification, PlainEstimate, Starts
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.discovery import Candidate, FreeCurve, HeldOut, Place, Round, Unexplained
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 RELEASE = 0.12
 BASE = {"stiffness": 2.2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1.5e-4, "release": RELEASE}
 VISCOUS = CATALOGUE["guide.viscous_friction"]
 GAP = "the gap is noise"
 WHERE = (
-    Place("drop_20mm_45deg.csv", "position", "slack", 0.19, 0.62, 0.31),
-    Place("drop_10mm_90deg.csv", "force", "taut, loading", 0.35, 0.41, 0.22),
+    Place(record="drop_20mm_45deg.csv", channel="position", phase="slack", from_s=0.19, to_s=0.62, share=0.31),
+    Place(record="drop_10mm_90deg.csv", channel="force", phase="taut, loading", from_s=0.35, to_s=0.41, share=0.22),
 )
 
 
@@ -95,11 +97,11 @@ def _estimate(name: str, unit: str, record: str | None, value: float) -> Estimat
 def candidate(effect: str, gap: float, error: float = 0.1) -> Candidate:
     """One that was tried; infinite errors where the records see nothing."""
     values = {
-        f"{name}.{p.name}": (p.typical, error, p.unit)
+        f"{name}.{p.name}": ParameterSummary(value=p.typical, std_error=error, unit=p.unit)
         for name in effect.split(" + ")
         for p in CATALOGUE[name].parameters
     }
-    return Candidate(effect, gap, 1000.0 * (4.0 - gap), values)
+    return Candidate(effect=effect, gap_after=gap, evidence=1000.0 * (4.0 - gap), parameters=values)
 
 
 def curve(says: str, gap: float, unit: str = "m", acts: bool = False) -> FreeCurve:
@@ -109,13 +111,26 @@ def curve(says: str, gap: float, unit: str = "m", acts: bool = False) -> FreeCur
     seconds = np.where(knots > -0.015, 0.2, 0.0)
     errors = np.where(seconds > 0.0, 0.1, np.inf)
     end = (float(knots[32]), float(knots[-1])) if acts else None
-    return FreeCurve("position", says, unit, "N", knots, heights, errors, seconds, end, gap, 3e3 * gap**2)
+    return FreeCurve(
+        variable="position",
+        says=says,
+        unit=unit,
+        knots=tuple(knots.tolist()),
+        heights=tuple(heights.tolist()),
+        std_errors=tuple(errors.tolist()),
+        seconds=tuple(seconds.tolist()),
+        acts=end,
+        gap_after=gap,
+        cost=3e3 * gap**2,
+    )
 
 
 CURVES = (
     curve("a friction in the guide that depends on the position of the weight", 1.01, acts=True),
     curve("a force on the weight that depends on its position", 1.31),
-    replace(curve("an error of the displacement gauge that depends on the position", 2.2), height_unit="m"),
+    curve("an error of the displacement gauge that depends on the position", 2.2).model_copy(
+        update={"height_unit": "m"}
+    ),
     curve("a friction in the guide that depends on the speed of the weight", 3.2, "m/s"),
 )
 
@@ -136,12 +151,21 @@ def named(task: Task) -> Finding:
         verdict="named",
         reason="What is left is noise.",
         added=(VISCOUS,),
-        rounds=(Round(VISCOUS.name, 3.6, 1.0, WHERE, ranking, sentence),),
+        steps=(
+            TracedRound(
+                Round(
+                    added=VISCOUS.name, gap_before=3.6, gap_after=1.0, where=WHERE, ranking=ranking, sentence=sentence
+                )
+            ),
+        ),
         cannot_tell_apart=((VISCOUS.name, "guide.quadratic_drag"),),
-        unexplained=Unexplained(1.0),
+        unexplained=Unexplained(gap=1.0),
         before=identified(task, wrong=5.0),
         after=identified(task, (VISCOUS,)),
-        held_out=(HeldOut("drop_10mm_90deg.csv", 6.8, 1.02), HeldOut("drop_20mm_45deg.csv", 7.0, 1.31)),
+        held_out=(
+            HeldOut(record="drop_10mm_90deg.csv", gap_before=6.8, gap_after=1.02),
+            HeldOut(record="drop_20mm_45deg.csv", gap_before=7.0, gap_after=1.31),
+        ),
         ranking=ranking,
         seconds=130.0,
     )
@@ -152,8 +176,9 @@ def unexplained(task: Task) -> Finding:
     before = identified(task, wrong=5.0)
     looks = "a friction in the guide that depends on the position of the weight, between -0.5 and 2.4 N"
     return replace(
-        named(task), verdict="unexplained", reason="A gap is left.", added=(), rounds=(), cannot_tell_apart=(),
-        unexplained=Unexplained(3.6, WHERE, looks), before=before, after=before, held_out=(), curves=CURVES,
+        named(task), verdict="unexplained", reason="A gap is left.", added=(), steps=(), cannot_tell_apart=(),
+        unexplained=Unexplained(gap=3.6, where=WHERE, looks_like=looks, curves=CURVES),
+        before=before, after=before, held_out=(),
     )  # fmt: skip
 
 
@@ -161,21 +186,26 @@ def nothing_missing(task: Task) -> Finding:
     """The first model was right."""
     before = identified(task)
     reason = "The model explains the records down to their noise."
-    left = Unexplained(1.0)
+    left = Unexplained(gap=1.0)
     return replace(
-        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before,
-        curves=(),
-    )  # fmt: skip
+        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before
+    )
 
 
 def not_trusted(task: Task) -> Finding:
     """The first fit failed, so that nothing was searched for."""
     before = identified(task, wrong=5.0, fatal=True)
     reason = "The best simulation is not finite."
-    found = replace(
-        unexplained(task), verdict="not_trusted", reason=reason, unexplained=Unexplained(3.6), ranking=(), curves=()
+    left = Unexplained(gap=3.6)
+    return replace(
+        unexplained(task),
+        verdict="not_trusted",
+        reason=reason,
+        unexplained=left,
+        ranking=(),
+        before=before,
+        after=before,
     )
-    return replace(found, before=before, after=before)
 
 
 FINDINGS = {"named": named, "unexplained": unexplained, "nothing_missing": nothing_missing, "not_trusted": not_trusted}

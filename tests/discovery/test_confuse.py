@@ -15,7 +15,7 @@ import fibrefit
 from fibrefit.discovery.design.distinguish import _driven, best_split, detectable
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
-from fibrefit.discovery.model.finding import Choice, Split
+from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.effects.catalogue import CATALOGUE
@@ -51,7 +51,7 @@ def test_effects_of_the_model_are_not_listed_and_what_is_left_hides_weak_ones(
     found = confuse_study(study, only=(slanted, "guide.quadratic_drag"))
     assert [one.effect for one in found.confusion.directions] == [slanted, "guide.quadratic_drag"]
     assert bool(found.told()["remarks"]) == louder
-    weakest = found.confusion.directions[0].detectable
+    weakest = found.confusion.directions[0].smallest_detectable
     assert weakest > 0.02 if louder else weakest < 0.005
 
 
@@ -80,7 +80,7 @@ def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Searc
     column = frame.names.index(name)
     # Readings of a model with that friction, without noise: what the base model leaves of them is what it gains.
     made = laid.base.fit.local.copy()
-    made[:, column] = found[0].detectable
+    made[:, column] = found[0].smallest_detectable
     quiet = read_from(frame.problem, frame.problem.layout.pack(dict(zip(frame.names, made.T, strict=True))))
     without = laid.scales.yardstick.on(replace(frame, task=replace(frame.task, problem=quiet)))
     left = refit(without, context.subset(()), laid.base.fit.local, context.whole, enough=1e-9).cost
@@ -97,14 +97,14 @@ def test_a_gate_is_what_a_name_takes() -> None:
 
 def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None:
     viscous, drag = laid.effects[:2]
-    split = best_split(laid, (viscous, drag))
-    assert split is not None
-    assert split.pair == (viscous.name, drag.name)
-    assert split.after < split.before <= 1.0
+    found = best_split(laid, (viscous, drag))
+    assert found is not None
+    assert found.pair == (viscous.name, drag.name)
+    assert found.cosine_after < found.cosine_before <= 1.0
     # Slow and fast motion together separate a friction that is linear in speed from one that is not.
     stated = np.asarray(laid.task.problem.observations.experiment.conditions["inclination"])
-    assert split.choice.conditions["inclination"] == 0.5 * stated.min()
-    assert split.says.startswith(f"To tell {viscous.name} from {drag.name}, the best further record is one like")
+    assert found.conditions["inclination"] == 0.5 * stated.min()
+    assert found.says.startswith(f"To tell {viscous.name} from {drag.name}, the best further record is one like")
 
 
 def test_an_input_run_faster_and_farther() -> None:
@@ -123,8 +123,8 @@ def test_an_input_run_faster_and_farther() -> None:
 
 
 def test_a_record_of_a_menu_is_said_in_words() -> None:
-    split = Split(("a", "b"), Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5), "one.csv", 0.99, 0.98)
-    assert split.says == (
+    parted = split(("a", "b"), Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5), "one.csv", 0.99, 0.98)
+    assert parted.says == (
         "To tell a from b, the best further record is one like one.csv with inclination 30 deg, its input run twice as "
         "fast, its input run half as far: their likeness falls from 0.990 to 0.980. That is little: it takes another "
         "kind of test."

@@ -16,12 +16,10 @@ from fibrefit.plots.quantities import readable_unit
 from fibrefit.plots.states import _unit
 from fibrefit.plots.style import FINAL, caption_of
 from fibrefit.problem.task import Task
-from fibrefit.workflow.discovery.files import _curve
 from fibrefit.workflow.pages.drawn_groups import motion_group
 from tests.discovery.made import CURVES, FINDINGS, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search
 
-SAVED = tuple(map(_curve, CURVES))
 RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 
 
@@ -45,7 +43,7 @@ def test_before_and_after_share_their_axes(task: Task) -> None:
 
 def test_a_round_has_its_candidates(task: Task) -> None:
     finding = named(task)
-    figures = drawn_search(replace(finding, rounds=finding.rounds * 2))
+    figures = drawn_search(replace(finding, steps=finding.steps * 2))
     assert {"candidates", "candidates 2"} <= set(figures)
     bars = figures["candidates"].axes[0].patches
     assert len(bars) == len(finding.ranking)
@@ -55,7 +53,7 @@ def test_a_round_has_its_candidates(task: Task) -> None:
 
 def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
     finding = named(task)
-    held = tuple(replace(one, gap_before=60.0) for one in finding.held_out)
+    held = tuple(one.model_copy(update={"gap_before": 60.0}) for one in finding.held_out)
     axes = drawn_search(replace(finding, held_out=held))["gap"].axes
     assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
 
@@ -69,7 +67,7 @@ def test_averages_leave_out_what_is_missing() -> None:
 
 
 def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supported() -> None:
-    figure = curve_figure(SAVED)
+    figure = curve_figure(CURVES)
     figure.canvas.draw()
     best, stays, *others = figure.axes
     assert best.get_legend_handles_labels()[1] == ["where it acts", "95 % band", "height at a knot"]
@@ -77,7 +75,7 @@ def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supporte
     assert (stays.get_xlabel(), stays.get_ylabel()) == ("position / mm", "time / s")
     (line,) = (line for line in best.lines if line.get_label() == "height at a knot")
     np.testing.assert_allclose(line.get_ydata(), CURVES[0].heights)
-    assert [bar.get_height() for bar in stays.patches] == CURVES[0].seconds.tolist()
+    assert [bar.get_height() for bar in stays.patches] == list(CURVES[0].seconds)
     assert len(others) == len(CURVES) - 1
     assert others[1].get_ylabel() == "height / mm"
     assert others[2].get_xlabel() == "position / (mm/s)"
@@ -86,14 +84,17 @@ def test_the_best_curve_is_large_and_says_where_it_acts_and_where_it_is_supporte
 
 
 def test_where_nothing_was_seen_the_band_does_not_set_the_scale() -> None:
-    axes = curve_figure(SAVED[:1]).axes[0]
+    axes = curve_figure(CURVES[:1]).axes[0]
     assert np.isfinite(axes.get_ylim()).all()
-    assert axes.get_ylim()[1] < 1.7 * CURVES[0].heights.max()
+    assert axes.get_ylim()[1] < 1.7 * max(CURVES[0].heights)
 
 
 def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
-    blind = replace(CURVES[0], heights=np.zeros(40), errors=np.full(40, np.inf), seconds=np.zeros(40), acts=None)
-    curve_figure((_curve(blind), _curve(blind))).canvas.draw()
+    nothing = (0.0,) * 40
+    blind = CURVES[0].model_copy(
+        update={"heights": nothing, "std_errors": (None,) * 40, "seconds": nothing, "acts": None}
+    )
+    curve_figure((blind, blind)).canvas.draw()
 
 
 def with_stretch(found: Identification) -> Identification:
@@ -164,8 +165,8 @@ def test_every_figure_of_a_search_has_a_caption(task: Task) -> None:
 def test_the_residuals_of_the_rounds_are_saved(task: Task) -> None:
     finding = named(task)
     left = finding.before.residuals
-    found = replace(finding.rounds[0], left=left, left_with=(finding.after.residuals, left))
-    groups = saved_search(replace(finding, rounds=(found,)))[1]["rounds"]
+    found = replace(finding.steps[0], left=left, left_with=(finding.after.residuals, left))
+    groups = saved_search(replace(finding, steps=(found,)))[1]["rounds"]
     np.testing.assert_allclose(groups["left"].values[0], left, atol=6e-4)
-    assert groups["effect"].values.tolist() == [one.effect for one in finding.rounds[0].ranking[:2]]
+    assert groups["effect"].values.tolist() == [one.effect for one in found.told.ranking[:2]]
     assert saved_search(finding)[1]["rounds"] == {}

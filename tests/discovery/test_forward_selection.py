@@ -99,7 +99,7 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
     assert (made.search.gap(made.search.base) > NEARLY) == far
     found = selected(made)
     assert found.best.names == (VISCOUS.name,)
-    (first,) = found.rounds
+    (first,) = (step.told for step in found.steps)
     assert first.added == VISCOUS.name
     assert first.ranking[0].evidence > NAMED
     assert first.ranking[0].false_alarm < 1e-3
@@ -117,7 +117,7 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
 def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], scatter: float) -> None:
     """The negative control, with records that agree and with records that differ by a percent."""
     found = selected(case(0.0, scatter))
-    assert (found.best.names, found.rounds, found.rivals) == ((), (), ())
+    assert (found.best.names, found.steps, found.rivals) == ((), (), ())
     assert found.look is not None
     assert all(one.evidence <= NAMED for one in candidates(found.look))
     assert max(one.false_alarm for one in candidates(found.look)) > 0.01

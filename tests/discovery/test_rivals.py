@@ -10,7 +10,7 @@ import pytest
 from fibrefit.discovery.design import rivals as module
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis
-from fibrefit.discovery.model.finding import Choice, SeparatingExperiment
+from fibrefit.discovery.model.finding import Choice, separating
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.effects.catalogue import CATALOGUE
@@ -43,13 +43,13 @@ def test_rivals_part_where_the_weight_is_fast(search: Search) -> None:
     found = separating_experiment(search, Rivals((VISCOUS.name, DRAG.name), models))
     assert found is not None
     assert found.pair == (VISCOUS.name, DRAG.name)
-    assert found.choice.conditions["lift"] == 0.04
-    assert found.after > 1.5 * found.before > 0.0
+    assert found.conditions["lift"] == 0.04
+    assert found.apart_after > 1.5 * found.apart_before > 0.0
     # The same two, each the other's rival, are as far apart.
     back = separating_experiment(search, Rivals((DRAG.name, VISCOUS.name), models[::-1]))
     assert back is not None
-    assert back.choice == found.choice
-    assert back.after == pytest.approx(found.after, rel=0.1)
+    assert back.conditions == found.conditions
+    assert back.apart_after == pytest.approx(found.apart_after, rel=0.1)
 
 
 def test_another_zero_parts_nothing(search: Search) -> None:
@@ -57,8 +57,8 @@ def test_another_zero_parts_nothing(search: Search) -> None:
     models = model(search, VISCOUS, COEFFICIENT, 1.0), model(search, VISCOUS, COEFFICIENT, 1.0, **{own: 3e-5})
     found = separating_experiment(search, Rivals(("a", "b"), models))
     assert found is not None
-    assert found.before < 0.01
-    assert found.after < 0.01
+    assert found.apart_before < 0.01
+    assert found.apart_after < 0.01
 
 
 def test_a_rig_without_a_menu_has_no_further_record(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,12 +75,12 @@ def test_what_cannot_be_simulated_is_not_proposed(
     monkeypatch.setattr(module, "_apart", apart)
     found = separating_experiment(search, Rivals(("a", "b"), (search.base, search.base)))
     assert (found is not None) == proposed
-    assert found is None or np.isfinite([found.before, found.after]).all()
+    assert found is None or np.isfinite([found.apart_before, found.apart_after]).all()
 
 
 @pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])
 def test_a_parting_is_said_in_words(after: float, help: str) -> None:
-    parting = SeparatingExperiment(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
+    parting = separating(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
     assert parting.says == (
         "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
         f"fast: there they predict readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import SI, Reading, acting, in_motion, shape_of
-from fibrefit.discovery.model.finding import FreeCurve
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
+from fibrefit.study.summaries.discovery import FreeCurve
 
 
 def drawn(
@@ -30,8 +29,13 @@ def drawn(
     """
     stays = in_motion(found)
     curves = [_curve(reading, *stays[reading.probe.variable], samples) for reading in readings]
-    over = [law.heights if law is not None and reading.probe.name == law.probe else None for reading in readings]
-    return tuple(replace(curve, law=heights) for curve, heights in zip(curves, over, strict=True))
+    if law is None:
+        return tuple(curves)
+    over = {"law": tuple(law.heights.tolist())}
+    return tuple(
+        curve.model_copy(update=over) if reading.probe.name == law.probe else curve
+        for reading, curve in zip(readings, curves, strict=True)
+    )
 
 
 def _curve(reading: Reading, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:
@@ -43,10 +47,10 @@ def _curve(reading: Reading, values: np.ndarray, stays: np.ndarray, samples: flo
         says=probe.says,
         unit=SI[probe.variable],
         height_unit=probe.unit,
-        knots=knots,
-        heights=shape,
-        errors=reading.errors,
-        seconds=np.bincount(np.clip(places, 0, len(knots) - 1), stays, len(knots)),
+        knots=tuple(knots.tolist()),
+        heights=tuple(shape.tolist()),
+        std_errors=tuple(reading.errors.tolist()),
+        seconds=tuple(np.bincount(np.clip(places, 0, len(knots) - 1), stays, len(knots)).tolist()),
         acts=None if acts is None else (float(knots[acts[0]]), float(knots[acts[1]])),
         gap_after=float(np.sqrt(reading.hypothesis.fit.cost / samples)),
         cost=reading.hypothesis.fit.cost - 2.0 * reading.gain,

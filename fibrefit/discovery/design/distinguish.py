@@ -22,12 +22,13 @@ from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_va
 from fibrefit.discovery.engine.refit import STEP
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import gate
-from fibrefit.discovery.model.finding import Choice, Direction, Split
+from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
 from fibrefit.simulation.inputs import Signals
+from fibrefit.study.summaries.discovery import Detectable, Separation
 
 INSEPARABLE = 0.98
 """Cosine beyond which two effects change the records in the same way."""
@@ -45,18 +46,18 @@ class Confusion:
 
     Parameters
     ----------
-    directions : tuple of Direction
+    directions : tuple of Detectable
     cosine : (n_effect, n_effect)
         Of the changes two effects make beyond what base parameters can imitate, without sign; 1 is inseparable.
     """
 
-    directions: tuple[Direction, ...]
+    directions: tuple[Detectable, ...]
     cosine: np.ndarray
 
     @property
     def invisible(self) -> tuple[str, ...]:
         """Effects these records cannot show."""
-        return tuple(d.effect for d in self.directions if not np.isfinite(d.detectable))
+        return tuple(d.effect for d in self.directions if d.smallest_detectable is None)
 
     def pairs(self, beyond: float = INSEPARABLE) -> tuple[tuple[str, str, float], ...]:
         """Pairs whose cosine is beyond a limit, the most alike first."""
@@ -110,11 +111,19 @@ def confusion(
     for i, (name, parameter) in enumerate(strengths):
         size = max(used[i] * least[i], floor[i]) if visible[i] else np.inf
         strength = (1.0 / size if np.isfinite(size) else np.inf) if parameter.reciprocal else size
-        directions.append(Direction(name, parameter.name, parameter.unit, float(strength), float(unique[i])))
+        directions.append(
+            Detectable(
+                effect=name,
+                parameter=parameter.name,
+                unit=parameter.unit,
+                smallest_detectable=float(strength),
+                unique=float(unique[i]),
+            )
+        )
     return Confusion(tuple(directions), cosine)
 
 
-def detectable(search: Search) -> tuple[Direction, ...]:
+def detectable(search: Search) -> tuple[Detectable, ...]:
     """Smallest strength of each effect that a search with nothing to find would have found, in its frames.
 
     An effect without a frame was not tried, as there was nothing left for it to explain.
@@ -123,7 +132,7 @@ def detectable(search: Search) -> tuple[Direction, ...]:
     ----------
     search : Search
     """
-    found: dict[str, Direction] = {}
+    found: dict[str, Detectable] = {}
     for plain in search.frames:
         frame = search.scales.yardstick.on(plain)
         effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
@@ -155,7 +164,7 @@ def menu_of(task: Task) -> list[Choice]:
     return menu
 
 
-def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
+def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | None:
     """The record of the menu that splits a pair of effects best; None where the rig has no menu.
 
     Inputs count as known: what they would be measured like is not known beforehand.
@@ -180,7 +189,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Split | None:
     after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
-    return Split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
+    return split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
 
 
 def menu_grams(

@@ -18,10 +18,11 @@ import numpy as np
 from fibrefit.discovery.design.distinguish import menu_of, records_of
 from fibrefit.discovery.engine.candidates import Hypothesis, alone
 from fibrefit.discovery.engine.refit import STEP
-from fibrefit.discovery.model.finding import Choice, SeparatingExperiment
+from fibrefit.discovery.model.finding import Choice, separating
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.discovery import Separation
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Rivals:
     models: tuple[Hypothesis, Hypothesis]
 
 
-def separating_experiment(search: Search, rivals: Rivals) -> SeparatingExperiment | None:
+def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
     """The record of the menu on which two explanations differ most; None where the rig has no menu.
 
     Each keeps the values it was found with but for a record's own zero and start. Inputs count as known.
@@ -59,7 +60,7 @@ def separating_experiment(search: Search, rivals: Rivals) -> SeparatingExperimen
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return None
     best = int(np.nanargmax(after))
-    return SeparatingExperiment(
+    return separating(
         rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best])
     )
 

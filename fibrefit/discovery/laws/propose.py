@@ -20,9 +20,10 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
-from fibrefit.discovery.model.law import ProposedLaw, Runner
+from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.search import Search
+from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
 
 CURVES = 3
 """Free curves that laws are looked for in, the best ones."""
@@ -104,22 +105,28 @@ def _told(
     units = {name: best.frame.declared[name].unit for name in names}
     rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps)))) if gaps else float("nan")  # noqa: E731
     return ProposedLaw(
-        name=law.name,
-        title=law.title,
+        ProposedLawSummary(
+            effect=f"{LAWS}/{law.file}:{law.title}",
+            says=law.says,
+            port=law.name.partition(".")[0],
+            variable=law.probe.variable,
+            form=law.fitted.form.name,
+            expression=law.fitted.form.law,
+            parameters=tuple(
+                LawParameter(name=name.rpartition(".")[2], value=shared[name], std_error=errors[name], unit=units[name])
+                for name in names
+            ),
+            evidence=best.log - parent.log - PRICE_OF_LOOKS,
+            gap_before=search.gap(before),
+            gap_after=search.gap(kept),
+            gap_left_out_before=rms([held.gap_before for held in left_out]),
+            gap_left_out=rms([held.gap_after for held in left_out]),
+            runners_up=tuple(
+                OtherLaw(name=other.name, says=other.says, evidence=end.log - best.log) for end, other in ranked[1:]
+            ),
+        ),
         file=law.file,
-        says=law.says,
-        port=law.name.partition(".")[0],
-        variable=law.probe.variable,
-        form=law.fitted.form.name,
-        expression=law.fitted.form.law,
-        parameters={name: (shared[name], errors[name], units[name]) for name in names},
-        gain=best.log - parent.log - PRICE_OF_LOOKS,
-        gap_before=search.gap(before),
-        gap_after=search.gap(kept),
-        left_out_before=rms([held.gap_before for held in left_out]),
-        left_out_after=rms([held.gap_after for held in left_out]),
-        runners_up=tuple(Runner(other.name, other.says, end.log - best.log) for end, other in ranked[1:]),
-        heights=_heights(law, [shared[name] for name in names], knots),
-        probe=law.probe.name,
         source=law.source,
+        probe=law.probe.name,
+        heights=_heights(law, [shared[name] for name in names], knots),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,143 +11,39 @@ from fibrefit.core.units import format_quantity
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
-
-VERDICTS = ("nothing_missing", "named", "unexplained", "not_trusted")
-
-
-@dataclass(frozen=True)
-class Place:
-    """A stretch of a record in which model and measurement part.
-
-    Parameters
-    ----------
-    record, channel, phase : str
-    from_s, to_s : float, in s
-    share : float
-        Of the whole gap beyond noise, 0 to 1.
-    """
-
-    record: str
-    channel: str
-    phase: str
-    from_s: float
-    to_s: float
-    share: float
+from fibrefit.study.summaries.discovery import (
+    Candidate,
+    Detectable,
+    HeldOut,
+    Round,
+    Separation,
+    Unexplained,
+    Verdict,
+    Weight,
+)
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """An effect that was tried.
+class TracedRound:
+    """One round, and what the models in it leave.
 
     Parameters
     ----------
-    effect : str
-        Name; several joined by " + " where they were tried together.
-    gap_after : float
-    evidence : float
-        Natural logarithm of the Bayes factor against the model before the round.
-    parameters : dict of str to (value, standard error, unit)
-        Of the effect, in SI units.
-    gap_foreseen : float
-        Normalised residual RMS of all records, each predicted from the others; nan where that was not asked.
-    false_alarm : float
-        Probability that the best of all candidates reaches as much although nothing is missing.
-    """
-
-    effect: str
-    gap_after: float
-    evidence: float
-    parameters: Mapping[str, tuple[float, float, str]]
-    gap_foreseen: float = math.nan
-    false_alarm: float = math.nan
-
-
-@dataclass(frozen=True)
-class Round:
-    """One effect added.
-
-    Parameters
-    ----------
-    added : str
-    gap_before, gap_after : float
-    where : tuple of Place
-        Where the model before separating_experiment from the measurement.
-    ranking : tuple of Candidate
-        Best first.
-    sentence : str
+    told : Round
     left : (n_record, n_channel, n_time) or None
         Residuals of the model before, simulated minus measured, in units of the noise.
     left_with : tuple of (n_record, n_channel, n_time)
         The same with each of the first of the ranking.
     """
 
-    added: str
-    gap_before: float
-    gap_after: float
-    where: tuple[Place, ...]
-    ranking: tuple[Candidate, ...]
-    sentence: str
+    told: Round
     left: np.ndarray | None = None
     left_with: tuple[np.ndarray, ...] = ()
 
-
-@dataclass(frozen=True)
-class Unexplained:
-    """What no effect accounts for.
-
-    Parameters
-    ----------
-    gap : float
-    where : tuple of Place
-    looks_like : str
-        Empty where nothing is left.
-    """
-
-    gap: float
-    where: tuple[Place, ...] = ()
-    looks_like: str = ""
-
-
-@dataclass(frozen=True)
-class FreeCurve:
-    """What is missing, as an unknown curve of one state of the rig on the model that is kept.
-
-    Parameters
-    ----------
-    variable : str
-        What it depends on.
-    says : str
-        What it is, in words.
-    unit, height_unit : str
-        SI units of the variable and of the heights.
-    knots, heights : (n_knot,) in SI units
-        Heights without their median: what is the same everywhere, the model can do without the curve.
-    errors : (n_knot,) in SI units
-        Standard error of each height; of the shape, not of the level.
-    seconds : (n_knot,) in s
-        Time the simulated motion spends nearest to each knot.
-    acts : (float, float) or None
-        From where to where it acts, in SI units, where that is one end of its range.
-    gap_after : float
-        With the curve in the model.
-    cost : float
-        Sum of squared residuals over the noise, and what chance gives to so many knots.
-    law : (n_knot,) in SI units, or None
-        Heights of the law that was proposed in its place.
-    """
-
-    variable: str
-    says: str
-    unit: str
-    height_unit: str
-    knots: np.ndarray
-    heights: np.ndarray
-    errors: np.ndarray
-    seconds: np.ndarray
-    acts: tuple[float, float] | None
-    gap_after: float
-    cost: float
-    law: np.ndarray | None = None
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Names of the effects that were added in it."""
+        return tuple((self.told.added or "").split(" + "))
 
 
 SMALL = 0.05
@@ -157,77 +52,24 @@ SURE = 5.0
 """Standard errors from which an effect is called systematic."""
 
 
-@dataclass(frozen=True)
-class Weight:
-    """How much an added effect matters.
-
-    Parameters
-    ----------
-    effect : str
-    share_of_signal : float
-        What it explains over what was measured, both rms.
-    signal : str
-        What was measured: ``force`` where a force drives the rig, else ``readings``, each in units of its noise.
-    share_of_gap : float
-        Of the squared gap beyond noise, 0 to 1.
-    standard_errors : float
-        By which its strength differs from nothing.
-    """
-
-    effect: str
-    share_of_signal: float
-    signal: str
-    share_of_gap: float
-    standard_errors: float
-
-    @property
-    def says(self) -> str:
-        """All of it in a sentence."""
-        sure, small = self.standard_errors >= SURE, self.share_of_signal < SMALL
-        times = f"{self.standard_errors:.0f}" if sure else f"{self.standard_errors:.2g}"
-        found = f"{self.effect} makes up {100.0 * self.share_of_signal:.2g} % of the {self.signal} and accounts for "
-        found += f"{100.0 * self.share_of_gap:.0f} % of the gap"
-        if not sure:
-            return f"{found}, but its strength is only {times} times its standard error."
-        found += f"; its strength is {times} times its standard error"
-        return f"{found}: small but systematic." if small else f"{found}."
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """How a record is predicted by a model fitted to the others, only its own zero and start left to it.
-
-    Parameters
-    ----------
-    record : str
-    gap_before, gap_after : float
-        Of the model before the search and of the one after.
-    """
-
-    record: str
-    gap_before: float
-    gap_after: float
-
-
-@dataclass(frozen=True)
-class Direction:
-    """What one effect would do to the records.
-
-    Parameters
-    ----------
-    effect, parameter, unit : str
-    detectable : float
-        Smallest strength that would be found in these records, in `unit`; infinite if none would. For a parameter that
-        vanishes at infinity, the largest value.
-    unique : float
-        Share of the change that base parameters and nuisances cannot imitate, 0 to 1.
-    """
-
-    effect: str
-    parameter: str
-    unit: str
-    detectable: float
-    unique: float
+def weight_of(effect: str, of_signal: float, signal: str, of_gap: float, standard_errors: float) -> Weight:
+    """How much an added effect matters, as a `Weight` has it, with a sentence."""
+    sure, small = standard_errors >= SURE, of_signal < SMALL
+    times = f"{standard_errors:.0f}" if sure else f"{standard_errors:.2g}"
+    says = f"{effect} makes up {100.0 * of_signal:.2g} % of the {signal} and accounts for {100.0 * of_gap:.0f} % of "
+    if sure:
+        ending = ": small but systematic." if small else "."
+        says += f"the gap; its strength is {times} times its standard error{ending}"
+    else:
+        says += f"the gap, but its strength is only {times} times its standard error."
+    return Weight(
+        effect=effect,
+        share_of_signal=of_signal,
+        signal=signal,
+        share_of_gap=of_gap,
+        standard_errors=standard_errors,
+        says=says,
+    )
 
 
 @dataclass(frozen=True)
@@ -275,9 +117,21 @@ def said_of(choice: Choice, record: str) -> str:
     return f"A record like {record} with {changed}" if changed else f"{record} once more"
 
 
-@dataclass(frozen=True)
-class Further:
-    """The further record that best tells two effects apart.
+def _separation(pair: tuple[str, str], choice: Choice, record: str, says: str, **measures: float) -> Separation:
+    begin = f"To tell {pair[0]} from {pair[1]}, the best further record is one like {record} with {_changed(choice)}"
+    return Separation(
+        pair=pair,
+        record=record,
+        conditions=dict(choice.conditions),
+        pace=choice.pace,
+        size=choice.size,
+        **measures,
+        says=f"{begin}: {says}",
+    )
+
+
+def split(pair: tuple[str, str], choice: Choice, record: str, before: float, after: float) -> Separation:
+    """The further record by which two effects of unknown size become least alike.
 
     Parameters
     ----------
@@ -287,43 +141,29 @@ class Further:
     record : str
         The one of the study it is like.
     before, after : float
-        How far it tells them apart: without it, and with it.
+        Cosines of the sensitivities without it and with it.
     """
-
-    pair: tuple[str, str]
-    choice: Choice
-    record: str
-    before: float
-    after: float
-
-    @property
-    def _record(self) -> str:
-        says = f"To tell {self.pair[0]} from {self.pair[1]}, the best further record is one like {self.record} with "
-        return says + _changed(self.choice)
+    says = f"their likeness falls from {before:.3f} to {after:.3f}."
+    if after > LITTLE * before:
+        says += f" {NO_HELP}"
+    return _separation(pair, choice, record, says, cosine_before=before, cosine_after=after)
 
 
-class Split(Further):
-    """That by which two effects of unknown size become least alike: `before` and `after` are cosines."""
+def separating(pair: tuple[str, str], choice: Choice, record: str, before: float, after: float) -> Separation:
+    """The further record of which two explanations, with the values found, predict the most different things.
 
-    @property
-    def says(self) -> str:
-        """The record in a sentence."""
-        says = f"{self._record}: their likeness falls from {self.before:.3f} to {self.after:.3f}."
-        return f"{says} {NO_HELP}" if self.after > LITTLE * self.before else says
-
-
-class SeparatingExperiment(Further):
-    """That of which two explanations, with the values found, predict the most different things.
-
-    `before` and `after` are rms differences in units of the noise: the largest of a record at hand, and there.
+    Parameters
+    ----------
+    pair, choice, record
+        As for `split`.
+    before, after : float
+        Rms differences in units of the noise: the largest of a record at hand, and there.
     """
-
-    @property
-    def says(self) -> str:
-        """The record in a sentence."""
-        says = f"{self._record}: there they predict readings that differ by {self.after:.2g} times the noise (rms), "
-        says += f"{self.before:.2g} times in the records at hand."
-        return says if self.after > self.before / LITTLE else f"{says} {NO_HELP}"
+    says = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in the "
+    says += "records at hand."
+    if after <= before / LITTLE:
+        says += f" {NO_HELP}"
+    return _separation(pair, choice, record, says, apart_before=before, apart_after=after)
 
 
 @dataclass(frozen=True)
@@ -332,17 +172,17 @@ class Finding:
 
     Parameters
     ----------
-    verdict : str
-        One of `VERDICTS`.
+    verdict : Verdict
     reason : str
         Why, in words.
     added : tuple of Effect classes
-    rounds : tuple of Round
+    steps : tuple of TracedRound
     cannot_tell_apart : tuple of tuple of str
         Classes of effects that explain the records alike.
-    partings : tuple of SeparatingExperiment
+    separated_by : tuple of Separation
         The further records that would tell those apart, where records of the rig can be varied.
     unexplained : Unexplained
+        With what the gap looks like as free curves, best first.
     before, after : Identification
         Of the model before and after the search.
     held_out : tuple of HeldOut
@@ -351,11 +191,9 @@ class Finding:
     seconds : float
     weights : tuple of Weight
         Of what was added.
-    detectable : tuple of Direction
+    detectable : tuple of Detectable
         Smallest strength of each effect that would have been found, where nothing is missing; without those that were
         not tried, as there was nothing left for them.
-    curves : tuple of FreeCurve
-        What an unexplained gap looks like, best first.
     proposed_law : ProposedLaw or None
         What accounts for what is missing, where a law does better than any curve; `after` is with it.
     untried : tuple of str
@@ -364,10 +202,10 @@ class Finding:
         Other parts of the search that it did not suffice for, in words.
     """
 
-    verdict: str
+    verdict: Verdict
     reason: str
     added: tuple[type[Effect], ...]
-    rounds: tuple[Round, ...]
+    steps: tuple[TracedRound, ...]
     cannot_tell_apart: tuple[tuple[str, ...], ...]
     unexplained: Unexplained
     before: Identification
@@ -376,9 +214,8 @@ class Finding:
     ranking: tuple[Candidate, ...]
     seconds: float
     weights: tuple[Weight, ...] = ()
-    detectable: tuple[Direction, ...] = ()
-    partings: tuple[SeparatingExperiment, ...] = ()
-    curves: tuple[FreeCurve, ...] = ()
+    detectable: tuple[Detectable, ...] = ()
+    separated_by: tuple[Separation, ...] = ()
     proposed_law: ProposedLaw | None = None
     untried: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()

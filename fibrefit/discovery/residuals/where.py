@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
-from fibrefit.discovery.model.finding import Place
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import WINDOW, ResidualSet, Strand, strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
+from fibrefit.study.summaries.discovery import Place
 
 SPANS = (1, 4, 16)
 """Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""
@@ -54,7 +54,7 @@ def places(found: ResidualSet) -> tuple[Place, ...]:
     # The same whole as that of the phases, and never less than what is listed.
     whole = max(sum(_by_phase(pieces).values()), sum(max(excess, 0.0) for excess, *_ in listed)) or 1.0
     return tuple(
-        Place(record, channel, phase, start, stop, excess / whole)
+        Place(record=record, channel=channel, phase=phase, from_s=start, to_s=stop, share=excess / whole)
         for excess, record, channel, phase, start, stop in listed[:MOST]
     )
 

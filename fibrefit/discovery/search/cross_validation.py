@@ -8,8 +8,8 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis
 from fibrefit.discovery.engine.refit import Subset, refit
-from fibrefit.discovery.model.finding import HeldOut
 from fibrefit.discovery.search.search import Search
+from fibrefit.study.summaries.discovery import HeldOut
 
 STEPS = 15
 """Steps of a refit: the values without a record are near those with it."""
@@ -51,4 +51,4 @@ def held_out(search: Search, base: Hypothesis, best: Hypothesis) -> tuple[HeldOu
     if len(records) == 1:
         return ()
     gaps = zip(records, cv_residuals(search, base), cv_residuals(search, best), strict=True)
-    return tuple(HeldOut(record, float(before), float(after)) for record, before, after in gaps)
+    return tuple(HeldOut(record=name, gap_before=float(before), gap_after=float(after)) for name, before, after in gaps)

@@ -11,11 +11,12 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Hypothesis, alone, without
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.model.finding import Weight
+from fibrefit.discovery.model.finding import weight_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.inverse_dynamics import unexplained_share
+from fibrefit.study.summaries.discovery import Weight
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def weights(search: Search, best: Weighed, after: Identification) -> tuple[Weigh
         beyond = max(search.base.fit.cost - search.samples, other.gain, 1.0)
         share = float(np.clip(other.gain / beyond, 0.0, 1.0))
         distance = _distance(other.effect, values, errors)
-        found.append(Weight(other.effect.name, *_share_of_signal(search, kept, other), share, distance))
+        found.append(weight_of(other.effect.name, *_share_of_signal(search, kept, other), share, distance))
     return tuple(found)
 
 

@@ -11,7 +11,8 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.batch import VERDICTS, batch_report
 from fibrefit.report.page.blocks import Block, Items, Pictures, Result, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full, told_gap
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary, Part
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
 
 
 def told_batch(result: Result) -> Telling:

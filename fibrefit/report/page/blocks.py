@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.summaries import Part
+from fibrefit.study.summaries.part import Part
 
 
 class Illustration(NamedTuple):

@@ -9,7 +9,8 @@ from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, Table
 from fibrefit.report.text import parameter_row
-from fibrefit.study.summaries.summaries import CheckSummary, FitResultSummary, Gap, ParameterSummary, Part, Provenance
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import CheckSummary, FitResultSummary, Gap, ParameterSummary, Provenance
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 

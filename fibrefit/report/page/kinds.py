@@ -12,8 +12,9 @@ from fibrefit.report.page.posterior import told_posterior
 from fibrefit.report.page.prediction import told_prediction
 from fibrefit.report.page.sweep import told_plainly
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 
 KINDS: dict[type[Part], Callable[[Result], Telling]] = {
     FitSummary: told_fit,

@@ -18,7 +18,8 @@ from fibrefit.core.environment import versions
 from fibrefit.report.page.blocks import Result, Table, Telling
 from fibrefit.report.page.kinds import told_of
 from fibrefit.report.text import with_error
-from fibrefit.study.summaries.summaries import FitResultSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import FitResultSummary, PosteriorSummary
 
 ASSETS = Path(__file__).parent / "assets"
 TEMPLATE = "page.html.j2"

@@ -7,7 +7,8 @@ from typing import Literal
 from pydantic import Field
 
 from fibrefit.study.summaries.discovery import Detectable, Separation
-from fibrefit.study.summaries.summaries import Part, Provenance, Status
+from fibrefit.study.summaries.part import Known, Part
+from fibrefit.study.summaries.summaries import Provenance, Status
 
 
 class DistinguishSummary(Part):
@@ -40,12 +41,10 @@ class FurtherRecord(Part):
     minutes: float = Field(description="What it costs.")
     errors: dict[str, float] = Field(description="Factor on the standard error of each parameter.")
     limits: dict[str, float] = Field(description="Factor on the detection limit of each effect that shows at all.")
-    told_apart: float | None = Field(
+    told_apart: Known = Field(
         default=None, description="Probability that the rivals are told apart with it; null without rivals."
     )
-    nats: float | None = Field(
-        default=None, description="Expected logarithm of the likelihood ratio of the rivals with it."
-    )
+    nats: Known = Field(default=None, description="Expected logarithm of the likelihood ratio of the rivals with it.")
     says: str
 
 
@@ -59,7 +58,7 @@ class PlanSummary(Part):
     records: tuple[str, ...] = Field(description="Those at hand.")
     purpose: Literal["errors", "rivals", "power"] = Field(description="What the records are ranked by.")
     rivals: tuple[str, str] | None = None
-    told_apart_now: float | None = Field(default=None, description="The probability with the records at hand.")
+    told_apart_now: Known = Field(default=None, description="The probability with the records at hand.")
     further: tuple[FurtherRecord, ...]
     remarks: tuple[str, ...] = ()
     provenance: Provenance | None = None

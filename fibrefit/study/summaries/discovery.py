@@ -1,4 +1,4 @@
-"""``summary.json`` of a discovery."""
+"""What a search ends with, as it is found and as ``summary.json`` has it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary, Part, Status
+from fibrefit.study.summaries.part import Known, Part
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary, Status
 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 
@@ -28,11 +29,11 @@ class Candidate(Part):
     effect: str = Field(description='Its name; several, joined by " + ", where they were tried together.')
     gap_after: float
     evidence: float = Field(description="Natural logarithm of the Bayes factor against the model before the round.")
-    false_alarm: float | None = Field(
+    false_alarm: Known = Field(
         default=None,
         description="Probability that the best of all candidates reaches as much although nothing is missing.",
     )
-    gap_foreseen: float | None = Field(
+    gap_foreseen: Known = Field(
         default=None, description="Leave-one-record-out cross-validation: gap of all records; null where not asked for."
     )
     parameters: dict[str, ParameterSummary]
@@ -58,7 +59,7 @@ class FreeCurve(Part):
     knots: tuple[float, ...] = Field(description="Values of the variable, in `unit`; the curve is straight between.")
     heights: tuple[float, ...] = Field(description="At the knots, in `height_unit`, without their median.")
     height_unit: str = Field(default="N", description="SI unit of the heights.")
-    std_errors: tuple[float | None, ...] = Field(
+    std_errors: tuple[Known, ...] = Field(
         description="Of the heights, in `height_unit`, but for the level of the whole curve; null where not determined."
     )
     seconds: tuple[float, ...] = Field(default=(), description="Time the motion spends nearest to each knot, in s.")
@@ -66,6 +67,10 @@ class FreeCurve(Part):
         default=None, description="From where to where it acts, in `unit`, where that is one end of its range."
     )
     gap_after: float = Field(description="With the curve in the model.")
+    cost: Known = Field(
+        default=None,
+        description="Sum of squared residuals over the noise, and what chance gives to so many knots.",
+    )
     law: tuple[float, ...] | None = Field(default=None, description="Heights of the law proposed in its place.")
 
 
@@ -115,16 +120,16 @@ class Separation(Part):
     conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
-    cosine_before: float | None = Field(
+    cosine_before: Known = Field(
         default=None, description="|cosine| of the sensitivities of both effects without it; 1 is not separable."
     )
-    cosine_after: float | None = Field(default=None, description="The same with it.")
-    apart_before: float | None = Field(
+    cosine_after: Known = Field(default=None, description="The same with it.")
+    apart_before: Known = Field(
         default=None,
         description="RMS difference of the predictions of both with the values found, in units of the noise, in the "
         "record at hand where it is largest.",
     )
-    apart_after: float | None = Field(default=None, description="The same in the further record.")
+    apart_after: Known = Field(default=None, description="The same in the further record.")
     says: str
 
 
@@ -134,7 +139,7 @@ class Detectable(Part):
     effect: str
     parameter: str
     unit: str
-    smallest_detectable: float | None = Field(description="Detection limit; null where these records show none.")
+    smallest_detectable: Known = Field(description="Detection limit; null where these records show none.")
     unique: float = Field(description="Share of its change that base parameters cannot imitate, 0 to 1.")
 
 
@@ -143,7 +148,7 @@ class LawParameter(Part):
 
     name: str
     value: float
-    std_error: float | None = None
+    std_error: Known = None
     unit: str
 
 
@@ -168,8 +173,8 @@ class ProposedLawSummary(Part):
     evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
     gap_before: float
     gap_after: float
-    gap_left_out_before: float | None = None
-    gap_left_out: float | None = Field(default=None, description="Of each record predicted from the others.")
+    gap_left_out_before: Known = None
+    gap_left_out: Known = Field(default=None, description="Of each record predicted from the others.")
     runners_up: tuple[OtherLaw, ...] = ()
 
 

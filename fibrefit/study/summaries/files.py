@@ -9,9 +9,10 @@ from pydantic import ValidationError
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 from fibrefit.study.summaries.sweep import SweepSummary
 
 #: Model of every summary file, by its schema.

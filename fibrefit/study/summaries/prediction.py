@@ -6,12 +6,12 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import (
     CheckSummary,
     Gap,
     InputErrorSummary,
     ParameterSummary,
-    Part,
     Provenance,
     RecordSummary,
     Status,
@@ -25,15 +25,15 @@ class PredictedChannel(Part):
 
     rms: float = Field(description="Root mean square of measured minus predicted, in `unit`.")
     unit: str
-    explained: float | None = Field(default=None, description="Share of the variance of the signal within each record.")
-    fit_rms: float | None = Field(default=None, description="The same rms where the values come from, in `unit`.")
-    fit_explained: float | None = Field(default=None, description="The same share where the values come from.")
-    expected: float | None = Field(
+    explained: Known = Field(default=None, description="Share of the variance of the signal within each record.")
+    fit_rms: Known = Field(default=None, description="The same rms where the values come from, in `unit`.")
+    fit_explained: Known = Field(default=None, description="The same share where the values come from.")
+    expected: Known = Field(
         default=None,
         description="Root mean square that noise, what the model lacked in the fit and the error bars of the values "
         "let expect, in `unit`.",
     )
-    inside: float | None = Field(default=None, description="Share of the samples inside the 95 % predictive band.")
+    inside: Known = Field(default=None, description="Share of the samples inside the 95 % predictive band.")
 
 
 class PredictionSummary(Part):

@@ -6,11 +6,11 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import (
     CheckSummary,
     Interval,
     ParameterSummary,
-    Part,
     PopulationSummary,
     Provenance,
     Status,
@@ -62,8 +62,8 @@ class OwnSummary(Part):
 
     value: float
     std_error: float
-    shrunk: float | None = None
-    shrunk_error: float | None = None
+    shrunk: Known = None
+    shrunk_error: Known = None
     unit: str
 
 

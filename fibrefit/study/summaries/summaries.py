@@ -6,28 +6,22 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fibrefit.study.summaries.part import Known, Part
+
 Status = Literal["ok", "suspect", "failed"]
 Interval = tuple[float, float]
-
-
-class Part(BaseModel):
-    """A part of a summary file: frozen, finite, closed to names it does not know."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
 
 class ParameterSummary(Part):
     """An identified parameter; all numbers in `unit`."""
 
     value: float
-    std_error: float | None = Field(
-        default=None, description="Standard error; null where it is held or not determined."
-    )
+    std_error: Known = Field(default=None, description="Standard error; null where it is held or not determined.")
     interval_95: Interval | None = Field(default=None, description="95 % interval.")
     unit: str
     free: bool = True
     at_bound: bool = False
-    std_errors: dict[str, float | None] = Field(
+    std_errors: dict[str, Known] = Field(
         default_factory=dict,
         description="Standard error by method: white (of ordinary least squares under white noise), spectrum, "
         "newey_west, block_bootstrap, and, where residuals are more than noise, discrepancy. Where the estimate is "
@@ -39,11 +33,11 @@ class ParameterSummary(Part):
         description="How the interval was found; population: that of the mean of a parameter that differs from record "
         "to record, as wide as so few records ask for.",
     )
-    plain_value: float | None = Field(
+    plain_value: Known = Field(
         default=None,
         description="Ordinary least squares estimate, where the value is the generalised least squares one.",
     )
-    plain_error: float | None = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
+    plain_error: Known = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
 
 
 class ChannelGap(Part):
@@ -51,9 +45,9 @@ class ChannelGap(Part):
 
     rms: float = Field(description="Root mean square of measured minus simulated, in `unit`.")
     unit: str
-    noise: float | None = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
-    ratio: float | None = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
-    explained: float | None = Field(
+    noise: Known = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
+    ratio: Known = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
+    explained: Known = Field(
         default=None,
         description="Share of the variance of the signal within each record that the model explains; within each "
         "window, about a uniform motion, on a rig simulated in windows; of a force that drives the rig, by inverse "
@@ -67,7 +61,7 @@ class Gap(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
     __pydantic_extra__: dict[str, ChannelGap] = Field(init=False)
 
-    total: float | None = Field(
+    total: Known = Field(
         default=None, description="Root of the mean of the squared ratios, as the root of a reduced chi-square."
     )
 
@@ -95,8 +89,8 @@ class CheckSummary(Part):
     name: str
     passed: bool
     says: str
-    statistic: float | None = None
-    threshold: float | None = None
+    statistic: Known = None
+    threshold: Known = None
     unit: str = "-"
     fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
     identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
@@ -133,7 +127,7 @@ class Provenance(Part):
     resolved_study: str = Field(description="The study as TOML, with all defaults and overrides in it.")
     seed: int | None = None
     settings: dict[str, str] = Field(default_factory=dict, description="All else the result depends on, by option.")
-    seconds: float | None = Field(default=None, description="Wall time of the computation.")
+    seconds: Known = Field(default=None, description="Wall time of the computation.")
 
 
 class InputErrorSummary(Part):
@@ -150,7 +144,7 @@ class BetweenRecordsSummary(Part):
     sd: float = Field(description="Relative standard deviation between records, posterior median; 0 where they agree.")
     interval_95: Interval = Field(description="95 % interval of it.")
     unit: Literal["1"] = "1"
-    agree: float | None = Field(default=None, description="Probability that the records do not differ in it.")
+    agree: Known = Field(default=None, description="Probability that the records do not differ in it.")
 
 
 class CorrelationSummary(Part):
@@ -166,7 +160,7 @@ class StatisticsSummary(Part):
     samples: int = Field(description="Samples that count, of all channels.")
     free_values: int = Field(description="Values that were fitted, those of single records included.")
     chi_square: float = Field(description="Sum of the squared residuals in units of the noise.")
-    bic: float | None = Field(
+    bic: Known = Field(
         default=None,
         description="Bayesian information criterion, chi-square + free values * ln(samples): for models of the same "
         "records; it takes each sample for one by itself.",
@@ -181,7 +175,7 @@ class FitResultSummary(Part):
     rig: str | None = Field(default=None, description="Kind of the rig.")
     parameters: dict[str, ParameterSummary]
     gap: Gap
-    expected_gap: float | None = Field(
+    expected_gap: Known = Field(
         default=None,
         description="Of a perfect model: below 1 where errors of measured inputs are fitted and take noise along.",
     )
@@ -199,7 +193,7 @@ class FitResultSummary(Part):
     estimator: str | None = Field(default=None, description="Ordinary (plain) or generalised (whitened) least squares.")
     estimator_says: str | None = Field(default=None, description="Why it is this one, in words.")
     error_method: str | None = Field(default=None, description="Method behind the reported standard errors.")
-    error_inflation: float | None = Field(
+    error_inflation: Known = Field(
         default=None,
         description="Reported standard errors over those of ordinary least squares under white noise, median.",
     )
@@ -226,14 +220,14 @@ class PosteriorParameter(Part):
     median: float
     interval: Interval
     unit: str
-    r_hat: float | None = None
-    ess_bulk: float | None = None
-    ess_tail: float | None = None
+    r_hat: Known = None
+    ess_bulk: Known = None
+    ess_tail: Known = None
     prior: str = Field(default="", description="The prior in words.")
-    prior_share: float | None = Field(
+    prior_share: Known = Field(
         default=None, description="Posterior over prior width, 0 to 1: 1 where the data tell nothing."
     )
-    fitted: float | None = Field(default=None, description="Value of the fit the walkers were initialised around.")
+    fitted: Known = Field(default=None, description="Value of the fit the walkers were initialised around.")
 
 
 class ModeSummary(Part):
@@ -304,7 +298,7 @@ class PosteriorSummary(Part):
     steps: int | None = Field(default=None, description="Of each ensemble, warm-up included.")
     warm_up: int | None = Field(default=None, description="Steps discarded as warm-up.")
     ended: Literal["converged", "budget"] | None = Field(default=None, description="What ended the run.")
-    acceptance: float | None = Field(default=None, description="Share of moves accepted.")
+    acceptance: Known = Field(default=None, description="Share of moves accepted.")
     modes: tuple[ModeSummary, ...] = ()
     covered: dict[str, float] = Field(
         default_factory=dict,
@@ -367,7 +361,7 @@ class BatchItem(Part):
 
     status: Status | None = Field(default=None, description="null where it was not carried out.")
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
-    gap: float | None = None
+    gap: Known = None
     conditions: dict[str, float] = Field(default_factory=dict, description="Of its record, in SI units.")
     result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
     error: str | None = None

@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from fibrefit.study.summaries.summaries import CheckSummary, Part, Provenance, Status
+from fibrefit.study.summaries.part import Known, Part
+from fibrefit.study.summaries.summaries import CheckSummary, Provenance, Status
 
 
 class JumpSummary(Part):
@@ -34,7 +35,7 @@ class BranchSummary(Part):
     farthest: PeakSummary | None = Field(
         default=None, description="Maximum |angle|, transient included, without overturned runs."
     )
-    largest_force_n: float | None = Field(default=None, description="Steady-state maximum in either fibre.")
+    largest_force_n: Known = Field(default=None, description="Steady-state maximum in either fibre.")
     jumps: tuple[JumpSummary, ...] = ()
     overturned_hz: tuple[tuple[float, float], ...] = Field(
         default=(), description="First and last frequency of each range in which the pendulum overturns."
@@ -45,7 +46,7 @@ class BranchSummary(Part):
     unstable_hz: tuple[tuple[float, float], ...] = Field(
         default=(), description="The same where a Floquet multiplier of the motion is above 1."
     )
-    largest_multiplier: float | None = Field(default=None, description="Largest modulus of a Floquet multiplier.")
+    largest_multiplier: Known = Field(default=None, description="Largest modulus of a Floquet multiplier.")
 
 
 class CurveSummary(Part):

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
-from fibrefit.discovery.model.finding import Split
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import laid_out
 from fibrefit.fitting.identify import identify
@@ -21,8 +20,8 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import DistinguishSummary
+from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
-from fibrefit.workflow.discovery.files import detectable_summary, separation_summary
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -41,7 +40,7 @@ class Confused(Saved):
     ----------
     study : Study
     confusion : Confusion
-    split : Split or None
+    split : Separation or None
         The further record that best tells the worst pair apart.
     remarks : tuple of str
         What a reader should know besides.
@@ -50,7 +49,7 @@ class Confused(Saved):
 
     study: Study
     confusion: Confusion
-    split: Split | None
+    split: Separation | None
     remarks: tuple[str, ...] = ()
     seconds: float | None = None
 
@@ -63,11 +62,11 @@ class Confused(Saved):
             records=tuple(record.label for record in self.study.records),
             planned=is_planned(self.study),
             remarks=self.remarks,
-            effects=tuple(map(detectable_summary, found.directions)),
+            effects=found.directions,
             cosine=tuple(map(tuple, found.cosine.tolist())),
             cannot_tell_apart=tuple((first, second) for first, second, _ in found.pairs()),
             cannot_see=found.invisible,
-            best_further_record=None if self.split is None else separation_summary(self.split),
+            best_further_record=self.split,
             provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
         )
 
@@ -156,7 +155,7 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     return (f"{said}{times:,.0f} times those under noise alone.",), times**2
 
 
-def _split(search: Search, found: Confusion) -> Split | None:
+def _split(search: Search, found: Confusion) -> Separation | None:
     pairs = found.pairs(ALIKE)
     known = {effect.name: effect for effect in search.effects}
     return best_split(search, [known[name] for name in pairs[0][:2]]) if pairs else None

@@ -35,7 +35,7 @@ def _named(finding: Finding) -> tuple[str, ...]:
             f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
             "these do not separate them."
         )
-    said += [parting.says for parting in finding.partings]
+    said += [record.says for record in finding.separated_by]
     missed = [held.record for held in finding.held_out if not held.gap_after <= PREDICTED]
     if missed:
         said.append(

@@ -13,16 +13,17 @@ from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import SECONDS, Limits
-from fibrefit.discovery.model.finding import Candidate, Finding
+from fibrefit.discovery.model.finding import Finding
+from fibrefit.discovery.model.law import LAWS
 from fibrefit.fitting.result import Estimate
 from fibrefit.records import Record
 from fibrefit.report.discovery import discovery_report
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, Verdict
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
-from fibrefit.workflow.discovery.files import LAWS, discovery_groups, discovery_summary, final_study, law_name
+from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
@@ -94,7 +95,7 @@ class Discovery(Predicts, Saved):
     chosen: bool = False
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """``nothing_missing``, ``named``, ``unexplained`` or ``not_trusted``."""
         return self.finding.verdict
 
@@ -151,7 +152,7 @@ class Discovery(Predicts, Saved):
             folder = directory.path / LAWS
             folder.mkdir(exist_ok=True)
             (folder / law.file).write_text(law.source, encoding="utf-8")
-            added = (*added, str(directory.out / law_name(law)))
+            added = (*added, str(directory.out / law.told.effect))
         write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
         write_figures(directory, self.plot)
 

@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from fibrefit.discovery.model.finding import (
-    Candidate,
-    Direction,
-    Finding,
-    FreeCurve,
-    Place,
-    SeparatingExperiment,
-    Split,
-)
-from fibrefit.discovery.model.law import ProposedLaw
+from fibrefit.discovery.model.finding import Finding
 from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.store.hdf5 import Variable
@@ -27,7 +17,7 @@ from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
 from fibrefit.workflow.discovery.told import told
-from fibrefit.workflow.fit_files import finite, fit_groups, fit_summary, gap_summary, parameter_summary
+from fibrefit.workflow.fit_files import fit_groups, fit_summary, gap_summary, parameter_summary
 
 
 def discovery_summary(
@@ -45,88 +35,18 @@ def discovery_summary(
         reason=finding.reason,
         added=tuple(effect.name for effect in finding.added),
         told=told(finding),
-        rounds=tuple(
-            d.Round(
-                added=found.added,
-                gap_before=found.gap_before,
-                gap_after=found.gap_after,
-                where=_places(found.where),
-                ranking=tuple(map(_candidate, found.ranking)),
-                sentence=found.sentence,
-            )
-            for found in finding.rounds
-        ),
+        rounds=tuple(step.told for step in finding.steps),
         cannot_tell_apart=finding.cannot_tell_apart,
-        separated_by=tuple(map(separation_summary, finding.partings)),
-        detectable=tuple(map(detectable_summary, finding.detectable)),
-        unexplained=_unexplained(finding),
+        separated_by=finding.separated_by,
+        detectable=finding.detectable,
+        unexplained=finding.unexplained,
         before=_before(finding),
-        held_out=tuple(
-            d.HeldOut(record=held.record, gap_before=held.gap_before, gap_after=held.gap_after)
-            for held in finding.held_out
-        ),
-        weights=tuple(d.Weight(**asdict(found), says=found.says) for found in finding.weights),
-        ranking=tuple(map(_candidate, finding.ranking)),
-        proposed_law=_law(finding.proposed_law),
+        held_out=finding.held_out,
+        weights=finding.weights,
+        ranking=finding.ranking,
+        proposed_law=finding.proposed_law and finding.proposed_law.told,
         untried=finding.untried,
         undone=finding.undone,
-    )
-
-
-LAWS = "laws"
-"""Folder of a result with the laws that were composed for it."""
-
-
-def law_name(law: ProposedLaw) -> str:
-    """Name of a composed law in a study beside the folder of laws."""
-    return f"{LAWS}/{law.file}:{law.title}"
-
-
-def _law(law: ProposedLaw | None) -> d.ProposedLawSummary | None:
-    if law is None:
-        return None
-    return d.ProposedLawSummary(
-        effect=law_name(law),
-        says=law.says,
-        port=law.port,
-        variable=law.variable,
-        form=law.form,
-        expression=law.expression,
-        parameters=tuple(
-            d.LawParameter(name=name.rpartition(".")[2], value=value, std_error=finite(error), unit=unit)
-            for name, (value, error, unit) in law.parameters.items()
-        ),
-        evidence=law.gain,
-        gap_before=law.gap_before,
-        gap_after=law.gap_after,
-        gap_left_out_before=finite(law.left_out_before),
-        gap_left_out=finite(law.left_out_after),
-        runners_up=tuple(d.OtherLaw(name=one.name, says=one.says, evidence=one.behind) for one in law.runners_up),
-    )
-
-
-def separation_summary(further: Split | SeparatingExperiment) -> d.Separation:
-    """The further record that tells a pair apart."""
-    measure = "cosine" if isinstance(further, Split) else "apart"
-    return d.Separation(
-        pair=further.pair,
-        record=further.record,
-        conditions=dict(further.choice.conditions),
-        pace=further.choice.pace,
-        size=further.choice.size,
-        **{f"{measure}_before": further.before, f"{measure}_after": further.after},
-        says=further.says,
-    )
-
-
-def detectable_summary(direction: Direction) -> d.Detectable:
-    """The smallest strength that would be found."""
-    return d.Detectable(
-        effect=direction.effect,
-        parameter=direction.parameter,
-        unit=direction.unit,
-        smallest_detectable=finite(direction.detectable),
-        unique=direction.unique,
     )
 
 
@@ -180,7 +100,7 @@ def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
         "predictions_before": readings,
         **residual_groups(finding),
         "discovery": _trials(finding),
-        "curves": _curves(finding.curves),
+        "curves": _curves(finding.unexplained.curves),
         "held_out": {
             "record": Variable(_text(held.record for held in finding.held_out), ("record",)),
             "gap_before": Variable(np.array([held.gap_before for held in finding.held_out]), ("record",)),
@@ -190,9 +110,9 @@ def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
 
 
 def _trials(finding: Finding) -> dict[str, Variable]:
-    looks = [found.ranking for found in finding.rounds] or [finding.ranking]
+    looks = [step.told.ranking for step in finding.steps] or [finding.ranking]
     trials = [(number, candidate) for number, look in enumerate(looks, 1) for candidate in look]
-    values = [(i, name, *numbers) for i, (_, c) in enumerate(trials) for name, numbers in c.parameters.items()]
+    values = [(i, name, one) for i, (_, c) in enumerate(trials) for name, one in c.parameters.items()]
     return {
         "round": Variable(np.array([number for number, _ in trials], dtype=int), ("trial",), doc="Counted from 1."),
         "effect": Variable(_text(candidate.effect for _, candidate in trials), ("trial",)),
@@ -209,18 +129,18 @@ def _trials(finding: Finding) -> dict[str, Variable]:
         ),
         "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
         "parameter": Variable(_text(v[1] for v in values), ("value",)),
-        "estimate": Variable(np.array([v[2] for v in values], dtype=float), ("value",), doc="In `unit`."),
-        "std_error": Variable(np.array([v[3] for v in values], dtype=float), ("value",), doc="In `unit`."),
-        "unit": Variable(_text(v[4] for v in values), ("value",)),
+        "estimate": Variable(np.array([one.value for *_, one in values], dtype=float), ("value",), doc="In `unit`."),
+        "std_error": Variable(_seen(one.std_error for *_, one in values), ("value",), doc="In `unit`."),
+        "unit": Variable(_text(one.unit for *_, one in values), ("value",)),
     }
 
 
-def _curves(curves: Sequence[FreeCurve]) -> dict[str, Variable]:
+def _curves(curves: Sequence[d.FreeCurve]) -> dict[str, Variable]:
     """Every knot of every curve, best curve first."""
     sizes = [len(curve.knots) for curve in curves]
 
     def knots(name: str, unit_of: str, doc: str) -> Variable:
-        values = np.concatenate([np.zeros(0), *(getattr(curve, name) for curve in curves)])
+        values = np.concatenate([np.zeros(0), *(_seen(getattr(curve, name)) for curve in curves)])
         return Variable(values, ("value",), doc=f"{doc}, in {unit_of}.")
 
     return {
@@ -237,9 +157,14 @@ def _curves(curves: Sequence[FreeCurve]) -> dict[str, Variable]:
         "curve_of": Variable(np.repeat(np.arange(len(curves)), sizes), ("value",), doc="Curve it belongs to."),
         "knot": knots("knots", "`unit`", "Value of the variable"),
         "height": knots("heights", "`height_unit`", "Height of the curve without its median"),
-        "std_error": knots("errors", "`height_unit`", "Of the height, but for the level of the whole curve"),
+        "std_error": knots("std_errors", "`height_unit`", "Of the height, but for the level of the whole curve"),
         "seconds": knots("seconds", "s", "Time the motion spends nearest to the knot"),
     }
+
+
+def _seen(errors: Iterable[float | None]) -> np.ndarray:
+    """Errors; infinite where records do not see what they are of."""
+    return np.array([np.inf if error is None else error for error in errors])
 
 
 def _text(words: object) -> np.ndarray:
@@ -262,55 +187,4 @@ def _before(finding: Finding) -> d.Before:
         parameters={name: parameter_summary(estimate) for name, estimate in before.parameters.items()},
         gap=gap_summary(before.gap),
         records={name: gap_summary(gap) for name, gap in before.record_gaps.items()},
-    )
-
-
-def _candidate(candidate: Candidate) -> d.Candidate:
-    return d.Candidate(
-        effect=candidate.effect,
-        gap_after=candidate.gap_after,
-        evidence=candidate.evidence,
-        false_alarm=finite(candidate.false_alarm),
-        gap_foreseen=finite(candidate.gap_foreseen),
-        parameters={
-            name: s.ParameterSummary(value=value, std_error=finite(error), unit=unit)
-            for name, (value, error, unit) in candidate.parameters.items()
-        },
-    )
-
-
-def _places(places: Sequence[Place]) -> tuple[d.Place, ...]:
-    return tuple(
-        d.Place(
-            record=place.record,
-            channel=place.channel,
-            from_s=place.from_s,
-            to_s=place.to_s,
-            phase=place.phase,
-            share=place.share,
-        )
-        for place in places
-    )
-
-
-def _unexplained(finding: Finding) -> d.Unexplained:
-    unexplained, curves = finding.unexplained, tuple(map(_curve, finding.curves))
-    return d.Unexplained(
-        gap=unexplained.gap, where=_places(unexplained.where), looks_like=unexplained.looks_like or None, curves=curves
-    )
-
-
-def _curve(curve: FreeCurve) -> d.FreeCurve:
-    return d.FreeCurve(
-        variable=curve.variable,
-        unit=curve.unit,
-        says=curve.says,
-        knots=tuple(curve.knots.tolist()),
-        heights=tuple(curve.heights.tolist()),
-        height_unit=curve.height_unit,
-        std_errors=tuple(map(finite, curve.errors.tolist())),
-        seconds=tuple(curve.seconds.tolist()),
-        acts=curve.acts,
-        gap_after=curve.gap_after,
-        law=None if curve.law is None else tuple(curve.law.tolist()),
     )

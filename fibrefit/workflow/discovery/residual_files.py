@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import PHASES
-from fibrefit.discovery.model.finding import Finding, Round
+from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.discovery.residuals.residuals import strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import phase_shares
@@ -35,7 +35,7 @@ def residual_groups(finding: Finding) -> dict[str, Group]:
 
 def _rounds(finding: Finding) -> Group:
     """Residuals before each round, and with the first candidates of its ranking; nothing where no round kept them."""
-    kept = [(number, found) for number, found in enumerate(finding.rounds, 1) if found.left is not None]
+    kept = [(number, found) for number, found in enumerate(finding.steps, 1) if found.left is not None]
     if not kept:
         return {}
     tried = [(number, c.effect, left) for number, found in kept for c, left in _traced(found)]
@@ -50,8 +50,8 @@ def _rounds(finding: Finding) -> Group:
     }
 
 
-def _traced(found: Round) -> list:
-    return list(zip(found.ranking, found.left_with, strict=False))
+def _traced(step: TracedRound) -> list:
+    return list(zip(step.told.ranking, step.left_with, strict=False))
 
 
 def _rounded(residuals: Sequence) -> np.ndarray:

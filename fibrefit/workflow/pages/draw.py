@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.core.errors import UsageError
 from fibrefit.store import read_result, read_summary
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures

@@ -13,7 +13,8 @@ from fibrefit.core.errors import DataError, FibrefitError, UsageError
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Part, PosteriorSummary
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 from fibrefit.workflow.pages.draw import figures_of
 
 TABLE = "results.csv"

@@ -12,8 +12,15 @@ from fibrefit.records import Record
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
-from fibrefit.study.summaries.summaries import InputErrorSummary, ParameterSummary, Provenance, RecordSummary, Status
-from fibrefit.workflow.fit_files import check_summary, finite, gap_summary
+from fibrefit.study.summaries.summaries import (
+    CheckSummary,
+    InputErrorSummary,
+    ParameterSummary,
+    Provenance,
+    RecordSummary,
+    Status,
+)
+from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
 from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
@@ -47,7 +54,7 @@ def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummar
         gap=gap_summary(found.seen.gap),
         records={record.name: _record(found, r, record) for r, record in enumerate(found.records)},
         input_errors=_input_errors(found),
-        checks=tuple(map(check_summary, checks)),
+        checks=tuple(map(CheckSummary.of, checks)),
         advice=_advice(verdict),
         provenance=origin,
     )
@@ -68,11 +75,11 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
     told = PredictedChannel(
         rms=gap.rms,
         unit=gap.unit,
-        explained=finite(gap.explained),
+        explained=gap.explained,
         fit_rms=None if fitted is None else fitted.rms,
         fit_explained=None if fitted is None else fitted.explained,
-        expected=finite(float(expected)),
-        inside=finite(float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted]))),
+        expected=float(expected),
+        inside=float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted])),
     )
     return told, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
 
@@ -83,7 +90,7 @@ def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tup
     told = PredictedChannel(
         rms=force.rms,
         unit="N",
-        explained=finite(force.explained),
+        explained=force.explained,
         fit_rms=None if fitted is None else fitted.rms,
         fit_explained=None if fitted is None else fitted.explained,
         expected=None if fitted is None else fitted.rms,

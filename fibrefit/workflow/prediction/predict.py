@@ -23,8 +23,8 @@ from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.summaries import Part
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found

@@ -13,6 +13,7 @@ from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
+    CheckSummary,
     ForesightSummary,
     Measure,
     ModeSummary,
@@ -21,7 +22,6 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
     SecondOpinionSummary,
 )
-from fibrefit.workflow.fit_files import check_summary, finite
 from fibrefit.workflow.sampling.found import Findings
 
 SCORED = 800
@@ -35,7 +35,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
     posterior, course = found.posterior, found.posterior.course
     records = posterior.density.problem.layout.records
     evidence = posterior.log_evidence
-    checks = tuple(map(check_summary, found.checks))
+    checks = tuple(map(CheckSummary.of, found.checks))
     return PosteriorSummary(
         status=found.status,
         study=found.study.name,
@@ -76,11 +76,11 @@ def _parameter(found: Findings, marginal: Marginal) -> PosteriorParameter:
         median=marginal.median,
         interval=marginal.interval,
         unit=marginal.unit,
-        r_hat=finite(marginal.r_hat),
-        ess_bulk=finite(marginal.ess_bulk),
-        ess_tail=finite(marginal.ess_tail),
+        r_hat=marginal.r_hat,
+        ess_bulk=marginal.ess_bulk,
+        ess_tail=marginal.ess_tail,
         prior="" if marginal.prior is None else _said(marginal),
-        prior_share=finite(marginal.prior_share),
+        prior_share=marginal.prior_share,
         fitted=fitted.get(marginal.name),
     )
 

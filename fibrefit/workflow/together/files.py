@@ -15,7 +15,6 @@ from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.summaries import CheckSummary, ParameterSummary
-from fibrefit.workflow.fit_files import finite
 from fibrefit.workflow.together.conditions import by_record
 from fibrefit.workflow.together.words import BASE
 
@@ -48,8 +47,10 @@ def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
     return {
         name: ParameterSummary(
             value=value,
-            std_error=finite(errors[name]),
-            interval_95=(value - 1.96 * errors[name], value + 1.96 * errors[name]) if finite(errors[name]) else None,
+            std_error=errors[name],
+            interval_95=(value - 1.96 * errors[name], value + 1.96 * errors[name])
+            if np.isfinite(errors[name])
+            else None,
             unit=units[name],
             interval_kind="population" if "." not in name else "normal",
         )
@@ -109,8 +110,8 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
             parameters[parameter] = s.OwnSummary(
                 value=float(found.own.values[r, j]),
                 std_error=float(found.own.errors[r, j]),
-                shrunk=None if pooled is None else finite(float(pooled.shrunk[r])),
-                shrunk_error=None if pooled is None else finite(float(pooled.shrunk_error[r])),
+                shrunk=None if pooled is None else float(pooled.shrunk[r]),
+                shrunk_error=None if pooled is None else float(pooled.shrunk_error[r]),
                 unit=BASE.get(parameter, "-"),
             )
         left = {key: float(one.gaps[r]) for key, one in found.left_out.items()}
