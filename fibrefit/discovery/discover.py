@@ -80,7 +80,7 @@ def _broken(before: Identification) -> str:
         if check.fatal
         and not check.passed
         and check.identifier != EXPLAINED
-        and not (check.name == CONVERGED and (check.statistic or 0.0) <= astray)
+        and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= astray)
     )
 
 

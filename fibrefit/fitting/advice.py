@@ -16,6 +16,9 @@ from fibrefit.problem.statement.problem import Problem
 WORTHWHILE = 0.8
 """A record is advised if it brings the largest relative error below this share of what it is."""
 
+LACKING = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
+"""Identifiers of the checks that fail where the model lacks something."""
+
 ONE_WAY = (
     "Motion in one direction tells the sum of friction and force_offset alone: record the way back too, or hold one of "
     'them, for example [parameters.force_offset] fixed = "0 N".'
@@ -40,16 +43,11 @@ def advice(
     weak : tuple of Weakness
     checks : tuple of Check
     """
-    failed = {check.name for check in checks if not check.passed}
+    failed = {check.identifier for check in checks if not check.passed}
     said = []
-    if failed & {
-        "the gap is noise",
-        "residuals have the noise's spectrum",
-        "no phase stands out",
-        "residuals do not depend on the state",
-    }:
+    if failed & LACKING:
         said.append('Run "fibrefit discover" on this study: it looks for what the model lacks and names it.')
-    if "the noise is known" in failed:
+    if "noise_level" in failed:
         said.append("Let a record begin before the motion and run on after it: rests tell the noise.")
     if any({"friction", "force_offset"} <= set(weakness.names) for weakness in weak):
         said.append(ONE_WAY)

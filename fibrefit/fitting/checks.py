@@ -32,7 +32,7 @@ FEW = 2
 """Starts that have to end in a minimum that leaves only noise."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger."""
-CONVERGED = "the solver converged"
+CONVERGED = "convergence"
 EXPLAINED = "explained_share"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
@@ -47,13 +47,13 @@ def converged(promised: float, success: bool) -> Check:
         "ended at a kink, where a bounce begins or ceases, or short of the minimum."
     )
     return Check(
-        CONVERGED,
+        "the solver converged",
         passed,
         says,
         promised,
         SETTLED,
         fatal=not promised <= ASTRAY,
-        identifier="convergence",
+        identifier=CONVERGED,
         quantity="convergence of the solver",
     )
 

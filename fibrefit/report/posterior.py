@@ -30,24 +30,22 @@ DECISIVE = 2.0
 PARETO_K = 0.7
 """Above it a block's importance weights are unreliable."""
 
-#: What to do where a check failed, by its name.
+#: What to do where a check failed, by its identifier.
 REMEDIES = {
-    "the residuals are noise": "Run fibrefit discover on this study: it looks for what the model lacks.",
-    "plain and whitened estimates agree": "Run fibrefit discover on this study: it looks for what the model lacks.",
-    "the initial fit is usable": "Look at fibrefit fit first: the chains are initialised around that fit.",
-    "there is one mode": "Measure one more record that tells the modes apart; fibrefit distinguish says which "
+    "residual_size": "Run fibrefit discover on this study: it looks for what the model lacks.",
+    "hausman": "Run fibrefit discover on this study: it looks for what the model lacks.",
+    "initial_fit": "Look at fibrefit fit first: the chains are initialised around that fit.",
+    "second_mode": "Measure one more record that tells the modes apart; fibrefit distinguish says which "
     "conditions differ most.",
-    "no strong posterior correlation": "Hold one of the correlated parameters, give it a prior, or measure under other "
+    "posterior_correlation": "Hold one of the correlated parameters, give it a prior, or measure under other "
     "conditions.",
-    "every posterior is narrower than its prior": "Hold what the data do not determine at a known value, or measure "
-    "under conditions that show it.",
-    "no posterior is truncated by a bound": "Try the model without the effect whose strength reaches zero, and compare "
+    "contraction": "Hold what the data do not determine at a known value, or measure under conditions that show it.",
+    "truncation": "Try the model without the effect whose strength reaches zero, and compare "
     "both with --compare: these records may not show it at all.",
-    "the posterior lies at the fit": "Look at the records of fibrefit fit: where OLS and GLS estimates differ, an "
+    "distance_from_fit": "Look at the records of fibrefit fit: where OLS and GLS estimates differ, an "
     "effect is missing or the search ended in another minimum.",
-    "every prior is proper": "Give the parameters with an improper prior one in the study, or bounds on both sides.",
-    "NUTS finds the same posterior": "Resume with a larger --ess and cross-check with --nuts again; if they still "
-    "differ, believe neither.",
+    "proper_priors": "Give the parameters with an improper prior one in the study, or bounds on both sides.",
+    "nuts": "Resume with a larger --ess and cross-check with --nuts again; if they still differ, believe neither.",
 }
 
 
@@ -86,7 +84,7 @@ def advice(checks: Sequence[CheckSummary], converged: bool, asked_nuts: bool) ->
     converged : bool
     asked_nuts : bool
     """
-    said = [REMEDIES[check.name] for check in checks if not check.passed and check.name in REMEDIES]
+    said = [REMEDIES[check.identifier] for check in checks if not check.passed and check.identifier in REMEDIES]
     if not converged:
         said.append(
             "Go on with --resume and a larger --max-steps or --max-seconds: the chains are kept beside this result."

@@ -30,7 +30,7 @@ from fibrefit.study.summaries.summaries import (
 from fibrefit.study.summaries.summaries import Gap as GapSummary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, reading_errors
 
-DETERMINED = "every parameter is determined"
+DETERMINED = "identifiability"
 CORRELATED = 0.7
 """Correlation beyond which a pair of parameters is told: what one gains the other makes up for."""
 
@@ -56,7 +56,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         error_inflation=found.inflation,
         correlations=strong_correlations(found),
         statistics=statistics(found),
-        findings=tuple(check.says for check in found.checks if check.name == DETERMINED and not check.passed),
+        findings=tuple(check.says for check in found.checks if check.identifier == DETERMINED and not check.passed),
         advice=found.advice,
         provenance=origin,
     )

@@ -270,10 +270,10 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     problem, values = found.problem, found.values
     normal = np.linalg.inv(found.covariance)
     ask = lambda weak, *failed: advice(  # noqa: E731
-        problem, values, normal, found.covariance, weak, tuple(Check(name, False, "") for name in failed)
+        problem, values, normal, found.covariance, weak, tuple(Check("", False, "", identifier=name) for name in failed)
     )
     assert ask(()) == ()
-    assert "fibrefit discover" in ask((), "the gap is noise")[0]
-    assert "rests tell the noise" in ask((), "the noise is known")[0]
+    assert "fibrefit discover" in ask((), "residual_size")[0]
+    assert "rests tell the noise" in ask((), "noise_level")[0]
     (further,) = ask(TIED)
     assert further.startswith(("A further record with lift", "No further record"))
