@@ -20,7 +20,7 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import ResidualSet, residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
-from fibrefit.discovery.search.search import NEARLY, PROMISING, Search, Tried
+from fibrefit.discovery.search.search import PROMISING, Search, Tried
 from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
@@ -212,7 +212,7 @@ def _worth_following(look: Comparison) -> float:
         return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
     if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
         return -np.inf
-    return gain - FAR_BEHIND if gap <= NEARLY else PROMISING * gain
+    return PROMISING * gain
 
 
 ENOUGH = 1.02
@@ -227,8 +227,9 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
         search = search.weighed_with(scales)
+        behind_at_most = FAR_BEHIND if richest.log > parent.log + NAMED else 0.0
         parent = scales.again(parent)
-        near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - FAR_BEHIND]
+        near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - behind_at_most]
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
         alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
@@ -255,7 +256,7 @@ def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
 
 
 FAR_BEHIND = 30.0
-"""Nats behind the best one from which a candidate is not weighed again in better known noise."""
+"""Nats behind one that may get its name from which a candidate is not weighed again in better known noise."""
 
 
 def _chosen(look: Comparison, limits: Limits) -> Weighed | None:

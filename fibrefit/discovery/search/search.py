@@ -35,8 +35,9 @@ FOLLOWED = 24
 """Candidates that are searched for before it is asked whether one of them is more than chance; if none, others are."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
-UNPROMISING = -2.0
-"""Nats that slopes promise, by which they may err, below which an effect is not looked at any further."""
+UNPROMISING = 0.0
+"""Nats that slopes promise below which an effect is not looked at any further. They are taken at a few shapes, and what
+they promise includes its price: to be named, an effect would have to gain twice as much at a shape between these."""
 INSTEAD = 6
 """Candidates that are also followed from where records do not differ: whether they do what differences would."""
 NEARLY = 1.1
@@ -231,7 +232,7 @@ class Search:
             for effect in _best(promises, seen, len(seen) if view is parent else INSTEAD)
         ]
         # What promises most is followed first: where the time ends, it is the rest that was not looked at.
-        near = sorted((way for way in ways if way[0] > max(UNPROMISING, least)), key=lambda way: -way[0])
+        near = sorted((way for way in ways if _worth(way[1], way[0], least)), key=lambda way: -way[0])
         jobs = [
             self.recalled(
                 "extended", view, (effect.name, promise),
@@ -284,8 +285,8 @@ class Search:
         """
         promises = self._promises(parent, self.scales.slopes(parent), effects, what)
         ranked = sorted(promises, key=lambda effect: -promises[effect].gain)
-        far = [effect for effect in ranked if promises[effect].gain < least]
-        ranked, found = ranked[: len(ranked) - len(far)], list[Weighed]()
+        far = [effect for effect in ranked if promises[effect].gain < least and not effect.singular]
+        ranked, found = [effect for effect in ranked if effect not in far], list[Weighed]()
         while ranked and not any(one.log > parent.log + NAMED for one in found):
             now, ranked = ranked[:FOLLOWED], ranked[FOLLOWED:]
             found += self._from_plain_squares(parent, plain, {effect: promises[effect] for effect in now}, what)
@@ -359,6 +360,11 @@ class Search:
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
+
+
+def _worth(effect: type[Effect], promised: float, least: float) -> bool:
+    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there."""
+    return bool(effect.singular) or promised > max(UNPROMISING, least)
 
 
 def _best(promises: Mapping[type[Effect], Promise], seen: Sequence[type[Effect]], number: int) -> list[type[Effect]]:
