@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from fibrefit.core import allowance
 from fibrefit.core.errors import FibrefitError
 
 _LONGEST = 260
@@ -48,7 +49,7 @@ def is_folder(path: Path) -> bool:
         return False
 
 
-def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str = "") -> bytes:
+def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str = "", most: int | None = None) -> bytes:
     """Content of a file.
 
     Parameters
@@ -61,6 +62,8 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
         Class of the error.
     do : str
         What the message tells a person to do where there is no such file.
+    most : int, optional
+        Bytes it may have; `allowance.LARGEST` by default.
 
     Returns
     -------
@@ -76,6 +79,9 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise error(where, "a device or a pipe", what, "Save its content to a file first.")
+        size, most = path.stat().st_size, most or allowance.LARGEST
+        if size > most:
+            raise error(where, f"{size / 1e6:,.0f} MB", f"{what} of {most / 1e6:,.0f} MB at most", "")
         return path.read_bytes()
     except FileNotFoundError:
         raise error(where, "no such file", what, do) from None

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core import allowance
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, shown_path
@@ -193,11 +194,18 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         from fibrefit.records.files.matlab import read_matlab
 
         return read_matlab(path, where, options.wanted)
+    _refuse_many_cells(data, where)
     long = read_long(data, where, options)
     if long is not None:
         return long
     text = decode(data, where)
     return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
+
+
+def _refuse_many_cells(data: bytes, where: str) -> None:
+    """Refuse text that would take all memory: each cell takes far more than the signs it is written with."""
+    if data.count(b"\n") + max(data.count(sign) for sign in (b",", b";", b"\t", b" ")) > allowance.MOST_CELLS:
+        raise allowance.too_many_cells(where, DataError)
 
 
 def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str) -> int:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.summaries import Provenance
@@ -97,14 +99,21 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     Raises
     ------
     DataError
-        If it cannot be read as HDF5.
+        If it cannot be read as HDF5, or declares more than any result holds.
     """
     try:
         with h5py.File(path, "r", locking=False) as file:
+            file.visititems(partial(_count, Allowance(str(path), DataError)))
             groups = {name: _read_group(group) for name, group in file.items()}
             return groups, {name: _plain(value) for name, value in file.attrs.items()}
     except OSError as error:
         raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
+
+
+def _count(allowed: Allowance, name: str, item: Any) -> None:
+    """Take from an allowance what a dataset is declared with, before it is read."""
+    if isinstance(item, h5py.Dataset):
+        allowed.take((item.size or 0) * item.dtype.itemsize)
 
 
 def _told(provenance: Provenance) -> dict[str, Variable]:

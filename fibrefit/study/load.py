@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
 from fibrefit.study.explain import explained
@@ -112,7 +113,7 @@ def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[
 def _read_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file."""
     near = "" if is_plain_file(path) or not is_folder(path.parent) else _nearest(path)
-    data = read_plain_file(path, "a study file", StudyError, near)
+    data = read_plain_file(path, "a study file", StudyError, near, LARGEST_STUDY)
     try:
         text = data.decode("utf-8-sig")
         return tomllib.loads(text.replace("\r\n", "\n"))

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
@@ -54,7 +55,7 @@ def read_series(path: Path) -> list[dict[str, str]]:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Line number and cells of every line that is not empty."""
     try:
-        text = read_plain_file(path, "a table of records", StudyError).decode("utf-8-sig")
+        text = read_plain_file(path, "a table of records", StudyError, most=LARGEST_STUDY).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise StudyError(str(path), "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
     first = next((line for line in text.splitlines() if line.strip()), "")

@@ -103,3 +103,10 @@ def test_what_is_no_hdf5(tmp_path: Path) -> None:
     (tmp_path / "result.h5").write_text("no")
     with pytest.raises(DataError, match=r"result\.h5"):
         read_result(tmp_path / "result.h5")
+
+
+def test_arrays_that_are_only_declared_are_refused(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "result.h5", "w") as file:
+        file.create_group("fit").create_dataset("force", (10**9,), "f8", chunks=(10**6,))
+    with pytest.raises(DataError, match="more than 1 GiB unpacked or declared"):
+        read_result(tmp_path / "result.h5")

@@ -6,14 +6,16 @@ import gzip
 import io
 import zipfile
 import zlib
+from typing import IO
 
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-
-#: Bytes a packed file may grow to: beyond, it is no record of one experiment.
-LARGEST = 2 << 30
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _EMPTY_ZIP = b"PK\x05\x06"
+
+#: Bytes unpacked at a time where they are only counted.
+_PART = 1 << 20
 
 #: What stands beside measurements in archives.
 _BESIDE = (".md", ".pdf", ".png", ".jpg", ".svg", ".html", ".py", ".m")
@@ -39,13 +41,14 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
     Raises
     ------
     DataError
-        If it is damaged, holds nothing, or several files.
+        If it is damaged, holds nothing, several files, or more than a record can be; nothing is kept of that.
     """
     try:
         if data.startswith(_GZIP):
             with gzip.open(io.BytesIO(data)) as file:
-                content = file.read(LARGEST + 1)
-            return _within(content, where), name.removesuffix(".gz")
+                _count(file, Allowance(where, DataError))
+                file.seek(0)
+                return file.read(), name.removesuffix(".gz")
         if data.startswith((_ZIP, _EMPTY_ZIP)):
             return _from_zip(data, name, where)
     except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
@@ -54,10 +57,17 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
     return data, name
 
 
+def _count(file: IO[bytes], allowed: Allowance) -> None:
+    """Go through a file without keeping it: gzip does not say beforehand what it holds."""
+    while part := file.read(_PART):
+        allowed.take(len(part))
+
+
 def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries = [entry for entry in archive.infolist() if not entry.is_dir()]
         if any(entry.filename == "[Content_Types].xml" for entry in entries):
+            Allowance(where, DataError).take(sum(entry.file_size for entry in entries))
             return data, name if name.casefold().endswith(".xlsx") else f"{name}.xlsx"
         files = [entry for entry in entries if not entry.filename.startswith("__MACOSX/")]
         measured = [entry for entry in files if not entry.filename.casefold().endswith(_BESIDE)]
@@ -65,12 +75,5 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
             do = "Unpack it, and name the file that is meant."
             raise DataError(where, f"an archive that holds {len(measured)} files ({names})", "one measurement file", do)
-        if measured[0].file_size > LARGEST:
-            _within(b"x" * 0, where, measured[0].file_size)
-        return _within(archive.read(measured[0]), where), measured[0].filename
-
-
-def _within(content: bytes, where: str, size: int | None = None) -> bytes:
-    if (len(content) if size is None else size) > LARGEST:
-        raise DataError(where, f"more than {LARGEST >> 30} GiB unpacked", "one record", "Unpack it and cut it.")
-    return content
+        Allowance(where, DataError).take(measured[0].file_size)
+        return archive.read(measured[0]), measured[0].filename

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fibrefit.core import units
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.archive import LARGEST
+from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
@@ -31,6 +34,8 @@ _NAMES = (
     "headers",
 )
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit")
+#: Bytes each item of an HDF5 file counts at least.
+_ITEM = 1 << 14
 _UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
@@ -58,10 +63,12 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     Raises
     ------
     DataError
-        If the file is damaged, or holds no two vectors of one length.
+        If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
     try:
-        tree = _load(path)
+        tree = _load(path, Allowance(where, DataError))
+    except DataError:
+        raise
     except Exception as error:  # the libraries raise whatever a damaged file provokes
         text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
         raise DataError(where, f"the file is damaged ({text})", "a MATLAB or HDF5 file", "Save it again.") from None
@@ -85,16 +92,22 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     )
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
     with path.open("rb") as file:
         head = file.read(1024)
     if b"\x89HDF\r\n\x1a\n" in head:
         import h5py  # only for version 7.3
 
         with h5py.File(path, "r", locking=False) as file:
-            return _of_group(file, file)
+            return _Hdf5(file, allowed).group(file)
     import scipy.io  # a quarter of a second: only for version 5
 
+    major, _ = scipy.io.matlab.matfile_version(path)
+    if major == 1:
+        count_declared(path, allowed)
+    else:
+        for _, shape, _ in scipy.io.whosmat(path):
+            allowed.take(8 * math.prod(shape))
     loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
     return {name: _of_scipy(value) for name, value in loaded.items() if not name.startswith("__")}
 
@@ -116,22 +129,55 @@ def _of_scipy(value: Any) -> Any:
     return array if array.dtype.kind in "biuf" else None
 
 
-def _of_group(group: Any, file: Any) -> dict[str, Any]:
-    """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
-    tree = _said(group)
-    units_of = {}
-    for name, item in group.items():
-        if name.startswith("#"):
-            continue
-        tree[name] = _of_hdf5(item, file)
-        unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
-        if unit:
-            units_of[name] = unit
-        for key, value in _said(item).items() if not hasattr(item, "items") else ():
-            tree.setdefault(key, value)
-    if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
-        tree["units"] = units_of
-    return tree
+@dataclass(frozen=True)
+class _Hdf5:
+    """Content of an HDF5 file, counted before it is read: a name costs nothing, and links can lead round for ever.
+
+    Parameters
+    ----------
+    file : h5py.File
+    allowed : Allowance
+    """
+
+    file: Any
+    allowed: Allowance
+
+    def group(self, group: Any) -> dict[str, Any]:
+        """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
+        tree = _said(group)
+        units_of = {}
+        for name, item in group.items():
+            if name.startswith("#"):
+                continue
+            tree[name] = self.item(item)
+            unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
+            if unit:
+                units_of[name] = unit
+            for key, value in _said(item).items() if not hasattr(item, "items") else ():
+                tree.setdefault(key, value)
+        if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
+            tree["units"] = units_of
+        return tree
+
+    def item(self, item: Any) -> Any:
+        """The same for all else: texts are arrays of codes, lists are arrays of references."""
+        self.allowed.take(_ITEM)
+        if hasattr(item, "items"):
+            return self.group(item)
+        said = item.attrs.get("MATLAB_class", b"")
+        kind = said.decode() if isinstance(said, bytes) else ""
+        if item.attrs.get("MATLAB_empty", 0):
+            return None
+        self.allowed.take((item.size or 0) * item.dtype.itemsize)
+        array = np.asarray(item[()])
+        if kind == "char":
+            return "".join(map(chr, array.ravel(order="F")))
+        if array.dtype == object:
+            return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
+        if array.dtype.names:
+            return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
+        # MATLAB stores columns first: a matrix comes out transposed.
+        return np.squeeze(array.T if kind else array) if array.dtype.kind in "biuf" else None
 
 
 def _said(item: Any) -> dict[str, Any]:
@@ -149,31 +195,6 @@ def _said(item: Any) -> dict[str, Any]:
 def _text(value: Any) -> str:
     value = value[0] if isinstance(value, np.ndarray) and value.size else value
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
-
-
-def _of_hdf5(item: Any, file: Any) -> Any:
-    """The same for HDF5, where texts are arrays of codes, and lists are arrays of references."""
-    if hasattr(item, "items"):
-        return _of_group(item, file)
-    kind = (
-        item.attrs.get("MATLAB_class", b"").decode() if isinstance(item.attrs.get("MATLAB_class", b""), bytes) else ""
-    )
-    if item.attrs.get("MATLAB_empty", 0):
-        return None
-    if item.size is not None and item.size * item.dtype.itemsize > LARGEST:
-        raise ValueError(f"{item.name} is declared with {item.size} values")
-    array = item[()]
-    if kind == "char":
-        return "".join(map(chr, np.asarray(array).ravel(order="F")))
-    if np.asarray(array).dtype == object:
-        return [_of_hdf5(file[reference], file) for reference in np.asarray(array).ravel(order="F")]
-    array = np.asarray(array)
-    if array.dtype.names:
-        return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
-    if not kind:
-        return np.squeeze(array) if array.dtype.kind in "biuf" else None
-    # MATLAB stores columns first: a matrix comes out transposed.
-    return np.squeeze(array.T) if array.dtype.kind in "biuf" else None
 
 
 def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
 from fibrefit.records.columns.roles import Heading
@@ -43,7 +44,7 @@ def read_mdf(path: Path, where: str) -> Raw:
     """
     asammdf = require("asammdf", "mdf", where, "an MDF file")
     with _silent_clean_up():
-        groups, damage = _groups(asammdf, path)
+        groups, damage = _groups(asammdf, path, Allowance(where, DataError))
     if damage:
         raise DataError(where, f"the MDF file is damaged ({damage})", "a complete file", "Export it again.")
     groups = [columns for columns in groups if len(columns) > 1]
@@ -73,11 +74,14 @@ def _silent_clean_up() -> Iterator[None]:
         sys.unraisablehook = before
 
 
-def _groups(asammdf: ModuleType, path: Path) -> tuple[list[list[RawColumn]], str]:
+def _groups(asammdf: ModuleType, path: Path, allowed: Allowance) -> tuple[list[list[RawColumn]], str]:
     """Channels by group, or what the library says about a damaged file."""
     try:
         with asammdf.MDF(path) as file:
+            allowed.take(sum(8 * group.channel_group.cycles_nr * len(group.channels) for group in file.groups))
             return [_group(file, index) for index in range(len(file.groups))], ""
+    except DataError:
+        raise
     except Exception as error:  # the library raises whatever a damaged file provokes
         return [], (str(error).splitlines() or [""])[0][:80] or type(error).__name__
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
 from fibrefit.records.files.extras import require
@@ -40,10 +41,13 @@ def read_parquet(data: bytes, where: str) -> Raw:
     require("pyarrow", "parquet", where, "a Parquet file")
     parquet = require("pyarrow.parquet", "parquet", where, "a Parquet file")
     try:
+        _refuse_large(parquet.read_metadata(io.BytesIO(data)), where)
         table = parquet.read_table(io.BytesIO(data))
         named = [(field, table.column(i)) for i, field in enumerate(table.schema)]
         columns = [_column(field, values, i + 1) for i, (field, values) in enumerate(named)]
         facts = _facts(table.schema.metadata or {})
+    except DataError:
+        raise
     except Exception as error:  # the library raises whatever a damaged file provokes
         text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
         raise DataError(where, f"the Parquet file is damaged ({text})", "a complete file", "Export it again.") from None
@@ -54,6 +58,13 @@ def read_parquet(data: bytes, where: str) -> Raw:
     notes = [f"Columns left out: {', '.join(aside.values())}."] if aside else []
     layout = {"format": "Parquet", "rows": table.num_rows}
     return Raw(kept, facts, np.arange(1, table.num_rows + 1), layout=layout, notes=notes, aside=aside)
+
+
+def _refuse_large(metadata: Any, where: str) -> None:
+    """Refuse by what the file declares: a page of a few bytes may stand for a million equal numbers."""
+    groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+    packed = sum(group.column(i).total_uncompressed_size for group in groups for i in range(group.num_columns))
+    Allowance(where, DataError).take(max(8 * metadata.num_rows * metadata.num_columns, packed))
 
 
 def _column(field: Any, values: Any, number: int) -> RawColumn | None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import datetime
 import io
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
+from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.files.extras import require
@@ -40,10 +42,9 @@ def sheet_text(data: bytes, where: str) -> Text:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # styles and extensions it does not know
             book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-            sheets = {
-                sheet.title: [[_cell(value) for value in row] for row in sheet.iter_rows(values_only=True)]
-                for sheet in book.worksheets
-            }
+            sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}
+    except DataError:
+        raise
     except Exception as error:  # the library raises whatever a damaged file provokes
         text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
         raise DataError(where, f"the spreadsheet is damaged ({text})", "a complete file", "Save it again.") from None
@@ -57,6 +58,17 @@ def sheet_text(data: bytes, where: str) -> Text:
         raise DataError(where, f"no rows of numbers on any sheet ({shown})", "a table of measured values", "")
     notes = (f'Read from the sheet "{tables[0]}".',) if len(sheets) > 1 else ()
     return Text(["\t".join(row) for row in sheets[tables[0]]], "XLSX", True, notes)
+
+
+def _rows(values: Iterable[tuple[Any, ...]], where: str) -> list[list[str]]:
+    """Cells of a sheet. One that names a cell far away has all the empty ones before it too."""
+    rows, left = [], allowance.MOST_CELLS
+    for row in values:
+        left -= len(row) + 1
+        if left < 0:
+            raise allowance.too_many_cells(where, DataError)
+        rows.append([_cell(value) for value in row])
+    return rows
 
 
 def _cell(value: Any) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
 from fibrefit.records.files.extras import require
@@ -41,7 +42,11 @@ def read_tdms(path: Path, where: str) -> Raw:
     nptdms = require("nptdms", "tdms", where, "a TDMS file")
     try:
         with nptdms.TdmsFile.open(path) as file:
-            columns = [_column(channel) for group in file.groups() for channel in group.channels()]
+            channels = [channel for group in file.groups() for channel in group.channels()]
+            Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
+            columns = [_column(channel) for channel in channels]
+    except DataError:
+        raise
     except Exception as error:  # the library raises whatever a damaged file provokes
         text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
         raise DataError(where, f"the TDMS file is damaged ({text})", "a complete file", "Export it again.") from None

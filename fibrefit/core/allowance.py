@@ -1,0 +1,58 @@
+"""How much a file may ask for: refused by what it declares, before memory is taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fibrefit.core.errors import FibrefitError
+
+LARGEST = 1 << 30
+"""Bytes of a file, of what it unpacks to, or of the arrays it declares: 134 million numbers."""
+MOST_CELLS = 30_000_000
+"""Cells of a table of text, of which each takes up to 0.2 kB while it is read."""
+LARGEST_STUDY = 1 << 24
+"""Bytes of a study or of a table of records."""
+
+
+@dataclass
+class Allowance:
+    """Bytes that what one file holds may take, all of it together.
+
+    Parameters
+    ----------
+    where : str
+        File to name in messages.
+    error : type
+        Class of the error.
+    left : int
+        Bytes that may still be taken.
+    """
+
+    where: str
+    error: type[FibrefitError]
+    left: int = field(default_factory=lambda: LARGEST)
+
+    def take(self, size: int) -> None:
+        """Count some bytes that are about to be read or made room for.
+
+        Raises
+        ------
+        FibrefitError
+            Of the class `error`, if they are more than are left.
+        """
+        self.left -= int(size)
+        if self.left < 0:
+            raise too_large(self.where, "unpacked or declared", self.error)
+
+
+def too_many_cells(where: str, error: type[FibrefitError]) -> FibrefitError:
+    """Refusal of a table of text that would take all memory while it is read."""
+    most = f"{MOST_CELLS / 1e6:g} million"
+    do = "Cut it into parts, or save it as Parquet or MATLAB, which take more."
+    return error(where, f"more than {most} cells", f"a table of {most} cells at most", do)
+
+
+def too_large(where: str, how: str, error: type[FibrefitError]) -> FibrefitError:
+    """Refusal of what is larger than any record of one experiment."""
+    limit = f"{LARGEST / (1 << 30):.3g} GiB"
+    return error(where, f"more than {limit} {how}", f"one experiment, {limit} at most", "Cut the file into parts.")

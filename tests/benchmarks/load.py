@@ -1,0 +1,214 @@
+"""How commands grow with what they are given, from a prompt: time and the largest memory, and the exponent of both.
+
+``python -m tests.benchmarks.load`` prints the table; ``--write`` keeps it in docs/load.md, ``--only draws`` makes one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tests.benchmarks.limit import Drop, simulate
+from tests.benchmarks.table import Table
+from tests.benchmarks.timing import spoken
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "load.md"
+
+LINEAR = 1.15
+"""Exponent up to which a growth counts as linear: the scatter of such a fit."""
+
+MASS, GRAVITY, LENGTH = 3.096, 9.81, 1.79
+TRUE = {"stiffness": 11_000.0, "damping": 9.5, "friction": 2.7}
+LIFTS = (0.005, 0.01, 0.02)
+NOISE = {"force": 0.3, "position": 2e-5}
+RATE = 2000.0
+
+HEAD = """schema = "fibrefit/study/1"
+name = "load"
+
+[rig]
+kind = "fibre_mass"
+weight_mass = "3.096 kg"
+fibre_length = "599 mm"
+fibre_mass = "1.63 g"
+
+[channels]
+time = "time [s]"
+force = "force [N]"
+position = "position [mm]"
+"""
+
+
+class Load(NamedTuple):
+    """Something that grows.
+
+    Parameters
+    ----------
+    title : str
+    sizes : tuple of int
+        The first is what the others are compared with: start-up and compiling stand in it.
+    series : callable
+        Number of records and samples a second, of a size.
+    words : callable
+        Command line, without the study and the folder, of a size.
+    """
+
+    title: str
+    sizes: tuple[int, ...]
+    series: Callable[[int], tuple[int, float]]
+    words: Callable[[int], tuple[str, ...]]
+
+
+class Measured(NamedTuple):
+    """What a command took.
+
+    Parameters
+    ----------
+    seconds : float
+        By the clock.
+    processor : float
+        Spent by it and all its processes, s.
+    memory : float
+        Largest of any of its processes, MB.
+    """
+
+    seconds: float
+    processor: float
+    memory: float
+
+
+WALKERS, ENSEMBLES = 32, 4
+
+LOADS = {
+    "batch": Load(
+        "records in `batch`",
+        (50, 250, 500, 1000),
+        lambda n: (n, RATE),
+        lambda n: ("batch", "--starts", "4", "--jobs", "1"),
+    ),
+    "records": Load("records in one `fit`", (5, 10, 20, 35, 50), lambda n: (n, RATE), lambda n: ("fit",)),
+    "samples": Load(
+        "samples in one record", (6_250, 12_500, 25_000, 50_000, 100_000), lambda n: (1, n / LENGTH), lambda n: ("fit",)
+    ),
+    "draws": Load(
+        "posterior draws",
+        (12_800, 50_048, 100_096, 200_064),
+        lambda n: (1, RATE),
+        lambda n: (
+            "sample", "--walkers", str(WALKERS), "--ensembles", str(ENSEMBLES), "--ess", "1e9", "--r-hat", "1.000001",
+            "--max-steps", str(n // (WALKERS * ENSEMBLES)),
+        ),
+    ),
+}  # fmt: skip
+
+
+def write_series(folder: Path, records: int, rate: float, seed: int = 0) -> None:
+    """A study of drops, each measured anew, by the hand-written simulation.
+
+    Parameters
+    ----------
+    folder : Path
+    records : int
+    rate : float
+        Samples a second.
+    seed : int
+    """
+    random, rows = np.random.default_rng(seed), [HEAD]
+    times = np.arange(round(LENGTH * rate)) / rate
+    force, position = np.empty((2, times.size))
+    for number in range(records):
+        lift = LIFTS[number % len(LIFTS)]
+        simulate(Drop(*TRUE.values(), MASS, MASS * GRAVITY, lift, 0.05), 1.0 / rate, force, position)
+        noisy = [values + random.normal(0.0, NOISE[name], times.size) for name, values in
+                 (("force", force), ("position", position))]  # fmt: skip
+        table = np.column_stack([times, noisy[0], 1e3 * noisy[1]])
+        name = f"drop_{number}.csv"
+        np.savetxt(
+            folder / name, table, ("%.7f", "%.3f", "%.4f"), ",", header="time [s],force [N],position [mm]", comments=""
+        )
+        rows.append(f'[[records]]\nfile = "{name}"\nlift = "{1e3 * lift:g} mm"\ninclination = "90 deg"\n')
+    (folder / "study.toml").write_text("\n".join(rows), "utf-8")
+
+
+def measured(load: Load, size: int) -> Measured:
+    """One command in a process of its own, with programs kept as they are for a user.
+
+    Raises
+    ------
+    RuntimeError
+        If it fails.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        folder, words = Path(place), load.words(size)
+        write_series(folder, *load.series(size))
+        command = [
+            sys.executable,
+            "-m",
+            "fibrefit",
+            words[0],
+            str(folder),
+            *words[1:],
+            "-q",
+            "--out",
+            str(folder / "out"),
+        ]
+        with (folder / "said").open("wb") as said:
+            began = time.perf_counter()
+            process = subprocess.Popen(command, stdout=said, stderr=said)
+            _, status, usage = os.wait4(process.pid, 0)
+            seconds = time.perf_counter() - began
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode not in (0, 5):
+            raise RuntimeError((folder / "said").read_text(errors="replace")[-2000:])
+    return Measured(seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0)
+
+
+def exponent(sizes: tuple[int, ...], values: list[float]) -> float:
+    """Slope of what is added beyond the smallest size, both logarithmic: 1 is linear, 2 quadratic."""
+    more = np.subtract(sizes[1:], sizes[0])
+    added = np.maximum(np.subtract(values[1:], values[0]), 1e-9)
+    return float(np.polyfit(np.log(more), np.log(added), 1)[0])
+
+
+def table(name: str) -> Table:
+    """Times and memory of all sizes, and their exponents."""
+    load = LOADS[name]
+    found = []
+    for size in load.sizes:
+        found.append(measured(load, size))
+        print(f"{load.title}: {size}: {found[-1]}", file=sys.stderr, flush=True)
+    rows = [
+        (f"{size:,}".replace(",", " "), spoken(one.seconds), spoken(one.processor), f"{one.memory:.0f} MB")
+        for size, one in zip(load.sizes, found, strict=True)
+    ]
+    powers = [exponent(load.sizes, [getattr(one, what) for one in found]) for what in Measured._fields]
+    rows.append(("exponent", *(f"{power:.2f}" for power in powers)))
+    note = f"`fibrefit {' '.join(load.words(load.sizes[-1]))}`, from a prompt; exponents are of what is added to the first row."
+    return Table(f"Growth with {load.title}", note, (load.title, "time", "processors", "largest memory"), rows)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.load", description=__doc__)
+    parser.add_argument("--only", choices=tuple(LOADS), action="append", help="make only this table, repeatable")
+    parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
+    given = parser.parse_args()
+    parts = [f"# Load\n\nMade by `make bench` on {date.today()} with {os.cpu_count()} cores.\n"]
+    for name in given.only or LOADS:
+        parts.append(table(name).text())
+        print(parts[-1], flush=True)
+    if given.write:
+        PAGE.write_text("\n".join(parts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
