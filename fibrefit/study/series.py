@@ -7,8 +7,8 @@ import io
 import re
 from pathlib import Path
 
-from fibrefit.core.errors import StudyError
 from fibrefit.core.allowance import LARGEST_STUDY
+from fibrefit.core.errors import StudyError
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")

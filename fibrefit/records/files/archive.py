@@ -6,7 +6,6 @@ import gzip
 import io
 import zipfile
 import zlib
-from typing import IO
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
@@ -57,7 +56,7 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
     return data, name
 
 
-def _count(file: IO[bytes], allowed: Allowance) -> None:
+def _count(file: gzip.GzipFile, allowed: Allowance) -> None:
     """Go through a file without keeping it: gzip does not say beforehand what it holds."""
     while part := file.read(_PART):
         allowed.take(len(part))
