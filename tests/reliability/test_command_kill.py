@@ -1,4 +1,4 @@
-"""Whole commands killed at random moments, by process id: the old result or the new one, and the next start is clean."""
+"""Whole commands killed at random moments, by process id: the old result or the new one, whole."""
 
 from __future__ import annotations
 

@@ -89,7 +89,10 @@ def test_the_language_c_and_names_with_blanks_and_accents(tmp_path: Path) -> Non
 
 @pytest.fixture
 def nobody() -> tuple[str, ...]:
-    if shutil.which("unshare") is None or subprocess.run([*NOBODY, "true"], check=False, capture_output=True).returncode:
+    if (
+        shutil.which("unshare") is None
+        or subprocess.run([*NOBODY, "true"], check=False, capture_output=True).returncode
+    ):
         pytest.skip("the system lets nobody make a user")
     return NOBODY
 
@@ -100,7 +103,12 @@ def series(tmp_path: Path) -> Path:
 
 
 FIT = ("fit", "series", "--starts", "4", "--out", "out")
-HEADLESS = ({}, {"MPLBACKEND": "TkAgg"}, {"MPLBACKEND": "module://none.such"}, {"DISPLAY": ":77", "MPLBACKEND": "qtagg"})
+HEADLESS = (
+    {},
+    {"MPLBACKEND": "TkAgg"},
+    {"MPLBACKEND": "module://none.such"},
+    {"DISPLAY": ":77", "MPLBACKEND": "qtagg"},
+)
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def folder(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
     """Studies, and a result of one where a command asks for it."""
     words = WORDS[request.getfixturevalue("name")]
     for study in ("drop_series", "drive_series", "pendulum"):
-        if study in words or "fitted" in words and study == "drop_series":
+        if study in words or ("fitted" in words and study == "drop_series"):
             shutil.copytree(CONFIGS / study, tmp_path / study)
     if "fitted" in words:
         line = ("fit", "drop_series", "--starts", "1", "--figures", "none", "--out", "fitted")
