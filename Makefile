@@ -15,6 +15,7 @@ test: .venv/installed-test
 
 bench: .venv/installed-bench
 	$(RUN) -m tests.benchmarks
+	$(RUN) -m tests.benchmarks.load
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
 
 validate: .venv/installed-bench

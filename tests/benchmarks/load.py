@@ -204,7 +204,7 @@ def main() -> None:
     parser.add_argument("--only", choices=tuple(LOADS), action="append", help="make only this table, repeatable")
     parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
     given = parser.parse_args()
-    parts = [f"# Load\n\nMade by `make bench` on {date.today()} with {os.cpu_count()} cores.\n"]
+    parts = [f"# Load\n\nMade by `python -m tests.benchmarks.load` on {date.today()} with {os.cpu_count()} cores.\n"]
     for name in given.only or LOADS:
         parts.append(table(name).text())
         print(parts[-1], flush=True)

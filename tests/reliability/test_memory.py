@@ -1,0 +1,36 @@
+"""Memory of a worker that goes through one item after the other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import psutil
+import pytest
+
+from fibrefit.core.programs.bound import bound_programs
+
+SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
+CYCLES, SETTLED = 6, 2
+MOST_GROWTH = 25.0
+"""MB a cycle of three items, beyond the first ones: a program of one of them takes 10 and each has a dozen."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("forgets", [True, False])
+def test_a_worker_stays_flat(forgets: bool) -> None:
+    """Whether programs are forgotten between items, as they are once there are many, or kept, as they are while few."""
+    from fibrefit.workflow.batches.item import identified
+    from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+
+    jobs = jobs_of(origins_of([str(SERIES)], None, ()), "record", 1, 0)[:3]
+    memory = []
+    for _ in range(CYCLES):
+        for job in jobs:
+            identified(job)
+            if forgets:
+                assert bound_programs(0)
+        memory.append(psutil.Process().memory_info().rss / 1e6)
+    growth = (memory[-1] - memory[SETTLED - 1]) / (CYCLES - SETTLED)
+    how = "forgotten after each" if forgets else "kept"
+    print(f"\nprograms {how}: {', '.join(f'{size:.0f}' for size in memory)} MB, {growth:.1f} MB a cycle")
+    assert growth < MOST_GROWTH
