@@ -97,6 +97,20 @@ NAMED_TWICE = frozenset(
     }
 )
 
+#: Numbers that say how something is computed, not what is made of it, in modules that also judge.
+METHOD = {
+    "fitting.structure": frozenset({"FEW", "SHORTEST"}),
+    "problem.diagnose.inverse_dynamics": frozenset({"STANDING"}),
+    "workflow.batches.files": frozenset({"MOST_NAMED"}),
+    # How far a search goes, and what it tries again; nothing may be added here.
+    "discovery.conclusion": frozenset({"SHARPENED", "TELLS"}),
+    "discovery.design.distinguish": frozenset({"UNIQUE"}),
+    "discovery.engine.marginal": frozenset({"WRONG_MINIMUM"}),
+    "discovery.forward_selection": frozenset({"CARRIED", "COMPARED", "ENOUGH", "FAR_BEHIND", "PARTNERS"}),
+    "discovery.residuals.innovations": frozenset({"FEWEST", "QUANTISED", "RANK"}),
+    "discovery.search.search": frozenset({"NEARLY", "REFITTED", "UNPROMISING", "WIDELY"}),
+}
+
 #: Rooms of any size: one file a command, one a picture.
 ONE_FILE_A_THING = ("cli", "plots")
 
@@ -244,6 +258,44 @@ def test_units_of_channels_stand_in_one_table(module: str) -> None:
 def test_library_never_prints(module: str) -> None:
     calls = {n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
     assert "print" not in calls
+
+
+def judges(tree: ast.Module) -> bool:
+    """Whether a module makes a check or compares with a threshold."""
+    makes = any(isinstance(n, ast.Call) and ast.unparse(n.func) in ("Check", "CheckSummary") for n in ast.walk(tree))
+    homes = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    return makes or any(str(home).endswith(".thresholds") for home in homes)
+
+
+def numbers_compared(tree: ast.Module) -> set[str]:
+    """Constants of a module, and numbers other than 0 and 1, that something is compared with."""
+    constants = {
+        target.id
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.UnaryOp)
+        for target in node.targets
+        if isinstance(target, ast.Name) and isinstance(ast.literal_eval(node.value), int | float)
+    }
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            inside = {n for one in (node.left, *node.comparators) for n in ast.walk(one)}
+            found |= {n.id for n in inside if isinstance(n, ast.Name)} & constants
+            sides = (node.left, *node.comparators)
+            found |= {str(n.value) for n in sides if isinstance(n, ast.Constant) and isinstance(n.value, float)}
+    return found - {"0.0", "1.0"}
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if not m.endswith("thresholds") and judges(MODULES[m])))
+def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None:
+    found = numbers_compared(MODULES[module]) - METHOD.get(module, set())
+    assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
+
+
+def test_a_number_in_a_verdict_is_seen() -> None:
+    tree = ast.parse("LIMIT = 0.3\nWIDTH = 4\ndef f(x):\n    return Check('', 2 * LIMIT > x > 0.7, WIDTH)")
+    assert judges(tree)
+    assert numbers_compared(tree) == {"LIMIT", "0.7"}
 
 
 def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:

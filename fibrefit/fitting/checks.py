@@ -10,28 +10,22 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.result import ChannelGap, Gap, InputError, Starts, total
+from fibrefit.fitting.thresholds import (
+    AGREEMENT,
+    ASTRAY,
+    AT_BOUND,
+    FEW_STARTS,
+    INPUT_ERROR,
+    SETTLED,
+    STARTS,
+    UNEXPLAINED,
+    USELESS,
+    WORSE,
+)
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.thresholds import GAP
 
-GAP = 1.1
-"""The noise itself is known to a few percent; a gap beyond this is the model's."""
-SETTLED = 0.01
-"""Fall of the cost that one more Gauss-Newton step still promises, in units where 1 is one standard error."""
-ASTRAY = 25.0
-"""Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
-INPUT_ERROR = 1.15
-"""Error of a measured input over its noise beyond which it is not the input's."""
-AGREEMENT = 0.1
-"""Difference between solvers in standard errors."""
-UNEXPLAINED = 0.005
-"""Share of the variance of a signal: seven per cent of its rms."""
-USELESS = 0.05
-"""Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
-STARTS = 0.8
-FEW = 2
-"""Starts that have to end in a minimum that leaves only noise."""
-WORSE = 1.05
-"""Factor by which the residuals of every other minimum then have to be larger."""
 CONVERGED = "convergence"
 EXPLAINED = "explained_share"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
@@ -119,7 +113,7 @@ def starts_agree(starts: Starts, noise: bool = False) -> Check:
         says += ": bounces matched in the wrong order are such minima."
     if (lost := int(np.sum(starts.basin < 0))) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
-    few = noise and starts.agreeing >= FEW and excess > WORSE
+    few = noise and starts.agreeing >= FEW_STARTS and excess > WORSE
     if few and share < STARTS:
         says += " The best one leaves only noise: none can lie below it."
     elif share < STARTS:
@@ -285,5 +279,5 @@ def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
 
 def at_bound(value: float, error: float, limits: Range) -> bool:
     """Whether an estimate is stopped by a limit: nearer to it than a tenth of its error."""
-    tolerance = 0.1 * error if np.isfinite(error) else 0.0
+    tolerance = AT_BOUND * error if np.isfinite(error) else 0.0
     return limits.at_bound(value, max(tolerance, 1e-9 * limits.scale))

@@ -6,16 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.fitting.thresholds import LOOSE, SEEN, TIED, VAGUE
 from fibrefit.problem.statement.layout import Layout
-
-TIED = 0.995
-"""Correlation beyond which two parameters are told apart only in name."""
-VAGUE = 0.5
-"""Relative standard error beyond which a value says little."""
-SEEN = 1e-2
-"""Change of all readings together, in noise rms, below which a parameter's typical size does nothing to them."""
-LOOSE = 0.1
-"""Relative standard error below which a value is known well enough, whatever it is tied to."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
+from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
@@ -221,7 +222,7 @@ def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple
         errors = _rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
         gain = cost - other.cost
-        if not gain > judge.SETTLED:
+        if not gain > SETTLED:
             break
         found = descend(problem, problem.layout.free(other.values), width, whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)

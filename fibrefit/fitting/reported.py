@@ -17,6 +17,7 @@ from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.structure import loudness, structure_checks
+from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import parting, parting_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -137,7 +138,7 @@ def _of_sharp(task: Task, plain: Optimum, sharp: GlsEstimate) -> Reported:
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
     sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, sharp.expected_gap)
-    moving = judge.converged(min(sharp.evidence.mode.promised, judge.SETTLED), True)
+    moving = judge.converged(min(sharp.evidence.mode.promised, SETTLED), True)
     limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
     sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
     errors, expected = _errors(task, plain, coefficients), sharp.expected_gap

@@ -14,27 +14,16 @@ from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, PHASES
+from fibrefit.fitting.thresholds import CHANCE, FEWEST, LOUDEST, PHASE_RATIO, RARE_POWER, SPECTRUM_RATIO, STATE_SHARE
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
-SPECTRUM_RATIO = 1.25
-"""Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
-PHASE_RATIO = 1.15
-CHANCE = 3.3
-"""Standard deviations that are put down to chance: one in two thousand goes beyond."""
-STATE_SHARE = 0.10
 HATS = 12
 DRAWS = 20
-FEWEST = 200
-"""Samples below which a phase is too short to be judged."""
-LOUDEST = 1.5
-"""Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
 FEW = 8
 """Ordinates of a spectrum below which an octave tells nothing."""
 SHORTEST = 16
 """Samples of a piece that has a spectrum."""
-RARE = 5e-4
-"""Probability of a ratio of powers beyond which it is not put down to chance."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +147,7 @@ def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, flo
         # Steps of a coarse reading are noise that a rest may not show.
         floor = float(np.mean(known.floor / fitted.density(frequency)))
         ratio = float(np.mean(left)) / max(float(np.mean(still)), floor)
-        found.append((edge, ratio, float(f_ratio.isf(RARE, 2 * len(left), 2 * len(still)))))
+        found.append((edge, ratio, float(f_ratio.isf(RARE_POWER, 2 * len(left), 2 * len(still)))))
     return found
 
 

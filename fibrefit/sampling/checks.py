@@ -7,30 +7,23 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.check import Check
+from fibrefit.problem.thresholds import GAP
 from fibrefit.sampling.chains.ensembles import Course
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
-
-HOPELESS_R_HAT = 1.1
-HOPELESS_ESS = 50.0
-STUCK = 0.02
-"""Acceptance below which a walker counts as stuck."""
-SECOND_MODE = 0.01
-"""Weight from which a second mode must not be passed over."""
-UNCONTRACTED = 0.8
-"""Posterior over prior width above which the data tell nothing of a parameter."""
-PRIOR_MATTERS = 0.3
-"""The same above which the prior matters."""
-STRONG = 0.995
-"""Posterior correlation above which two parameters are not determined one by one."""
-FAR = 4.0
-"""Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
-EXCESS = 1.1
-"""Residual RMS over the noise RMS at rest that still passes."""
-TRUNCATED = 0.1
-"""Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""
+from fibrefit.sampling.thresholds import (
+    FAR,
+    HOPELESS_ESS,
+    HOPELESS_R_HAT,
+    PRIOR_MATTERS,
+    SECOND_MODE,
+    STRONG,
+    STUCK,
+    TRUNCATED,
+    UNCONTRACTED,
+)
 
 
 def ensembles_agree(names: Sequence[str], course: Course, settings: Settings) -> Check:
@@ -276,9 +269,9 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
         Residual RMS over that expected from the noise at rest, or stated by the study, and from that of inputs.
     """
     worst = int(np.argmax(ratio))
-    passed = bool(ratio[worst] <= EXCESS)
+    passed = bool(ratio[worst] <= GAP)
     says = (
-        f"No channel exceeds its noise level: largest normalised residual RMS {ratio[worst]:.3g}, threshold {EXCESS:g}."
+        f"No channel exceeds its noise level: largest normalised residual RMS {ratio[worst]:.3g}, threshold {GAP:g}."
         if passed
         else f"The normalised residual RMS of {channels[worst]} is {ratio[worst]:.3g}, expected 1: what the model "
         "lacks is counted as noise, and the intervals are those of a wrong model. Run discover."
@@ -288,7 +281,7 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
         passed,
         says,
         float(ratio[worst]),
-        EXCESS,
+        GAP,
         identifier="residual_size",
         quantity="residual size",
     )

@@ -11,9 +11,7 @@ from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, Curve
 from fibrefit.study.summaries.summaries import CheckSummary
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, JumpSummary, PeakSummary
-
-FINE = 0.1
-"""Distance in Hz of two frequencies up to which a jump is located well enough."""
+from fibrefit.workflow.thresholds import FINE
 
 
 def curve_summary(curve: Curve) -> CurveSummary:

@@ -11,11 +11,9 @@ from scipy.stats import f as f_ratio
 
 from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
+from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import MEMORY, Scores, newey_west_of, sandwich
 from fibrefit.problem.statement.problem import Problem
-
-RARE = 1e-3
-"""Probability of a scatter below which it is not put down to chance, over all parameters."""
 
 
 def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check | None:
@@ -49,19 +47,20 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
         if by_chance < chance:
             worst, chance = float(np.sqrt(ratio)), by_chance
             told = _told(problem, i, values[i] + steps[seen, i])
-    passed = chance >= RARE
+    passed = chance >= RARE_SCATTER
     says = "Single records ask for the same values, within their error bars."
     if not passed:
         says = (
-            f"{told} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at least "
-            f"{RARE:g} is expected. What the model lacks changes this value with the conditions: it may mislead."
+            f"{told} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at "
+            f"least {RARE_SCATTER:g} is expected. What the model lacks changes this value with the conditions: it may "
+            "mislead."
         )
     return Check(
         "single records agree",
         passed,
         says,
         chance,
-        RARE,
+        RARE_SCATTER,
         identifier="records_agree",
         quantity="agreement of the records",
     )

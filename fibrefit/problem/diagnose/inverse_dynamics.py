@@ -15,6 +15,7 @@ from fibrefit.core.check import Check
 from fibrefit.effects.law import Effect
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import BALANCE
 from fibrefit.rigs.guide import Sliding
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import pushed_by
@@ -23,8 +24,6 @@ MOTION, FORCES = 100.0, 20.0
 """Frequencies in Hz up to which position is differentiated, and up to which forces are compared."""
 STANDING = 1e-3
 """Speed in m/s below which the direction of motion is not believed."""
-EXPLAINED = 0.1
-"""Share of the force that may be missing."""
 
 
 class ForceBalance(NamedTuple):
@@ -49,11 +48,11 @@ def balance_check(found: ForceBalance) -> Check:
     """Whether the measured force is the one that the measured motion asks for."""
     return Check(
         name="the force is the one the motion asks for",
-        passed=found.share <= EXPLAINED,
+        passed=found.share <= BALANCE,
         says=f"Up to {FORCES:g} Hz, {100.0 * found.share:.2f} % of the measured force is not what the motion asks for; "
-        f"at most {100.0 * EXPLAINED:g} % is expected.",
+        f"at most {100.0 * BALANCE:g} % is expected.",
         statistic=found.share,
-        threshold=EXPLAINED,
+        threshold=BALANCE,
         identifier="force_balance",
         quantity="force balance (inverse dynamics)",
     )

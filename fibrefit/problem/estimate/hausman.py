@@ -15,11 +15,7 @@ from fibrefit.problem.estimate.gls import inverse, whitened
 from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.problem import Linearised
-
-UNLIKELY = 1e-3
-"""Probability below which the difference of the two estimates is not taken for chance."""
-SLIGHT = 0.02
-"""Share of the plain estimate's variance below which both methods are one, and their difference says nothing."""
+from fibrefit.problem.thresholds import SLIGHT, UNLIKELY
 
 
 @dataclass(frozen=True)

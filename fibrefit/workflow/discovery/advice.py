@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.workflow.thresholds import PREDICTED
 
-PREDICTED = 1.15
-"""Gap up to which a record counts as predicted within noise by a fit to the others (leave-one-record-out)."""
 TRY_AGAIN = "fibrefit discover"
 
 

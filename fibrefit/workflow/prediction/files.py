@@ -22,8 +22,9 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
-from fibrefit.workflow.prediction.judge import BAND, LACKING, expected_square, limit, prediction_checks
+from fibrefit.workflow.prediction.judge import BAND, expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
+from fibrefit.workflow.thresholds import LACKING
 
 PREDICTED = "_predicted"
 """End of the identifiers of the checks that the verdict is about."""

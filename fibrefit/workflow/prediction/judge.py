@@ -8,12 +8,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from fibrefit.core.check import Check
-from fibrefit.fitting.checks import GAP, finite
+from fibrefit.fitting.checks import finite
+from fibrefit.problem.thresholds import GAP
+from fibrefit.workflow.thresholds import LACKING, RARE
 
-LACKING = 1.5
-"""What a model lacks may be so many times as large in other records as in those of the fit, rms."""
-RARE = 0.01
-"""Chance that error bars of values alone bring a prediction to its limit."""
 BAND = 1.959964
 
 

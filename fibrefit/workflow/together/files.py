@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.problem.thresholds import GAP
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import Told, Verdict
 from fibrefit.series.trends import Quantity
@@ -15,11 +16,9 @@ from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.summaries import CheckSummary, ParameterSummary
+from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
 from fibrefit.workflow.together.words import BASE
-
-NOISE_LIKE = 1.1
-"""Gap up to which a model is taken to serve."""
 
 
 def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
@@ -125,16 +124,16 @@ def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
     """Whether the answer can be trusted."""
     gap = found.gaps[found.answer]
     foreseen = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
-    agree = (foreseen > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < 5.0
+    agree = (foreseen > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < DECIDED
     ends = _at_ends(found)
     return (
         CheckSummary(
             name="the gap is noise",
-            passed=gap <= NOISE_LIKE,
-            says=f"Normalised residual RMS is {gap:.3g}; at most {NOISE_LIKE:g} is expected."
-            + ("" if gap <= NOISE_LIKE else " What is left is more than noise: run discover before you trust the law."),
+            passed=gap <= GAP,
+            says=f"Normalised residual RMS is {gap:.3g}; at most {GAP:g} is expected."
+            + ("" if gap <= GAP else " What is left is more than noise: run discover before you trust the law."),
             statistic=gap,
-            threshold=NOISE_LIKE,
+            threshold=GAP,
             identifier="gap",
             quantity="residual size",
         ),

@@ -1,0 +1,58 @@
+"""Every number that decides the verdict on a fit, with its meaning and where it comes from.
+
+How large residuals may be stands in `problem.thresholds`.
+"""
+
+from __future__ import annotations
+
+SETTLED = 0.01
+"""Fall of the cost that one more Gauss-Newton step may still promise; 1 is one standard error, so that values are
+a tenth of theirs from the minimum at most."""
+ASTRAY = 25.0
+"""Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
+INPUT_ERROR = 1.15
+"""Error of a measured input over its noise beyond which it is not the input's: `problem.thresholds.GAP`, and a little
+more, as the error is estimated with the values."""
+AGREEMENT = 0.1
+"""Difference between solvers in standard errors: what nobody would notice in a result."""
+UNEXPLAINED = 0.005
+"""Share of the variance of a signal that may be left beyond its noise: seven per cent of its rms."""
+USELESS = 0.05
+"""Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
+STARTS = 0.8
+"""Share of the starts that have to end in the best minimum; where fewer do, a better one may have been missed."""
+FEW_STARTS = 2
+"""Starts that have to end in a minimum that leaves only noise: one may be an accident."""
+WORSE = 1.05
+"""Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
+AT_BOUND = 0.1
+"""Distance from a bound, in standard errors, below which an estimate is stopped by it."""
+
+SPECTRUM_RATIO = 1.25
+"""Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
+PHASE_RATIO = 1.15
+"""Residual RMS of a phase of the motion over the noise that still passes, chance allowed for: `problem.thresholds.GAP`
+of fewer samples."""
+STATE_SHARE = 0.10
+"""Share of what is left that a curve in a state of the rig may explain: a twentieth in rms."""
+CHANCE = 3.3
+"""Standard deviations that are put down to chance: one in two thousand goes beyond."""
+RARE_POWER = 5e-4
+"""Probability of a ratio of powers beyond which it is not put down to chance: the same one in two thousand."""
+LOUDEST = 1.5
+"""Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
+FEWEST = 200
+"""Samples below which a phase is too short to be judged: their mean square scatters by a tenth."""
+
+RARE_SCATTER = 1e-3
+"""Probability of a scatter between records below which it is not put down to chance, over all parameters."""
+
+TIED = 0.995
+"""Correlation beyond which two parameters are told apart only in name: the error of either is ten times that of
+their combination."""
+VAGUE = 0.5
+"""Relative standard error beyond which a value says little: zero lies within two of them."""
+SEEN = 1e-2
+"""Change of all readings together, in noise rms, below which a parameter's typical size does nothing to them."""
+LOOSE = 0.1
+"""Relative standard error below which a value is known well enough, whatever it is tied to."""

@@ -1,0 +1,28 @@
+"""Every number that decides the verdict on a posterior, with its meaning and where it comes from.
+
+How far chains are run is in `sampling.settings`, after Vehtari, Gelman, Simpson, Carpenter and Buerkner, Bayesian
+Analysis 16 (2021); how large residuals may be, in `problem.thresholds`.
+"""
+
+from __future__ import annotations
+
+HOPELESS_R_HAT = 1.1
+"""R-hat beyond which draws are of no use: the limit that was usual before 1.01 (Gelman and Rubin, Statistical Science 7
+(1992))."""
+HOPELESS_ESS = 50.0
+"""Effective sample size below which means are uncertain by a seventh of a standard deviation."""
+STUCK = 0.02
+"""Acceptance below which a walker counts as stuck: a tenth of the lowest that is usual (Foreman-Mackey et al., Publ.
+Astron. Soc. Pac. 125 (2013))."""
+SECOND_MODE = 0.01
+"""Weight from which a second mode must not be passed over: of the 2.5 % beyond an end of the interval it is 1."""
+UNCONTRACTED = 0.8
+"""Posterior over prior width above which the data tell nothing of a parameter."""
+PRIOR_MATTERS = 0.3
+"""The same above which the prior matters: it draws a normal posterior to itself by a tenth of its distance."""
+STRONG = 0.995
+"""Posterior correlation above which two parameters are not determined one by one, as `fitting.thresholds.TIED`."""
+FAR = 4.0
+"""Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
+TRUNCATED = 0.1
+"""Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""

@@ -1,0 +1,82 @@
+"""Thresholds of predictions, sweeps and series decide: with twice or half of one a verdict here would be another."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fibrefit.study.summaries.discovery import HeldOut
+from fibrefit.workflow import sweep_summary, thresholds
+from fibrefit.workflow.discovery import advice
+from fibrefit.workflow.prediction import judge
+from fibrefit.workflow.together import files as series
+from tests.brackets import Bracket
+from tests.brackets import thresholds as names_in
+
+COUNTED = np.ones((1, 10), dtype=bool)
+
+
+def within(cause: str, ratio: float) -> bool:
+    """Whether residuals that come of one cause alone pass, so many times as large as expected."""
+    return ratio <= judge.limit({cause: np.ones((1, 10))}, COUNTED, 3)
+
+
+def fine(step: float) -> bool:
+    """Whether a jump between frequencies so far apart is located well enough."""
+    frequencies = np.array([4.0, 4.0 + step, 4.0 + 2.0 * step])
+    branch = SimpleNamespace(
+        time=np.zeros(3),
+        trouble=np.zeros(3, dtype=bool),
+        periods=np.ones(3, dtype=int),
+        overturned=np.zeros(3, dtype=bool),
+        amplitude=np.array([0.1, 0.1, 2.0]),
+    )
+    curve = SimpleNamespace(branches={"up": branch}, frequencies=frequencies)
+    return sweep_summary.sweep_checks(cast(Any, [curve]))[2].passed
+
+
+def verdict(nats: float, gap: float = 1.0) -> Any:
+    """A series whose laws predict worse than constants, and are so much more probable."""
+    foresight = lambda size: SimpleNamespace(foresight=np.array([size]))  # noqa: E731
+    unknowns = SimpleNamespace(lower=np.array([0.0]), upper=np.array([9.0]), names=("a",))
+    mode = SimpleNamespace(unknowns=unknowns, place=SimpleNamespace(z=np.array([1.0])))
+    return SimpleNamespace(
+        answer="constant",
+        gaps={"constant": gap},
+        logs={"speed_law": nats},
+        left_out={"constant": foresight(1.0), "speed_law": foresight(0.0)},
+        best=SimpleNamespace(evidence=SimpleNamespace(mode=mode)),
+    )
+
+
+def missed(gap: float) -> bool:
+    """Whether a record left out counts as predicted."""
+    held = HeldOut(record="a.csv", gap_before=3.0, gap_after=gap)
+    after = SimpleNamespace(advice=())
+    found = SimpleNamespace(verdict="named", after=after, cannot_tell_apart=(), separated_by=(), held_out=(held,))
+    return not any("a.csv" in said for said in advice.next_steps(cast(Any, found), False))
+
+
+CASES = (
+    Bracket("LACKING", judge, lambda x: within("model", x), 1.3, 1.7),
+    Bracket("RARE", judge, lambda x: within("values", x), 1.90, 2.0),
+    Bracket("FINE", sweep_summary, fine, 0.08, 0.13),
+    Bracket("DECIDED", series, lambda x: series.series_checks(verdict(x))[1].passed, 4.0, 6.0),
+    Bracket("PREDICTED", advice, missed, 1.1, 1.2),
+)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.MonkeyPatch) -> None:
+    case.test(monkeypatch)
+
+
+def test_residuals_of_a_series_may_be_as_large_as_those_of_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    Bracket("GAP", series, lambda gap: series.series_checks(verdict(0.0, gap))[0].passed, 1.05, 1.15).test(monkeypatch)
+
+
+def test_no_threshold_is_without_a_case() -> None:
+    assert names_in(thresholds) == {case.name for case in CASES}
