@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter, lfilter_zi
+from scipy.signal import butter, lfilter, lfilter_zi, sosfilt
 
 Effects = Mapping[str, Mapping[str, float]]
 
@@ -66,6 +66,7 @@ class Noise:
     freedom : of Student's t, by which the white part is drawn; infinite for a normal one
     lines : of each channel, frequency in Hz and amplitude, beside `hum`
     growth : share by which noise of the force is larger where the force is largest than where there is none
+    band : frequency in Hz of a filter of second order (Butterworth) behind which the white part is; infinite for none
     """
 
     rms: Mapping[str, float]
@@ -77,6 +78,7 @@ class Noise:
     freedom: float = math.inf
     lines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     growth: float = 0.0
+    band: float = math.inf
 
     def all_lines(self, channel: str) -> tuple[tuple[float, float], ...]:
         """Frequency and amplitude of every line of a channel, that of the mains among them."""
@@ -124,6 +126,14 @@ def white_noise(n: int, freedom: float, rng: np.random.Generator) -> np.ndarray:
     return math.sqrt((freedom - 2.0) / freedom) * rng.standard_t(freedom, n)
 
 
+def filtered_noise(n: int, share: float, freedom: float, rng: np.random.Generator) -> np.ndarray:
+    """White noise behind a filter of second order at a `share` of the sampling rate, of variance one."""
+    settled = math.ceil(10.0 / share)
+    passed = sosfilt(butter(2, share, fs=1.0, output="sos"), white_noise(settled + n, freedom, rng))[settled:]
+    impulse = sosfilt(butter(2, share, fs=1.0, output="sos"), np.eye(1, settled)[0])
+    return passed / math.sqrt(np.sum(impulse**2))
+
+
 def logged(
     channel: str,
     values: np.ndarray,
@@ -134,7 +144,9 @@ def logged(
 ) -> np.ndarray:
     """The values as a logger would write them; `force` is what noise that grows with the load grows with."""
     n, rate = values.size, 1.0 / (times[1] - times[0])
-    coloured = math.sqrt(1.0 - noise.pink**2 - noise.slow**2) * white_noise(n, noise.freedom, rng)
+    filtered = math.isfinite(noise.band)
+    fresh = filtered_noise(n, noise.band / rate, noise.freedom, rng) if filtered else white_noise(n, noise.freedom, rng)
+    coloured = math.sqrt(1.0 - noise.pink**2 - noise.slow**2) * fresh
     lines = sum(
         amplitude * np.sin(2.0 * math.pi * (frequency * times + rng.random()))
         for frequency, amplitude in noise.all_lines(channel)

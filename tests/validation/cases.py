@@ -22,6 +22,7 @@ from tests.independent.noncentrality import Hidden, Ideal, strength_for
 from tests.independent.series import Series, draw_shape, scattered, take
 from tests.validation.designs import (
     NOISES,
+    NOISES_OF_INTERVALS,
     SCATTERS,
     SCATTERS_OF_INTERVALS,
     TUNING_DESIGN,
@@ -167,10 +168,12 @@ def cases(release: str, kind: str, rig: str, *, tuning: bool = False) -> Iterato
 
 def interval_cases(release: str, rig: str, noise: str, scatter: float, *, tuning: bool = False) -> Iterator[Case]:
     """Series in which nothing is hidden, of one noise and scatter, for the intervals of a fit."""
-    if noise not in NOISES or scatter not in SCATTERS_OF_INTERVALS:
-        raise ValueError(f"noise is one of {NOISES}, scatter one of {SCATTERS_OF_INTERVALS}")
-    # A number that no other combination has.
-    first = 10_000 * (NOISES.index(noise) + len(NOISES) * SCATTERS_OF_INTERVALS.index(scatter))
+    if noise not in NOISES_OF_INTERVALS or scatter not in SCATTERS_OF_INTERVALS:
+        raise ValueError(f"noise is one of {NOISES_OF_INTERVALS}, scatter one of {SCATTERS_OF_INTERVALS}")
+    # A number that no other combination has, nor had before there were further kinds of noise.
+    kind, spread = NOISES_OF_INTERVALS.index(noise), SCATTERS_OF_INTERVALS.index(scatter)
+    set_of, kind = divmod(kind, len(NOISES))
+    first = 10_000 * (kind + len(NOISES) * (spread + set_of * len(SCATTERS_OF_INTERVALS)))
     for i in itertools.count(first):
         yield Case(release, "interval", rig, i, noise, scatter, tuning=tuning)
 

@@ -19,6 +19,7 @@ from tests.independent.series import DRIVES, DROPS, Plan, drive_plan, drop_plan
 from tests.independent.simulate import FINE_STEP, Base
 
 NOISES = ("pink", "slow", "tails", "hum", "load", "coarse")
+NOISES_OF_INTERVALS = (*NOISES, "filtered 200 Hz", "filtered 500 Hz")
 SCATTERS = (0.0, 0.005, 0.01)
 SCATTERS_OF_INTERVALS = (*SCATTERS, 0.02)
 
@@ -78,14 +79,14 @@ TUNING_DESIGN = Design(
 
 
 def noise_of(kind: str, rng: np.random.Generator) -> Noise:
-    """Noise of one of the six kinds, with its own figures.
+    """Noise of one of the kinds, with its own figures.
 
     Parameters
     ----------
     kind : "pink" (half of the amplitude), "slow" (first order with a corner at 8 Hz, part of the power), "tails"
         (Student's t of four degrees of freedom), "hum" (lines at 50.1 and 150.3 Hz, as large as the noise), "load"
         (grows with the force), "coarse" (steps of 1 N and 0.05 mm with little noise; that of the drive's reading in
-        every other series)
+        every other series), "filtered" (behind a filter of second order at 200 or 500 Hz)
     rng : draws what a kind leaves open
     """
     plain = replace(USUAL, pink=0.0)
@@ -107,7 +108,9 @@ def noise_of(kind: str, rng: np.random.Generator) -> Noise:
             hum=dict.fromkeys(USUAL.hum, 0.0),
             resolution={"force": 1.0, "position": 5e-5, **drive},
         )
-    raise ValueError(f"no noise {kind!r}; there are {', '.join(NOISES)}")
+    if kind.startswith("filtered"):
+        return replace(plain, band=float(kind.split()[1]))
+    raise ValueError(f"no noise {kind!r}; there are {', '.join(NOISES_OF_INTERVALS)}")
 
 
 def _lines(rng: np.random.Generator) -> Mapping[str, tuple[tuple[float, float], ...]]:

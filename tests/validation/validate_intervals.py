@@ -21,7 +21,7 @@ from typing import Any
 
 from tests.independent.simulate import Base
 from tests.validation.cases import RIGS, Case, interval_cases
-from tests.validation.designs import NOISES, SCATTERS_OF_INTERVALS
+from tests.validation.designs import NOISES_OF_INTERVALS, SCATTERS_OF_INTERVALS
 from tests.validation.tables import ROOT, Share, append, median, read, revision, table, write_between
 from tests.validation.workers import carried_out
 
@@ -152,7 +152,7 @@ def _fitted(folder: Path) -> dict[str, Any]:
 def coverage(rows: Sequence[Fitted]) -> list[str]:
     """By rig, noise and scatter: shares of intervals with the truth, rms of the scores, statuses, times."""
     lines = []
-    for rig, noise, scatter in itertools.product(RIGS, NOISES, SCATTERS_OF_INTERVALS):
+    for rig, noise, scatter in itertools.product(RIGS, NOISES_OF_INTERVALS, SCATTERS_OF_INTERVALS):
         group = [row for row in rows if (row.rig, row.noise, row.scatter) == (rig, noise, scatter)]
         if not group:
             continue
@@ -197,7 +197,7 @@ def chosen(given: argparse.Namespace, rows: Sequence[Fitted]) -> list[Case]:
     known = {row.case for row in rows}
     lists = []
     for combination in itertools.product(
-        given.rig or RIGS, given.noise or NOISES, given.scatter or SCATTERS_OF_INTERVALS
+        given.rig or RIGS, given.noise or NOISES_OF_INTERVALS, given.scatter or SCATTERS_OF_INTERVALS
     ):
         fresh = (
             case for case in interval_cases(given.release, *combination, tuning=given.tuning) if case.name not in known
@@ -226,7 +226,9 @@ def main() -> None:
         "--series", type=int, default=0, help="further series of each combination; 0 prints the tables only"
     )
     parser.add_argument("--rig", action="append", choices=RIGS, help="may be given twice; both if not given")
-    parser.add_argument("--noise", action="append", choices=NOISES, help="may be given several times; all if not given")
+    parser.add_argument(
+        "--noise", action="append", choices=NOISES_OF_INTERVALS, help="may be given several times; all if not given"
+    )
     parser.add_argument(
         "--scatter",
         action="append",
