@@ -1,4 +1,4 @@
-"""What one unit of a column is worth: ``"-200 N/V"``, ``"17.857 um"``, ``"2.07 +/- 0.29 N/A"``, ``"-1"``."""
+"""What one unit of a column is worth: ``"-200 N/V"``, ``"17.857 um"``, ``"2.07 +/- 0.29 N/A"``; and uncertainties."""
 
 from __future__ import annotations
 
@@ -12,6 +12,14 @@ from fibrefit.core.units import ACCEPTED
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _SCALE = re.compile(rf"\s*({_NUMBER})(?:\s*(?:\+/-|\+-|±)\s*({_NUMBER}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+
+
+def uncertain(text: object) -> tuple[str, str] | None:
+    """Value and standard uncertainty of ``"3.1 +/- 0.05 kg"``, each with the unit; None for what is not so written."""
+    match = _SCALE.fullmatch(text) if isinstance(text, str) else None
+    if match is None or match[2] is None:
+        return None
+    return f"{match[1]} {match[3]}".strip(), f"{match[2]} {match[3]}".strip()
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,24 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
             found.append(
                 Weakness((slot.name,), f"{slot.name} is hardly visible: its error is {_share(error, values[i])}")
             )
-    return tuple(found) + _mixed(mixed) + _tied(layout, shared, values, covariance)
+    given = _given_beliefs(layout, covariance)
+    return tuple(found) + _mixed(mixed) + _tied(layout, shared, values, given)
+
+
+def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
+    """Covariance if the values with a prior were held: what that prior leaves open is in the error bars.
+
+    A value with a prior is not tied to another one by the records alone; its own rows become nil.
+    """
+    held = [i for i, _ in layout.believed if np.isfinite(covariance[i, i])]
+    if not held:
+        return covariance
+    inside = covariance[np.ix_(held, held)]
+    size = np.sqrt(np.diag(inside))
+    share = np.linalg.pinv(inside / np.outer(size, size)) / np.outer(size, size)
+    given = covariance - covariance[:, held] @ share @ covariance[held]
+    given[held], given[:, held] = 0.0, 0.0
+    return given
 
 
 def _mixed(names: list[str]) -> tuple[Weakness, ...]:

@@ -123,7 +123,7 @@ def _compared(plain: Optimum, sharp: GlsEstimate) -> tuple[Check, ...]:
     layout, whitening = plain.problem.layout, sharp.seen.whitening
     counts = np.maximum(np.sum(np.asarray(plain.linear.residuals) != 0.0, axis=(0, 2)), 1)
     level = level_of(whitening, plain.linear.residuals, counts)
-    return (parting_check(layout.free_names, parting(layout, plain.linear, whitening, level)),)
+    return (parting_check(layout.free_names, parting(layout, plain.linear, whitening, level, plain.scores.belief)),)
 
 
 def _of_sharp(task: Task, plain: Optimum, sharp: GlsEstimate) -> Reported:

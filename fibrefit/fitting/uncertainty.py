@@ -18,7 +18,7 @@ import numpy as np
 
 from fibrefit.problem.noise.spectrum import periodogram, whittle
 from fibrefit.problem.statement.layout import assembled, gathered
-from fibrefit.problem.statement.problem import Linearised
+from fibrefit.problem.statement.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0
 """Longest correlation allowed for, as a share of a record: the wander of a logger has no time scale of its own."""
@@ -40,6 +40,8 @@ class Scores:
         Number of free values.
     prior : (n_record, n_local, n_local), optional
         What is to be added to each record's normal matrix for unknowns that were eliminated and have a prior.
+    belief : (n_free + 1, n_free + 1), optional
+        What is believed of the values themselves, see `Layout.prior_gram`.
     """
 
     residuals: np.ndarray
@@ -48,15 +50,19 @@ class Scores:
     columns: np.ndarray
     size: int
     prior: np.ndarray | None = None
+    belief: np.ndarray | None = None
 
     @classmethod
-    def of(cls, linear: Linearised, counts: np.ndarray, columns: np.ndarray, size: int) -> Scores:
-        """From what a problem says at its optimum."""
-        return cls(np.asarray(linear.residuals), np.asarray(linear.slopes), counts, columns, size)
+    def of(cls, problem: Problem, linear: Linearised, values: np.ndarray) -> Scores:
+        """From what a problem says at its optimum, `values` ``(n_free,)`` in SI units."""
+        layout, counts = problem.layout, np.asarray(problem.observations.experiment.count)
+        residuals, slopes = np.asarray(linear.residuals), np.asarray(linear.slopes)
+        return cls(residuals, slopes, counts, layout.local_columns, layout.size, belief=layout.prior_gram(values))
 
     def prior_matrix(self) -> np.ndarray:
         """The part of the normal matrix that is due to priors; as a score's variance it is the same."""
-        return np.zeros((self.size, self.size)) if self.prior is None else self._placed(self.prior)
+        whole = np.zeros((self.size, self.size)) if self.prior is None else self._placed(self.prior)
+        return whole if self.belief is None else whole + self.belief[:-1, :-1]
 
     def assembled(self, local: Callable[[int], np.ndarray]) -> np.ndarray:
         """Sum of the records' matrices ``local(record)``, ``(n_local, n_local)``, in the places of the free values."""
@@ -68,7 +74,8 @@ class Scores:
     def gradient(self) -> np.ndarray:
         """``J'r``, ``(n_free,)``."""
         local = np.stack([self.of_record(record).sum(axis=0) for record in range(len(self.columns))])
-        return gathered(local, self.columns, self.size)
+        found = gathered(local, self.columns, self.size)
+        return found if self.belief is None else found + self.belief[:-1, -1]
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""
@@ -87,7 +94,8 @@ class Scores:
 
 def white(scores: Scores) -> np.ndarray:
     """Score variance if residuals were independent with one variance."""
-    return scores.variance() * scores.normal_matrix()
+    prior = scores.prior_matrix()
+    return scores.variance() * (scores.normal_matrix() - prior) + prior
 
 
 def stationary(scores: Scores, rate: float) -> np.ndarray:

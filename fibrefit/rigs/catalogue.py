@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from fibrefit.rigs.fibre_mass import FIBRE_MASS, FORCE_ONLY
 from fibrefit.rigs.guided_mass import FREE_MASS, GUIDED_MASS
 from fibrefit.rigs.pendulums.inverted import INVERTED_PENDULUM
@@ -14,6 +16,23 @@ VARIANTS: dict[str, Rig] = {"force_only": FORCE_ONLY, "free": FREE_MASS}
 """Rigs of which a study says that less of them was measured, by its `variant`."""
 
 
-def rig_of(kind: str, variant: str = "") -> Rig:
-    """Rig of a study, by its kind and its variant, empty for the usual one."""
-    return VARIANTS[variant] if variant else RIGS[kind]
+@lru_cache(maxsize=256)
+def rig_of(kind: str, variant: str = "", found: tuple[tuple[str, float], ...] = ()) -> Rig:
+    """Rig of a study.
+
+    Parameters
+    ----------
+    kind, variant : str
+        The variant is empty for the usual one.
+    found : tuple of (str, float)
+        Conditions that are parameters, the same in all records and known about a value in SI units only.
+
+    Raises
+    ------
+    KeyError
+        Naming a condition that the rig has not.
+    """
+    rig = VARIANTS[variant] if variant else RIGS[kind]
+    for name, value in found:
+        rig = rig.finding(name, value)
+    return rig

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -97,6 +98,28 @@ class Rig:
     directions: tuple[str, str] = ("forwards", "back")
     released: str | None = None
     further: tuple[Variation, ...] = ()
+
+    def finding(self, name: str, value: float) -> Rig:
+        """The rig with one of its conditions as a parameter that all records share.
+
+        Parameters
+        ----------
+        name : str
+        value : float
+            About which it is known, in SI units.
+
+        Raises
+        ------
+        KeyError
+            If the rig has no such condition.
+        """
+        known = {condition.name: condition for condition in self.conditions}
+        asked = replace(known[name], typical=value or 1.0)
+        # A slope of just 90 degrees may turn out on either side of it.
+        asked = replace(asked, lower=asked.lower if value > asked.lower else -math.inf)
+        asked = replace(asked, upper=asked.upper if value < asked.upper else math.inf)
+        conditions = tuple(asked if condition.name == name else condition for condition in self.conditions)
+        return replace(self, parameters=(*self.parameters, asked), conditions=conditions)
 
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
         """Conditions that further records could be measured under: all combinations of the `further` ones.

@@ -143,7 +143,7 @@ def _prepare(
         there = settled(task, known, start, found, whitening, level)
     else:
         still = np.zeros((layout.size, layout.size))
-        there = Settled(task, start, still, parting(layout, linear, whitening, level))
+        there = Settled(task, start, still, parting(layout, linear, whitening, level, layout.prior_gram(start)))
     priors = priors_of(layout, task.problem.model, there.values, stated)
     density = density_of(there.task.problem, priors, model.likelihood)
     target = _target(task, priors, density, settings)

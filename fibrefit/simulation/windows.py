@@ -7,7 +7,8 @@ by is unknown, free in each window, and eliminated in closed form.
 Law
 ---
 Reading ``r = p(θ, s) + S c``, S the derivative of the simulated positions p by the starting state s, c the best
-coefficients for the measured positions. A further pass starts where those before it found that it should.
+coefficients for the measured positions. A further pass starts where those before it found that it should. On the way a
+rough S will do; the last one is that of the motion itself, so that slopes by θ are those of the best readings.
 
 Source
 ------
@@ -17,23 +18,25 @@ Pereyra, SIAM J. Numer. Anal. 10 (1973), in the simplification of Kaufman, BIT 1
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.law import Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Values
-from fibrefit.simulation.inputs import Signals, courses, inputs_at
+from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of
 from fibrefit.simulation.model import Experiment, Model, Response, known_conditions, pushed_by
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Solution, take
 
-PASSES = 6
-"""Simulations of a window: the last one starts where those before it found that it should."""
+ROUGH, EXACT = 3, 2
+"""Simulations of a window that look for its start, with a rough derivative and with that of the motion itself."""
+Read = Callable[[jax.Array], jax.Array]
 LEAST = 1e-9
 """Share of the larger of its two directions below which a window does not determine a start."""
 
@@ -66,18 +69,28 @@ class WindowedModel(Model):
 
         def window(times: jax.Array, inputs: dict[str, Signals], counted: jax.Array) -> tuple[jax.Array, Solution]:
             then = tuple(_meanwhile(law, times - begun) for law in laws)
-            return self._window(self._system(values, then, experiment)[0], times, inputs, counted)
+            read = jax.tree_util.Partial(self._read, laws_of(SensorLaw, then), times)
+            return self._window(self._system(values, then, experiment)[0], read, times, inputs, counted)
 
-        position, solution = jax.vmap(window)(times, inputs, counted)
-        assert self.rig.anchor is not None, "a rig whose motion begins where it was measured"
-        channels = {self.rig.anchor: position.reshape(-1)[:size]}
-        for sensor in laws_of(SensorLaw, laws):
-            channels = sensor.measure(channels, experiment.times)
+        readings, solution = jax.vmap(window)(times, inputs, counted)
+        channels = {self._anchor: readings.reshape(-1)[:size]}
         first = take(solution, 0)
         driven = courses(take(inputs, 0), times[0])
         observe = partial(self.rig.observe, self._system(values, laws, experiment)[0])
         jumps = jumps_of(observe, lambda step, time: inputs_at(driven, times[0], step, time), first)
         return Response(channels, _joined(solution, first, size), jumps)
+
+    @property
+    def _anchor(self) -> str:
+        assert self.rig.anchor is not None, "a rig whose motion begins where it was measured"
+        return self.rig.anchor
+
+    def _read(self, sensors: tuple[SensorLaw, ...], times: jax.Array, positions: jax.Array) -> jax.Array:
+        """What the sensors make of positions ``(n_time,)``, each by itself."""
+        channels = {self._anchor: positions}
+        for sensor in sensors:
+            channels = sensor.measure(channels, times)
+        return channels[self._anchor]
 
     def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
         """The system of one window, whose laws do not change while it lasts."""
@@ -85,31 +98,75 @@ class WindowedModel(Model):
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
 
     def _window(
-        self, system: Any, times: jax.Array, inputs: dict[str, Signals], counted: jax.Array
+        self, system: Any, read: Read, times: jax.Array, inputs: dict[str, Signals], counted: jax.Array
     ) -> tuple[jax.Array, Solution]:
-        """Positions of one window, with the best start, and the motion behind them."""
+        """Readings of one window, with the best start, and the motion behind them."""
         driven = courses(inputs, times)
         steps = jnp.minimum(jnp.arange(self.window), self.window - 2)
         here = jax.vmap(lambda step, time: inputs_at(driven, times, step, time))(steps, times)
         anchor = inputs["anchor"]
 
-        def follow(system: Any, start: jax.Array) -> Solution:
-            state, mode = system.begin(start[0], start[1], take(here, 0))
-            return solve(system, state, times[0], mode, times, jnp.int32(self.window), driven)
+        whole = _Window(system, read, driven, here, times)
+        best, slopes = _without_tangents(_best_start, (whole, anchor, counted))
+        solution = _followed(whole, best)
+        readings = read(solution.states.position)
+        return readings + slopes @ _coefficients(slopes, anchor.values - readings, counted), solution
 
-        def lacking(solution: Solution, slopes: jax.Array) -> jax.Array:
-            return _coefficients(slopes, anchor.values - solution.states.position, counted)
 
-        known = jax.lax.stop_gradient(system)
+class _Window(NamedTuple):
+    """What the motion in a window follows from, but for its start."""
 
-        def better(_: Any, start: jax.Array) -> jax.Array:
-            solution = follow(known, start)
-            return start + lacking(solution, _slopes(known, solution, here, times))
+    system: Any
+    read: Read
+    driven: dict[str, Course]
+    here: Any
+    times: jax.Array
 
-        best = jax.lax.fori_loop(0, PASSES - 1, better, jnp.stack([anchor.values[0], anchor.slopes[0]]))
-        solution = follow(system, best)
-        slopes = jax.lax.stop_gradient(_slopes(known, solution, here, times))
-        return solution.states.position + slopes @ lacking(solution, slopes), solution
+
+def _followed(window: _Window, start: jax.Array) -> Solution:
+    """Motion from a start ``(2,)``: position [m] and velocity [m/s]."""
+    state, mode = window.system.begin(start[0], start[1], take(window.here, 0))
+    times = window.times
+    return solve(window.system, state, times[0], mode, times, jnp.int32(len(times)), window.driven)
+
+
+def _best_start(given: tuple[_Window, Signals, jax.Array]) -> tuple[jax.Array, jax.Array]:
+    """The start from which a window is best explained, and the derivative of its readings by it, ``(n_time, 2)``."""
+    window, anchor, counted = given
+
+    def nearer(start: jax.Array, readings: jax.Array, slopes: jax.Array) -> jax.Array:
+        return start + _coefficients(slopes, anchor.values - readings, counted)
+
+    def roughly(_: Any, start: jax.Array) -> jax.Array:
+        solution = _followed(window, start)
+        readings, steep = jax.jvp(window.read, (solution.states.position,), (jnp.ones_like(window.times),))
+        return nearer(start, readings, steep[:, None] * _slopes(window.system, solution, window.here, window.times))
+
+    def exactly(_: Any, start: jax.Array) -> jax.Array:
+        return nearer(start, *read(start))
+
+    def read(start: jax.Array) -> tuple[jax.Array, jax.Array]:
+        slopes, readings = jax.jacfwd(lambda start: (at(start),) * 2, has_aux=True)(start)
+        return readings, slopes
+
+    def at(start: jax.Array) -> jax.Array:
+        return window.read(_followed(window, start).states.position)
+
+    best = jax.lax.fori_loop(0, ROUGH, roughly, jnp.stack([anchor.values[0], anchor.slopes[0]]))
+    best = jax.lax.fori_loop(0, EXACT, exactly, best)
+    return best, read(best)[1]
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _without_tangents(function: Callable[[Any], Any], given: Any) -> Any:
+    """A function of values that are held, whether they are the rig's, its inputs' or a sensor's."""
+    return function(given)
+
+
+@_without_tangents.defjvp
+def _no_tangents(function: Callable[[Any], Any], primals: tuple, tangents: tuple) -> tuple[Any, Any]:
+    found = _without_tangents(function, *primals)
+    return found, jax.tree.map(jnp.zeros_like, found)
 
 
 def _meanwhile(law: Effect, times: jax.Array) -> Effect:

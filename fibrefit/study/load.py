@@ -15,6 +15,7 @@ from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
 from fibrefit.study.explain import explained
 from fibrefit.study.files.scaled import with_scale_parameters
+from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
@@ -151,6 +152,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
     table = _read_table(raw, source)
     changed = apply_overrides(raw, overrides)
     table = _read_table(raw, source) or table
+    take_uncertainties(raw)
     place = Places(source, table, changed)
     try:
         study = _model(raw, place).model_validate(raw)
@@ -159,6 +161,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
     study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
     study.check_parameters()
+    check_uncertain(study, place)
     study.check_units()
     study.check_laws()
     _check_records(study, place)

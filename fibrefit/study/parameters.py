@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, StrictFloat, StrictStr
+from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic_core import PydanticCustomError
 
 from fibrefit.core.errors import StudyError
-from fibrefit.study.quantity import quantity_in
+from fibrefit.core.scale import uncertain
+from fibrefit.study.quantity import quantity_in, refusal, shown
 from fibrefit.study.table import Table
 
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
@@ -59,9 +60,22 @@ class LogUniformPrior(Table):
     upper: Written
 
 
-Prior = Annotated[
+AnyPrior = Annotated[
     NormalPrior | HalfNormalPrior | LogNormalPrior | UniformPrior | LogUniformPrior, Field(discriminator="kind")
 ]
+
+
+def _written_out(said: Any) -> Any:
+    """The normal prior that ``"3.1 +/- 0.05 kg"`` stands for."""
+    if not isinstance(said, str):
+        return said
+    if (parts := uncertain(said)) is None:
+        raise refusal(shown(said), 'a prior such as "3.1 +/- 0.05 kg", or a table with its kind', "")
+    mean, sd = (float(part) if " " not in part else part for part in parts)
+    return {"kind": "normal", "mean": mean, "sd": sd}
+
+
+Prior = Annotated[AnyPrior, BeforeValidator(_written_out, json_schema_input_type=AnyPrior | StrictStr)]
 
 
 class ParameterTable(Table):
@@ -70,7 +84,7 @@ class ParameterTable(Table):
     initial: Written | None = Field(default=None, description="Starting value; found from the data when absent.")
     bounds: tuple[Written, Written] | None = Field(default=None, description="Lower and upper limit.")
     fixed: StrictBool | Written = Field(default=False, description="true holds `initial`; a quantity holds itself.")
-    prior: Prior | None = Field(default=None, description="Distribution before the data.")
+    prior: Prior | None = Field(default=None, description='Distribution before the data; "3.1 +/- 0.05 kg" is a normal one.')
     shared: StrictBool = Field(default=True, description="One value for all records, or one a record.")
 
 

@@ -10,6 +10,7 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, StrictFl
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.scale import uncertain
 from fibrefit.core.units import parse_quantity
 
 SMALLEST, LARGEST = 1e-18, 1e15
@@ -102,6 +103,9 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         )
     if not isinstance(value, str):
         raise refusal(f"{shown(value)} is not a quantity", f'text such as "{example}"', "")
+    if uncertain(value):
+        do = f'Under [rig], or as prior = "{value}" of a parameter, it is a prior; elsewhere leave the uncertainty out.'
+        raise refusal(f"{shown(value)}, with an uncertainty", f'a quantity such as "{example}"', do)
     try:
         number = parse_quantity(value, unit)
     except FibrefitError as error:

@@ -19,6 +19,7 @@ from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, col
 from fibrefit.study.files.reading import Files, reading_arguments
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
+from fibrefit.study.quantity import Unit
 from fibrefit.study.table import Table
 from fibrefit.study.toml import to_toml
 
@@ -78,6 +79,11 @@ class Study(Table):
         return str(self.rig.kind)
 
     @property
+    def driven_by_force(self) -> bool:
+        """Whether a measured force drives the rig, and is not what its model explains."""
+        return False
+
+    @property
     def variant(self) -> str:
         """What of the rig was not measured, where that makes another rig of it; empty for the usual one."""
         return ""
@@ -101,6 +107,12 @@ class Study(Table):
         """The effects whose code is in a file, and the file: Python that runs when the model is made."""
         own = [effect for effect in self.model.effects if ":" in effect]
         return {effect: self.path_of(effect.rpartition(":")[0]) for effect in own}
+
+    @property
+    def found_constants(self) -> dict[str, float]:
+        """Constants of the rig that are parameters of the model, and their stated values in SI."""
+        fields = type(self.rig).model_fields
+        return {name: getattr(self.rig, name) for name in self.parameters if name in fields}
 
     def check_laws(self) -> None:
         """Refuse files with effects that have changed since the study was written.
@@ -165,15 +177,24 @@ class Study(Table):
         StudyError
             For a misspelt base parameter, or a quantity of one that does not fit.
         """
-        base = self.base_parameters
+        base = {**self.base_parameters, **self._constants()}
         for name in self.parameters:
             if name in base:
                 self._setting(name, base[name])
             elif "." not in name:
+                base = self.base_parameters
                 do = did_you_mean(name, base) or "Parameters of an effect have dotted names."
                 raise StudyError(
                     self._place(f"parameters.{name}"), "unknown parameter", f"one of {', '.join(base)}", do
                 )
+
+    def _constants(self) -> dict[str, str]:
+        """Constants of the rig that a parameter may be, and their SI units."""
+        units = {
+            name: next((unit.si for unit in field.metadata if isinstance(unit, Unit)), "-")
+            for name, field in type(self.rig).model_fields.items()
+        }
+        return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
 
     def check_units(self) -> None:
         """Refuse units that are not known, do not suit their channel, or belong to no channel.

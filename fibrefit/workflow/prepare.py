@@ -15,6 +15,7 @@ from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.rigs.catalogue import rig_of
+from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 from fibrefit.workflow.inspection.readings import readings_of
@@ -32,8 +33,18 @@ def model_of(study: Study) -> Model:
         If an effect is unknown or does not suit the rig.
     """
     points = getattr(study.rig, "masses_per_fibre", None)
-    effects = select_effects(study.model.effects, rig_of(study.kind, study.variant), study.source.parent, points)
-    return Model(rig_of(study.kind, study.variant), effects, study.model.tension_law)
+    rig = _rig(study)
+    effects = select_effects(study.model.effects, rig, study.source.parent, points)
+    return Model(rig, effects, study.model.tension_law)
+
+
+def _rig(study: Study) -> Rig:
+    try:
+        return rig_of(study.kind, study.variant, tuple(study.found_constants.items()))
+    except KeyError as error:
+        do = "State it without an uncertainty."
+        got = "an uncertainty, or a parameter, of what the model does not contain"
+        raise StudyError(f"{study.source}, rig.{error.args[0]}", got, "", do) from None
 
 
 def read_records(study: Study) -> tuple[Record, ...]:

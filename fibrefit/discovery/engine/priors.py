@@ -13,6 +13,8 @@ from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.gauss_newton import Unknowns
+from fibrefit.problem.estimate.unknowns import prior_of
+from fibrefit.problem.statement.layout import Slot
 
 BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
 """Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,
@@ -69,7 +71,8 @@ def unknowns_of(
         Of a probe on top of them.
     """
     subset = context.subset(effects)
-    rows = [_line(frame.declared[name], name, reference.get(name), effects) for name in subset.shared]
+    slots = {slot.name: slot for slot in frame.problem.layout.slots}
+    rows = [_line(frame.declared[name], slots[name], reference.get(name), effects) for name in subset.shared]
     if curve is not None:
         subset = replace(subset, shared=subset.shared + curve.names)
         rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
@@ -83,7 +86,6 @@ def unknowns_of(
     base = np.array([name in context.scattering for name in subset.shared], dtype=bool)
     index = {name: i for i, name in enumerate(frame.names)}
     layout = frame.problem.layout
-    slots = {slot.name: slot for slot in layout.slots}
     free = np.array(
         [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
     ).reshape(len(layout.records), len(subset.each))
@@ -105,17 +107,18 @@ def unknowns_of(
     )
 
 
-def _line(declared: Parameter, name: str, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
+def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
     """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper, one_sided."""
+    name = slot.name
     strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
     typical = declared.typical
     if reference is not None:
-        if declared.lower >= 0.0 and reference > VANISHES * abs(typical):
+        if declared.lower >= 0.0 and reference > VANISHES * abs(typical) and (slot.belief is None or slot.belief.log):
             limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
-            return True, reference, 1.0, 0.0, BASE_SD, *limits, False
+            return True, reference, 1.0, *prior_of(slot.belief, True, reference, 1.0, (0.0, BASE_SD)), *limits, False
         size = max(abs(typical), abs(reference))
         limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
-        return False, reference, size, 0.0, BASE_SD, *limits, False
+        return False, reference, size, *prior_of(slot.belief, False, reference, size, (0.0, BASE_SD)), *limits, False
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
         return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False

@@ -79,7 +79,7 @@ def _ground(task: Task) -> SearchContext:
     return SearchContext(
         base=tuple(slot.name for slot in free if slot.shared),
         each=tuple(slot.name for slot in free if not slot.shared),
-        scattering=tuple(slot.name for slot in free if slot.shared and "." not in slot.name),
+        scattering=tuple(s.name for s in free if s.shared and "." not in s.name and s.belief is None),
         counts=task.counts,
         data_start={name: start[:, j] for j, name in enumerate(layout.names)},
     )

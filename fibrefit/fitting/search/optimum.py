@@ -77,9 +77,7 @@ def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | No
     counts, layout = np.asarray(problem.observations.experiment.count), problem.layout
     if not known:
         linear = linearised(problem, values)
-        return Optimum(
-            problem, values, linear, uncertainty.Scores.of(linear, counts, layout.local_columns, layout.size)
-        )
+        return Optimum(problem, values, linear, uncertainty.Scores.of(problem, linear, values))
     found = with_input_errors(task, known, values, coefficients)
     shares = noise_left(task, found)
     linear, scores = _scores(found, counts, shares)
@@ -102,8 +100,8 @@ def _scores(found: WithInputErrors, counts: np.ndarray, shares: np.ndarray) -> t
     slopes = np.moveaxis(left.reshape(slopes.shape), 1, -1)
     # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
     whole = residuals / np.where(shares > 0.0, shares, 1.0)[:, :, None]
-    prior = np.einsum("riw,rjw->rij", waves, waves)
-    scores = uncertainty.Scores(whole, slopes, counts, layout.local_columns, layout.size, prior=prior)
+    prior, belief = np.einsum("riw,rjw->rij", waves, waves), layout.prior_gram(found.values)
+    scores = uncertainty.Scores(whole, slopes, counts, layout.local_columns, layout.size, prior, belief)
     return Linearised(residuals, slopes), scores
 
 

@@ -93,7 +93,7 @@ def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
     columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
     places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])
     # A value held in a record has the place behind that of the residuals.
-    return assembled(columns.transpose(0, 2, 1) @ columns, places, layout.size + 1)
+    return assembled(columns.transpose(0, 2, 1) @ columns, places, layout.size + 1) + layout.prior_gram(values)
 
 
 def widths(problem: Problem, free: np.ndarray) -> np.ndarray:

@@ -108,7 +108,7 @@ def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effe
     """System of a record, and the laws in it."""
     problem, trace = task.problem, task.traces[record]
     named = dict(zip(problem.layout.names, jnp.asarray(local), strict=True))
-    conditions = {name: jnp.asarray(value) for name, value in trace.conditions.items()}
+    conditions = {name: named.get(name, jnp.asarray(value)) for name, value in trace.conditions.items()}
     laws = problem.model.laws(named)
     return problem.model.rig.build(named, conditions, laws, problem.model.tension_law), laws
 

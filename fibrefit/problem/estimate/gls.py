@@ -51,7 +51,9 @@ class Whitened(NamedTuple):
         return float(np.sum(self.residuals**2))
 
 
-def whitened(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> Whitened:
+def whitened(
+    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, belief: np.ndarray | None = None
+) -> Whitened:
     """Whiten a linearised problem.
 
     Law
@@ -65,12 +67,16 @@ def whitened(layout: Layout, linear: Linearised, whitening: Whitening, level: np
     whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
+    belief : (n_free + 1, n_free + 1), optional
+        See `Layout.prior_gram`.
     """
     slopes = np.asarray(innovations(whitening, linear.slopes)) / level[:, None, None]
     residuals = np.asarray(innovations(whitening, linear.residuals)) / level[:, None]
     columns, size = layout.local_columns, layout.size
     normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
     gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    if belief is not None:
+        normal, gradient = normal + belief[:-1, :-1], gradient + belief[:-1, -1]
     return Whitened(residuals, slopes, normal, inverse(normal), gradient)
 
 

@@ -37,7 +37,9 @@ class HausmanTest:
     efficiency: np.ndarray
 
 
-def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray) -> HausmanTest:
+def parting(
+    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, belief: np.ndarray | None = None
+) -> HausmanTest:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
     Law
@@ -53,15 +55,18 @@ def parting(layout: Layout, linear: Linearised, whitening: Whitening, level: np.
     whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
+    belief : (n_free + 1, n_free + 1), optional
+        At the plain estimate, see `Layout.prior_gram`: both estimates share it, and it adds nothing to their difference.
 
     Returns
     -------
     HausmanTest
     """
     slopes = np.asarray(linear.slopes)
-    bread = inverse(_products(layout, slopes, slopes))
-    middle = _products(layout, slopes, correlated(slopes, whitening, level))
-    there = whitened(layout, linear, whitening, level)
+    prior = 0.0 if belief is None else belief[:-1, :-1]
+    bread = inverse(_products(layout, slopes, slopes) + prior)
+    middle = _products(layout, slopes, correlated(slopes, whitening, level)) + prior
+    there = whitened(layout, linear, whitening, level, belief)
     return hausman_test(there.step, bread @ middle @ bread, there.covariance)
 
 

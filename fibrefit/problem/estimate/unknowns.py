@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fibrefit.problem.estimate.gauss_newton import Unknowns
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 
 FLAT = 1e3
-"""Standard deviation of the prior of a coordinate: a fit believes nothing beforehand."""
+"""Standard deviation of the prior of a coordinate of which nothing is believed beforehand."""
 VAGUE = 0.2
 """Relative standard error beyond which a value is not told by its logarithm, nor its deviations looked for."""
 MOST = 5
@@ -26,8 +29,8 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
 
     Law
     ---
-    The rig's own parameters are told by their logarithms, and deviate from record to record; effects are the same in
-    all records. Where there is but one record, nothing deviates.
+    The rig's own parameters are told by their logarithms, and deviate from record to record; effects, and values with
+    a prior, are the same in all records. Where there is but one record, nothing deviates.
     """
     entries = [(i, slot) for i, (slot, record) in enumerate(layout.entries) if record is None]
     rows = [_row(slot, float(values[i]), float(errors[i])) for i, slot in entries]
@@ -38,7 +41,7 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
     own = [slot for slot in layout.slots if slot.free and not slot.shared]
     records = len(layout.records)
     free = np.array([[slot.held(r) is None for slot in own] for r in range(records)], dtype=bool)
-    number = len(entries)
+    beliefs = [prior_of(slot.belief, *row[:3]) for (_, slot), row in zip(entries, rows, strict=True)]
     return Unknowns(
         names=(*(slot.name for _, slot in entries), *(slot.name for slot in own)),
         shared=np.array([places[slot.name] for _, slot in entries], dtype=int),
@@ -48,11 +51,11 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
         log=log,
         reference=reference,
         scale=scale,
-        mean=np.zeros(number),
-        precision=np.eye(number) / FLAT**2,
+        mean=np.array([mean for mean, _ in beliefs]),
+        precision=np.diag([sd**-2.0 for _, sd in beliefs]),
         lower=lower,
         upper=upper,
-        one_sided=np.zeros(number, dtype=bool),
+        one_sided=np.zeros(len(entries), dtype=bool),
         size=np.array([slot.range.scale for slot in own], dtype=float),
     )
 
@@ -61,14 +64,36 @@ def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, fl
     """Whether it is told by its logarithm, its reference and scale, and the bounds of its coordinate."""
     limits = slot.range
     spans = limits.log if "." in slot.name else limits.lower >= 0.0
+    if slot.belief is not None:
+        spans = slot.belief.log
     if spans and value > 0.0 and error < VAGUE * value:
         with np.errstate(divide="ignore"):
             return True, value, 1.0, float(np.log(max(limits.lower, 0.0) / value)), float(np.log(limits.upper / value))
     return False, value, limits.scale, (limits.lower - value) / limits.scale, (limits.upper - value) / limits.scale
 
 
+def prior_of(
+    belief: Belief | None, log: bool, reference: float, scale: float, otherwise: tuple[float, float] = (0.0, FLAT)
+) -> tuple[float, float]:
+    """Mean and standard deviation of the prior of a coordinate.
+
+    Parameters
+    ----------
+    belief : Belief or None
+    log, reference, scale
+        Of the coordinate, see `Unknowns`; logarithmic only where a belief is.
+    otherwise : (float, float)
+        Where nothing is believed.
+    """
+    if belief is None:
+        return otherwise
+    if log:
+        return math.log(belief.centre / reference), belief.relative
+    return (belief.centre - reference) / scale, belief.spread * (belief.centre if belief.log else 1.0) / scale
+
+
 def _scattering(entries: list[tuple[int, Slot]], log: np.ndarray, values: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    may = [k for k, (_, slot) in enumerate(entries) if log[k] and "." not in slot.name]
+    may = [k for k, (_, slot) in enumerate(entries) if log[k] and "." not in slot.name and slot.belief is None]
     places = [i for i, _ in entries]
     best = sorted(may, key=lambda k: float(errors[places[k]] / values[places[k]]))[:MOST]
     return np.array(sorted(best), dtype=int)

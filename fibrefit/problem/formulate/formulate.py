@@ -19,6 +19,7 @@ from fibrefit.problem.formulate.starting_pendulum import starting_pendulum
 from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.spectrum import Noise, estimate_noise
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Trace, stack
 from fibrefit.problem.statement.problem import Problem
@@ -44,6 +45,8 @@ EXACT = Noise(0.0, 0.0, 0.0, 0)
 EFFECT_SPREAD = 5.0
 EXCHANGED = "force and position look exchanged, as the position is rougher than the force"
 EXCHANGE_THEM = "Exchange the columns of force and position under [channels], or their headings."
+CENTRED = 0.5
+"""Relative standard deviation of a prior below which a search begins at its centre."""
 FIRST_SIZE = 0.1
 """Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
 
@@ -77,7 +80,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     noise, given = _noise(study, traces, model.rig.channels)
     if model.rig.released is not None:
         traces = [from_motion(trace, model.rig.released) for trace in traces]
-    initial = {name: setting.initial for name, setting in settings.items()}
+    initial = {name: _begun(setting) for name, setting in settings.items()}
     try:
         starting = STARTING[study.variant or study.kind](traces, stated, initial)
     except DataError as error:
@@ -194,13 +197,31 @@ def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting],
         raise StudyError(str(study.source), "a free decay, and a mass that is not held", "the moving mass", do)
 
 
+def belief_of(setting: ParameterSetting) -> Belief | None:
+    """What a fit believes of a parameter beforehand: a normal density that the study states, of a value or its logarithm.
+
+    An even density says nothing within its limits, and a value that each record has for itself is left to its record.
+    """
+    stated = setting.prior
+    if stated is None or setting.fixed or not setting.shared or stated.kind in ("uniform", "log_uniform"):
+        return None
+    return Belief(stated.centre, stated.spread, stated.kind == "log_normal")
+
+
+def _begun(setting: ParameterSetting) -> float | None:
+    """Value that a search begins with: the one stated, or the centre of what is believed."""
+    belief = belief_of(setting)
+    inside = belief is not None and belief.relative < CENTRED
+    return belief.centre if setting.initial is None and inside and belief is not None else setting.initial
+
+
 def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = False) -> Slot:
     """Slot of a parameter; one that an effect stands for is held at nought where the study does not state it."""
     limits = Range.of(parameter).within(setting.lower, setting.upper)
     fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
     if spoken_for and setting.initial is None:
         fixed = (0.0,)
-    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed)
+    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed, belief_of(setting))
 
 
 def _start(
@@ -211,7 +232,7 @@ def _start(
 ) -> np.ndarray:
     named: dict[str, float | np.ndarray] = {**starting.each}
     for name, parameter in declared.items():
-        given = settings[name].initial
+        given = _begun(settings[name])
         named[name] = starting.shared.get(name, first_size(parameter)) if given is None else given
     return layout.pack(named)
 
@@ -226,7 +247,9 @@ def first_size(parameter: Parameter) -> float:
 def _spread(
     declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
 ) -> dict[str, float]:
-    return {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
+    found = {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
+    beliefs = {name: belief_of(settings[name]) for name in found}
+    return found | {name: min(found[name], 1.0 + 2.0 * b.relative) for name, b in beliefs.items() if b is not None}
 
 
 def _ladders(traces: Sequence[Trace], starting: Starting) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.roles import ROLES
-from fibrefit.problem.formulate.formulate import first_size, stated_of
+from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_of
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -117,7 +117,8 @@ def _slots(study: Study, model: Model) -> tuple[Slot, ...]:
     slots = []
     for parameter in model.parameters:
         setting = settings[parameter.name]
-        slots.append(Slot(parameter.name, parameter.unit, Range.of(parameter).within(setting.lower, setting.upper)))
+        limits = Range.of(parameter).within(setting.lower, setting.upper)
+        slots.append(Slot(parameter.name, parameter.unit, limits, belief=belief_of(setting)))
     slots += [Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False) for nuisance in model.rig.nuisances]
     return tuple(slots)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.problem.statement.arrays import functions_for
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.transform import Range
 
 
@@ -51,6 +52,8 @@ class Slot:
         One value for all records, or one for each.
     fixed : tuple of float or None
         Its value(s) in SI units where it is not free: one, or one for each record, None where that record's is free.
+    belief : Belief or None
+        What a fit believes of it beforehand; None: nothing.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Slot:
     range: Range
     shared: bool = True
     fixed: tuple[float | None, ...] = ()
+    belief: Belief | None = None
 
     def held(self, record: int) -> float | None:
         """Value held in a record, in SI units; None where it is free."""
@@ -111,6 +115,29 @@ class Layout:
         return tuple(
             slot.name if record is None else f"{slot.name}[{self.records[record]}]" for slot, record in self.entries
         )
+
+    @cached_property
+    def believed(self) -> tuple[tuple[int, Belief], ...]:
+        """Places of the free values of which something is believed beforehand, and what."""
+        return tuple((i, slot.belief) for i, (slot, _) in enumerate(self.entries) if slot.belief is not None)
+
+    def prior_gram(self, values: Any) -> Any:
+        """Products of the slopes and the values of the residuals that beliefs are, as `Problem.gram` has them.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units, NumPy or JAX
+
+        Returns
+        -------
+        (n_free + 1, n_free + 1), per SI units of the values; the last row and column are those of the residuals
+        """
+        unit = np.eye(self.size + 1)
+        whole = functions_for(values).zeros((self.size + 1,) * 2)
+        for i, belief in self.believed:
+            row = unit[i] * belief.slope(values[i]) + unit[-1] * belief.residual(values[i])
+            whole = whole + row[:, None] * row
+        return whole
 
     @property
     def size(self) -> int:

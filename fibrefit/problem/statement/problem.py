@@ -111,7 +111,7 @@ class Problem(eqx.Module):
         return Linearised(residuals, slopes)
 
     def gram(self, values: jax.Array) -> jax.Array:
-        """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``.
+        """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``, beliefs among the residuals.
 
         All that Gauss-Newton methods, profiles and plain covariances need of the records, in a matrix of the size of
         the problem.
@@ -135,7 +135,7 @@ class Problem(eqx.Module):
         size, index = self.layout.size, self.layout.local_columns
         rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
         whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
-        return whole[:-1, :-1]
+        return whole[:-1, :-1] + self.layout.prior_gram(values)
 
     def until(self, counts: Any) -> Problem:
         """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""

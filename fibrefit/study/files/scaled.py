@@ -10,15 +10,15 @@ from fibrefit.study.channels import ChannelTable
 from fibrefit.study.parameters import NormalPrior, ParameterTable
 from fibrefit.study.places import Places
 
-#: The law of the sensor whose gain stands for the scale of a channel.
+#: The law whose gain stands for the scale of a channel; of a force that drives, that between it and the mass.
 GAINS = {"force": "sensor.force_gain", "position": "sensor.position_gain"}
+PUSHING = "push.force_gain"
 
 
 def with_scale_parameters(study: Any, place: Places) -> Any:
     """Study with a gain, and its prior, for each channel whose scale is uncertain.
 
-    A reading is the quantity times the true scale over the stated one, so the gain is one within the relative
-    uncertainty of the scale. What the study itself says of the gain stands.
+    The gain is one within the relative uncertainty of the scale. What the study itself says of the gain stands.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def with_scale_parameters(study: Any, place: Places) -> Any:
     """
     effects, parameters = list(study.model.effects), dict(study.parameters)
     for role, error in _uncertain(study, place).items():
-        gain = GAINS[role]
+        gain = PUSHING if role == "force" and study.driven_by_force else GAINS[role]
         effects += [] if gain in effects else [gain]
         prior = NormalPrior(kind="normal", mean=1.0, sd=error)
         parameters.setdefault(f"{gain}.gain", ParameterTable(initial=1.0, prior=prior))

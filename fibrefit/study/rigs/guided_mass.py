@@ -45,6 +45,11 @@ class GuidedMassStudy(Study):
         """``free`` where nothing drives the mass."""
         return "free" if self.rig.driven_by == "nothing" else ""
 
+    @property
+    def driven_by_force(self) -> bool:
+        """Unless nothing drives the mass."""
+        return bool(self.rig.driven_by == "force")
+
     base_parameters: ClassVar[dict[str, str]] = {"mass": "kg", "friction": "N", "force_offset": "N"}
     rig: GuidedMassRig
     channels: Channels = Channels()
