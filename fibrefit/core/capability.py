@@ -17,3 +17,4 @@ class Capability(StrEnum):
     FALL = "a weight that falls into its fibre"
     PIVOT = "a pivot"
     PUSH = "a measured force that pushes its mass"
+    PLACE = "a position that is measured and explained"

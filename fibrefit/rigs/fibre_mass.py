@@ -217,7 +217,14 @@ FIBRE_MASS = Rig(
     nuisances=NUISANCES,
     conditions=CONDITIONS,
     capabilities=frozenset(
-        {Capability.FIBRE, Capability.GUIDE, Capability.INCLINE, Capability.TAUT_POINT, Capability.FALL}
+        {
+            Capability.FIBRE,
+            Capability.GUIDE,
+            Capability.INCLINE,
+            Capability.TAUT_POINT,
+            Capability.FALL,
+            Capability.PLACE,
+        }
     ),
     channels=("force", "position"),
     inputs=(),
@@ -232,7 +239,7 @@ FIBRE_MASS = Rig(
 FORCE_ONLY = replace(
     FIBRE_MASS,
     nuisances=NUISANCES[1:],
-    capabilities=FIBRE_MASS.capabilities - {Capability.TAUT_POINT},
+    capabilities=FIBRE_MASS.capabilities - {Capability.TAUT_POINT, Capability.PLACE},
     channels=("force",),
     observe=_observe_force,
 )

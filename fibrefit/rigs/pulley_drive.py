@@ -376,7 +376,14 @@ PULLEY_DRIVE = Rig(
     nuisances=NUISANCES,
     conditions=CONDITIONS,
     capabilities=frozenset(
-        {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE}
+        {
+            Capability.FIBRE,
+            Capability.GUIDE,
+            Capability.PULLEY,
+            Capability.DRIVE,
+            Capability.INCLINE,
+            Capability.PLACE,
+        }
     ),
     channels=("force", "position"),
     inputs=("drive",),

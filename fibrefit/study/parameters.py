@@ -84,7 +84,9 @@ class ParameterTable(Table):
     initial: Written | None = Field(default=None, description="Starting value; found from the data when absent.")
     bounds: tuple[Written, Written] | None = Field(default=None, description="Lower and upper limit.")
     fixed: StrictBool | Written = Field(default=False, description="true holds `initial`; a quantity holds itself.")
-    prior: Prior | None = Field(default=None, description='Distribution before the data; "3.1 +/- 0.05 kg" is a normal one.')
+    prior: Prior | None = Field(
+        default=None, description='Distribution before the data; "3.1 +/- 0.05 kg" is a normal one.'
+    )
     shared: StrictBool = Field(default=True, description="One value for all records, or one a record.")
 
 

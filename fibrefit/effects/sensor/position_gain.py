@@ -32,7 +32,7 @@ class PositionGain(SensorLaw):
     """
 
     name: ClassVar[str] = "sensor.position_gain"
-    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PLACE})
     gain: jax.Array = quantity("-", "gain of the position channel", 1.01, lower=0.5, upper=2.0, null=1.0)
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

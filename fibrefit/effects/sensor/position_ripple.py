@@ -36,7 +36,7 @@ class PositionRipple(SensorLaw):
 
     name: ClassVar[str] = "sensor.position_ripple"
     strength: ClassVar[tuple[str, ...]] = ("sine", "cosine")
-    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PLACE})
     sine: jax.Array = quantity("m", "amplitude of the sine", 5e-5, lower=-5e-3, upper=5e-3)
     cosine: jax.Array = quantity("m", "amplitude of the cosine", 5e-5, lower=-5e-3, upper=5e-3)
     period: jax.Array = quantity("m", "length over which the error repeats", 5e-3, lower=1e-4, upper=0.2, log=True)

@@ -198,7 +198,7 @@ def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting],
 
 
 def belief_of(setting: ParameterSetting) -> Belief | None:
-    """What a fit believes of a parameter beforehand: a normal density that the study states, of a value or its logarithm.
+    """What a fit believes of a parameter beforehand: a normal density that the study states, or a log-normal one.
 
     An even density says nothing within its limits, and a value that each record has for itself is left to its record.
     """
