@@ -20,6 +20,10 @@ class PushLaw(Effect):
         """Force on the mass ``(n_time,)`` in N and its rate, from the measured one, at `times` [s]."""
         return force, rates
 
+    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+        """Force ``(n_time,)`` in N to be measured, from that on the mass: the inverse of `applied`."""
+        return force
+
 
 def between_samples(
     values: jax.Array, rates: jax.Array, times: jax.Array, instants: jax.Array
@@ -50,3 +54,8 @@ def between_samples(
     value = jnp.where(end, values[-1] + (value - jax.lax.stop_gradient(value)), value)
     rate = jnp.where(end, rates[-1] + (rate - jax.lax.stop_gradient(rate)), rate)
     return value, jnp.where((instants < times[0]) | (instants > times[-1]), 0.0, rate)
+
+
+def ahead_of(values: jax.Array, times: jax.Array, lead: jax.Array) -> jax.Array:
+    """A course ``(n_time,)`` some time [s] later, by lines between samples; constant beyond its ends."""
+    return jnp.interp(times + lead, times, values)

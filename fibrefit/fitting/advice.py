@@ -10,6 +10,7 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.units import format_quantity
+from fibrefit.fitting.force_alone import force_alone
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.problem.statement.problem import Problem
 
@@ -51,6 +52,8 @@ def advice(
         said.append("Let a record begin before the motion and run on after it: rests tell the noise.")
     if any({"friction", "force_offset"} <= set(weakness.names) for weakness in weak):
         said.append(ONE_WAY)
+    if alone := force_alone(problem, values, covariance):
+        said.append(alone)
     if weak and (further := _further_record(problem, values, normal, covariance)):
         said.append(further)
     return tuple(said)

@@ -119,6 +119,12 @@ class Guide(eqx.Module):
         turned = jnp.where(_creeps(mode), jnp.where(crossed, -mode, mode), CREEPING)
         return jnp.where(self._compliance() > 0.0, turned, settled)
 
+    def sliding(self, direction: jax.Array) -> jax.Array:
+        """Mode in which the weight moves in a direction: 1, -1, or 0 where it stands."""
+        if not self.may_creep:
+            return direction
+        return jnp.where(self._compliance() > 0.0, CREEPING * direction, direction)
+
     def bristle_at_rest(self, drive: jax.Array, now: Sliding) -> jax.Array | None:
         """Force of bristles that hold the weight where it is, as far as they can."""
         if not self.may_creep:

@@ -79,6 +79,8 @@ class Rig:
         Words for the + and the - direction of the position.
     released : str or None
         Channel of a motion that nothing drives: a record counts from where it begins to change.
+    derived : tuple of str
+        Inputs that are made of measured ones, of a rig whose motion is known from its records.
     further : tuple of Variation
         Conditions in which a further record could differ; none where the rig allows no choice.
     """
@@ -97,7 +99,13 @@ class Rig:
     fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
     directions: tuple[str, str] = ("forwards", "back")
     released: str | None = None
+    derived: tuple[str, ...] = ()
     further: tuple[Variation, ...] = ()
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Channels that a record must hold."""
+        return (*self.channels, *(name for name in self.inputs if name not in self.derived))
 
     def finding(self, name: str, value: float) -> Rig:
         """The rig with one of its conditions as a parameter that all records share.

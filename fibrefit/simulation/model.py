@@ -177,6 +177,7 @@ class Model:
             for role in (role for role in channels if role.startswith("force")):
                 motion = (system, times, count, inputs, solution)
                 channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
+        channels = asked_for(laws, channels, times) if "force" not in inputs else channels
         sensors = laws_of(SensorLaw, laws)
         if any(sensor.feels for sensor in sensors):
             rates = jax.vmap(system.derivative)(solution.states, solution.modes, here)
@@ -202,9 +203,16 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
     inputs : dict of Signals
     times : (n_time,) in s
     """
-    for law in laws_of(PushLaw, laws):
+    for law in laws_of(PushLaw, laws) if "force" in inputs else ():
         inputs = inputs | {"force": Signals(*law.applied(*inputs["force"], times))}
     return inputs
+
+
+def asked_for(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
+    """Readings with the force on the mass as it has to be measured, the last law undone first."""
+    for law in reversed(laws_of(PushLaw, laws)):
+        channels = channels | {"force": law.asked(channels["force"], times)}
+    return channels
 
 
 def known_conditions(values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> Values:

@@ -80,7 +80,7 @@ class Study(Table):
 
     @property
     def driven_by_force(self) -> bool:
-        """Whether a measured force drives the rig, and is not what its model explains."""
+        """Whether the force that is measured is one that pushes, not one that a fibre bears."""
         return False
 
     @property

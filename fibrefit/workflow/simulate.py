@@ -67,7 +67,8 @@ class Simulation(Saved):
             headers.append(header)
             columns.append(values[record, : len(trace.times)] * factor)
         inputs = self.task.problem.observations.experiment.inputs
-        for name in self.task.problem.model.rig.inputs:
+        rig = self.task.problem.model.rig
+        for name in (name for name in rig.inputs if name not in rig.derived):
             header, factor, _ = PRINTED[name]
             headers.append(header)
             columns.append(np.asarray(inputs[name].values)[record, : len(trace.times)] * factor)

@@ -14,6 +14,8 @@ from tests.fitting import made as drops
 from tests.laboratories import made
 
 STARTS = 2
+MASS_ERROR = 0.05
+"""Standard uncertainty of the mass of a weight, in kg."""
 FEW_ERRORS = 4.0
 """Standard errors by which a value may miss the truth."""
 COUNTS = 2.0 * np.pi / 4000
@@ -130,8 +132,15 @@ def test_a_fall_of_which_the_force_alone_was_measured(tmp_path: Path) -> None:
     text = (folder / "study.toml").read_text(encoding="utf-8").replace('position = "position [mm]"\n', "")
     text = text.replace('kind = "fibre_mass"', 'kind = "fibre_mass"\nmeasured = "force"')
     text = "\n".join(line for line in text.splitlines() if not line.startswith("lift"))
+    assert f'weight_mass = "{drops.MASS} kg"' in text
+    text = text.replace(f'weight_mass = "{drops.MASS} kg"', f'weight_mass = "{drops.MASS} +/- {MASS_ERROR} kg"')
     (folder / "study.toml").write_text(text, encoding="utf-8")
     fit = fit_study(load_study(folder), starts=drops.STARTS)
+    near(fit, "weight_mass", drops.MASS)
+    assert fit.parameters["weight_mass"].std_error <= 1.01 * MASS_ERROR
+    (told,) = [line for line in fit.identification.advice if "Force alone determines" in line]
+    per_mass = float(told.split("stiffness over mass, ")[1].split(" ")[0])
+    assert per_mass == pytest.approx(drops.TRUTH["stiffness"] / drops.MASS, rel=0.01)
     for name, value in drops.TRUTH.items():
         near(fit, name, value)
     for lift, record in zip(drops.LIFTS, fit.summary().records.values(), strict=True):

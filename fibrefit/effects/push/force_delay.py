@@ -7,7 +7,7 @@ from typing import ClassVar
 import jax
 
 from fibrefit.effects.law import quantity
-from fibrefit.effects.pushes import PushLaw, between_samples
+from fibrefit.effects.pushes import PushLaw, ahead_of, between_samples
 
 
 class PushDelay(PushLaw):
@@ -37,3 +37,7 @@ class PushDelay(PushLaw):
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """F(t - δ)."""
         return between_samples(force, rates, times, times - self.delay)
+
+    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+        """The force on the mass a delay later."""
+        return ahead_of(force, times, self.delay)

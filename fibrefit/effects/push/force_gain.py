@@ -38,3 +38,7 @@ class PushGain(PushLaw):
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """G F."""
         return self.gain * force, self.gain * rates * jnp.ones_like(times)
+
+    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+        """F over g."""
+        return force / self.gain

@@ -50,3 +50,7 @@ class PushLag(PushLaw):
         _, later = jax.lax.scan(follow, rates[0], (rates[:-1], rates[1:], bend, left))
         lagging = jnp.concatenate([rates[:1], later])
         return force - tau * lagging, lagging
+
+    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+        """``p + τ p'``."""
+        return force + self.time_constant * jnp.gradient(force) / (times[1] - times[0])

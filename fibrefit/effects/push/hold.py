@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.law import quantity
-from fibrefit.effects.pushes import PushLaw, between_samples
+from fibrefit.effects.pushes import PushLaw, ahead_of, between_samples
 
 SHORT = 1e-3
 """Share of a sample below which a mean over the period is taken from its first terms."""
@@ -51,6 +51,10 @@ class PushHold(PushLaw):
         bend = jnp.asarray(jnp.gradient(rates)) / length[0]
         value = jnp.where(short, force - 0.5 * self.period * rates, mean)
         return value, jnp.where(short, rates - 0.5 * self.period * bend, (force - before) / period)
+
+    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+        """The force on the mass half a period later: a hold, to first order in its period."""
+        return ahead_of(force, times, 0.5 * self.period)
 
 
 def _integral(force: jax.Array, rates: jax.Array, times: jax.Array, whole: jax.Array, instants: jax.Array) -> jax.Array:

@@ -74,13 +74,12 @@ def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | No
         Errors of the inputs to begin with.
     """
     problem, known = task.problem, input_errors(task)
-    counts, layout = np.asarray(problem.observations.experiment.count), problem.layout
     if not known:
         linear = linearised(problem, values)
         return Optimum(problem, values, linear, uncertainty.Scores.of(problem, linear, values))
     found = with_input_errors(task, known, values, coefficients)
     shares = noise_left(task, found)
-    linear, scores = _scores(found, counts, shares)
+    linear, scores = _scores(found, np.asarray(problem.observations.experiment.count), shares)
     rms = error_rms(problem, known, found.coefficients)
     usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
     errors = {name: InputError(size, usual[name], ROLES[name]) for name, size in rms.items()}

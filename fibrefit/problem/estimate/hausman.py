@@ -56,7 +56,7 @@ def parting(
     level : (n_channel,)
         Noise over what the whitening assumes.
     belief : (n_free + 1, n_free + 1), optional
-        At the plain estimate, see `Layout.prior_gram`: both estimates share it, and it adds nothing to their difference.
+        At the plain estimate, see `Layout.prior_gram`; both estimates share it.
 
     Returns
     -------

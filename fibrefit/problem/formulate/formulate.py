@@ -10,6 +10,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
+from fibrefit.problem.formulate.followed import followed
 from fibrefit.problem.formulate.rates import from_motion
 from fibrefit.problem.formulate.starting import Initial, Starting, starting_fibre_mass
 from fibrefit.problem.formulate.starting_force_only import starting_force_only
@@ -37,6 +38,7 @@ STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]], In
     "pendulum": starting_pendulum,
     "force_only": starting_force_only,
     "free": starting_guided_mass,
+    "followed": starting_guided_mass,
 }
 """Where starting values come from, by kind of rig, or by its variant where that is another rig."""
 WINDOW = 0.1
@@ -78,6 +80,8 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
+    if model.rig.derived:
+        traces = [followed(trace) for trace in traces]
     if model.rig.released is not None:
         traces = [from_motion(trace, model.rig.released) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
@@ -126,7 +130,7 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
 def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[str, Noise]:
     """Noise of each input as it was measured."""
     inputs = model.rig.inputs
-    if model.rig.anchor is not None:
+    if model.rig.anchor is not None or model.rig.derived:
         # What a motor's force is wrong by is no hiss that a rest would show: the error bars see it in the residuals.
         return dict.fromkeys(inputs, EXACT)
     raw = [
@@ -192,8 +196,9 @@ def any_held(values: Sequence[float | None]) -> bool:
 def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]) -> None:
     """Refuse a free decay without a known mass: it tells values per mass only."""
     alike = len({trace.conditions.get("added_mass", 0.0) for trace in traces}) == 1
-    if study.variant == "free" and alike and not settings["mass"].fixed:
-        do = 'State it: [parameters.mass] fixed = "2.1 kg" ("1 kg": values per kilogram). Or add a known mass.'
+    if study.variant == "free" and alike and not (settings["mass"].fixed or settings["mass"].prior):
+        do = 'State it: [parameters.mass] fixed = "2.1 kg" ("1 kg": values per kilogram), or prior = "2.1 +/- 0.1 kg".'
+        do += " Or add a known mass."
         raise StudyError(str(study.source), "a free decay, and a mass that is not held", "the moving mass", do)
 
 

@@ -47,7 +47,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
     StudyError
         If a parameter has no initial value, or a record lacks a condition or an excitation.
     """
-    if model.rig.anchor is not None:
+    if model.rig.anchor is not None or model.rig.derived:
         do = "Name a file for each record."
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
     traces = tuple(in_order([_trace(record, model) for record in study.records]))

@@ -99,11 +99,7 @@ def _starts(traces: Sequence[Trace]) -> dict[str, np.ndarray]:
 
 def _columns(trace: Trace, spring: bool, free: bool) -> _Columns:
     """Terms of the force of one record, where its mass moves."""
-    position, speed, acceleration = (
-        rates_of(trace.channels["position"], trace.times, _length(trace))
-        if free
-        else rates_of(trace.inputs["anchor"][:, 0], trace.times, SMOOTH)
-    )
+    position, speed, acceleration = _motion(trace)
     moving = np.abs(speed) > SLOW * np.nanmax(np.abs(speed))
     if moving.sum() < 16:
         raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
@@ -111,9 +107,20 @@ def _columns(trace: Trace, spring: bool, free: bool) -> _Columns:
     terms |= ({SPRING: position} if spring else {}) | {"force_offset": np.ones_like(speed)}
     force = np.zeros_like(speed)
     if not free:
-        force = trace.conditions["gain"] * trace.inputs["force"][:, 0]
+        told = trace.inputs["force"][:, 0] if "force" in trace.inputs else trace.channels["force"]
+        force = trace.conditions["gain"] * told
+        moving = moving & np.isfinite(force)
     force = force - trace.conditions["added_mass"] * acceleration
     return _Columns({name: term[moving] for name, term in terms.items()}, force[moving])
+
+
+def _motion(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, speed and acceleration of one record."""
+    if "speed" in trace.inputs:
+        return trace.inputs["position"][:, 0], trace.inputs["speed"][:, 0], trace.inputs["speed"][:, 1]
+    if "anchor" in trace.inputs:
+        return rates_of(trace.inputs["anchor"][:, 0], trace.times, SMOOTH)
+    return rates_of(trace.channels["position"], trace.times, _length(trace))
 
 
 def _solved(terms: Mapping[str, np.ndarray], force: np.ndarray, initial: Initial, where: str) -> dict[str, float]:

@@ -62,7 +62,7 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
         If a channel the rig needs is missing, or an input has holes.
     """
     conditions = conditions_of(record.name, rig, stated)
-    for name in (*rig.channels, *rig.inputs):
+    for name in rig.measured:
         if name not in record.channels:
             raise DataError(
                 record.name,
@@ -79,8 +79,10 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
                 "Check its column and unit; fibrefit inspect tells what was masked, and why.",
             )
     times, place = _grid(record)
-    spread = {name: _spread(record.channels[name], place, len(times)) for name in (*rig.channels, *rig.inputs)}
-    read = {name: name for name in rig.inputs} | ({} if rig.anchor is None else {"anchor": rig.anchor})
+    spread = {name: _spread(record.channels[name], place, len(times)) for name in rig.measured}
+    read = {name: name for name in rig.inputs if name not in rig.derived} | (
+        {} if rig.anchor is None else {"anchor": rig.anchor}
+    )
     return Trace(
         record.name,
         times,

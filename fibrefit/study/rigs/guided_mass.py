@@ -30,10 +30,11 @@ class GuidedMassRig(GuidedMassConstants):
     """``[rig]`` of a guided mass."""
 
     kind: Literal["guided_mass"]
-    driven_by: Literal["force", "nothing"] = Field(
+    driven_by: Literal["force", "position", "nothing"] = Field(
         default="force",
-        description="force: a measured one; nothing: let go once, a free decay, of which values per mass are found: "
-        "hold the mass.",
+        description="force: a measured one, the position is explained; position: the measured one, the force that it "
+        "asks for is explained (inverse dynamics); nothing: let go once, a free decay, of which values per mass are "
+        "found: hold the mass.",
     )
 
 
@@ -42,13 +43,13 @@ class GuidedMassStudy(Study):
 
     @property
     def variant(self) -> str:
-        """``free`` where nothing drives the mass."""
-        return "free" if self.rig.driven_by == "nothing" else ""
+        """``free`` where nothing drives the mass, ``followed`` where its measured motion does."""
+        return {"nothing": "free", "position": "followed"}.get(self.rig.driven_by, "")
 
     @property
     def driven_by_force(self) -> bool:
         """Unless nothing drives the mass."""
-        return bool(self.rig.driven_by == "force")
+        return bool(self.rig.driven_by != "nothing")
 
     base_parameters: ClassVar[dict[str, str]] = {"mass": "kg", "friction": "N", "force_offset": "N"}
     rig: GuidedMassRig
