@@ -53,4 +53,4 @@ class PushLag(PushLaw):
 
     def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """``p + τ p'``."""
-        return force + self.time_constant * jnp.gradient(force) / (times[1] - times[0])
+        return force + self.time_constant * jnp.asarray(jnp.gradient(force)) / (times[1] - times[0])
