@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field, PrivateAttr, StrictStr
+from pydantic.fields import FieldInfo
 
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
@@ -190,10 +191,7 @@ class Study(Table):
 
     def _constants(self) -> dict[str, str]:
         """Constants of the rig that a parameter may be, and their SI units."""
-        units = {
-            name: next((unit.si for unit in field.metadata if isinstance(unit, Unit)), "-")
-            for name, field in type(self.rig).model_fields.items()
-        }
+        units = {name: _unit_of(field) for name, field in type(self.rig).model_fields.items()}
         return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
 
     def check_units(self) -> None:
@@ -276,6 +274,12 @@ class Study(Table):
     def _setting(self, name: str, unit: str) -> ParameterSetting:
         table = self.parameters.get(name, ParameterTable())
         return setting_of(name, table, unit, lambda key: self._place(f"parameters.{name}{key}"))
+
+
+def _unit_of(field: FieldInfo) -> str:
+    """SI unit of a constant, which may be optional; "-" for a pure number."""
+    said = [*field.metadata, *(part for kind in get_args(field.annotation) for part in get_args(kind))]
+    return next((unit.si for unit in said if isinstance(unit, Unit)), "-")
 
 
 def _moved_effect(effect: str, study: Study, folder: Path) -> str:
