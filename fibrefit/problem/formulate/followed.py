@@ -18,7 +18,7 @@ FEWEST = 32
 """Samples in motion that a record must hold."""
 
 
-def followed(trace: Trace) -> Trace:
+def along_motion(trace: Trace) -> Trace:
     """A record with position and speed as inputs, and the force where the mass moves.
 
     A position that is smoothed too little has an acceleration full of noise, one that is smoothed too much has lost

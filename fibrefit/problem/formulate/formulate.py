@@ -10,7 +10,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
-from fibrefit.problem.formulate.followed import followed
+from fibrefit.problem.formulate.followed import along_motion
 from fibrefit.problem.formulate.rates import from_motion
 from fibrefit.problem.formulate.starting import Initial, Starting, starting_fibre_mass
 from fibrefit.problem.formulate.starting_force_only import starting_force_only
@@ -81,7 +81,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
     if model.rig.derived:
-        traces = [followed(trace) for trace in traces]
+        traces = [along_motion(trace) for trace in traces]
     if model.rig.released is not None:
         traces = [from_motion(trace, model.rig.released) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
