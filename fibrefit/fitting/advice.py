@@ -10,8 +10,7 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.units import format_quantity
-from fibrefit.fitting.force_alone import force_alone
-from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.problem.statement.problem import Problem
 
 WORTHWHILE = 0.8
