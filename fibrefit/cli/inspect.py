@@ -36,16 +36,15 @@ What a file does not say can be said for it:
 @with_terminal
 def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage."""
-    from fibrefit.store.directory import ResultDirectory, default_directory
-    from fibrefit.study.written import split_overrides
-
     overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
     if out is not None:
+        from fibrefit.store.directory import ResultDirectory
+
         ResultDirectory(out, force=force).check()
     from fibrefit.workflow.inspection.inspection import inspect
 
     bare = not any(is_study(file) for file in files)
-    reading = overrides if write is None else split_overrides(overrides)[0]
+    reading = overrides if write is None else _of_files(overrides)
     found = inspect(files, reading) if bare else inspect(study_from(files, None, overrides))
     terminal.answer(found.report(), found.document())
     if bare and any(each.verdict != "understood" for each in found.seen):
@@ -56,8 +55,17 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
         write_study(found, write, options["rig"], overrides, force=force)
         terminal.remark(f"\nThe study is in {write}.")
     if found.tables and (out is not None or (sys.stdout.isatty() and write is None)):
+        from fibrefit.store.directory import default_directory
+
         # A folder named after its content may be written again: it will hold the same.
         folder = out or default_directory(f"inspect {found.name}", found.content())
         found.save(folder, force=force or out is None)
         terminal.remark(f"\nPictures are in {folder / 'figures'}.")
     return max((refusal.exit_code for refusal in found.refusals), default=0)
+
+
+def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that say how files are read."""
+    from fibrefit.study.written import split_overrides
+
+    return tuple(split_overrides(overrides)[0])

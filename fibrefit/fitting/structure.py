@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_ratio
+from scipy.special import fdtri
 
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, PHASES
@@ -147,7 +147,7 @@ def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, flo
         # Steps of a coarse reading are noise that a rest may not show.
         floor = float(np.mean(known.floor / fitted.density(frequency)))
         ratio = float(np.mean(left)) / max(float(np.mean(still)), floor)
-        found.append((edge, ratio, float(f_ratio.isf(RARE_POWER, 2 * len(left), 2 * len(still)))))
+        found.append((edge, ratio, float(fdtri(2 * len(left), 2 * len(still), 1.0 - RARE_POWER))))
     return found
 
 

@@ -111,11 +111,15 @@ class Fit(Predicts, Saved):
 
     def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
-        from fibrefit.plots import fit_figures
-
         summary, groups = self.summary(), self.groups()
+
+        def drawn() -> Figures:
+            from fibrefit.plots import fit_figures
+
+            return fit_figures(summary, groups)
+
         write_parts(directory, summary, groups, self.study)
-        write_figures(directory, lambda: fit_figures(summary, groups), stop)
+        write_figures(directory, drawn, stop)
 
 
 def fit_study(

@@ -9,7 +9,7 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
-from tests.benchmarks import fits, growth, many, simulations
+from tests.benchmarks import fits, growth, many, parts, simulations
 from tests.benchmarks.timing import Stopwatch
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
@@ -46,6 +46,7 @@ def main() -> None:
 def _tables(watch: Stopwatch, quick: bool):
     yield from simulations.tables(watch)
     yield fits.table(watch, slow=not quick)
+    yield parts.table()
     yield many.table(watch)
     if not quick:
         yield from growth.tables(watch)

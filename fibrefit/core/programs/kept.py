@@ -29,6 +29,7 @@ from weakref import WeakSet
 
 import equinox as eqx
 import jax
+import numpy as np
 
 from fibrefit.core.environment import cache_directory, versions
 from fibrefit.core.programs.described import NotDescribedError, fingerprint, resolved, source_digest
@@ -327,8 +328,16 @@ def _loaded(file: Path) -> Program | None:
 
 @functools.cache
 def _bind_lapack() -> None:
-    """JAX looks up the routines of LAPACK when it first lowers one; a program that is only loaded would find none."""
-    jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
+    """JAX looks up the routines of LAPACK when it first lowers one; a program that is only loaded would find none.
+
+    To lower one takes a third of a second, and asking jaxlib nothing; but its names are not promised to stay.
+    """
+    try:
+        from jaxlib.lapack import prepare_lapack_call
+
+        prepare_lapack_call("potrf_ffi", np.dtype(float))
+    except (ImportError, AttributeError, TypeError):
+        jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
 
 
 def _save(file: Path, compiled: Any, skeleton: Any, inputs: int) -> None:

@@ -7,7 +7,7 @@ hardens is a larger one in a higher drop. Error bars from residuals alone do not
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import f as f_ratio
+from scipy.special import fdtrc
 
 from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
@@ -43,7 +43,7 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
         weight = 1.0 / errors[seen, i] ** 2
         mean = np.sum(weight * steps[seen, i]) / np.sum(weight)
         ratio = float(np.sum(weight * (steps[seen, i] - mean) ** 2) / (number - 1))
-        by_chance = float(f_ratio.sf(ratio, number - 1, number / MEMORY)) * len(shared)
+        by_chance = float(fdtrc(number - 1, number / MEMORY, ratio)) * len(shared)
         if by_chance < chance:
             worst, chance = float(np.sqrt(ratio)), by_chance
             told = _told(problem, i, values[i] + steps[seen, i])

@@ -26,7 +26,7 @@ SAME_BASIN = 1e-3
 
 
 def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:
-    """Starting values ``(number, n_free)`` in SI units: the centre, then a scrambled Sobol cloud around it.
+    """Starting values ``(number, n_free)`` in SI units: the centre, then a Latin hypercube around it.
 
     Parameters
     ----------
@@ -35,17 +35,20 @@ def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], n
     spread : mapping of name to factor
         A shared parameter is multiplied by a factor between 1/spread and spread; others stay.
     number, seed : int
-    """
-    from scipy.stats import qmc
 
+    Source
+    ------
+    McKay, Beckman and Conover, Technometrics 21 (1979).
+    """
     moved = [
         i for i, (slot, record) in enumerate(layout.entries) if record is None and spread.get(slot.name, 1.0) > 1.0
     ]
     starts = np.tile(centre, (number, 1))
     if number < 2 or not moved:
         return starts
-    cloud = qmc.Sobol(len(moved), seed=seed).random_base2(int(np.ceil(np.log2(number - 1))) if number > 2 else 0)
-    for i, share in zip(moved, cloud[: number - 1].T, strict=True):
+    random = np.random.default_rng(seed)
+    strata = random.permuted(np.tile(np.arange(number - 1), (len(moved), 1)), axis=1)
+    for i, share in zip(moved, (strata + random.random(strata.shape)) / (number - 1), strict=True):
         slot = layout.entries[i][0]
         value = centre[i] * spread[slot.name] ** (2.0 * share - 1.0)
         starts[1:, i] = np.clip(value, slot.range.lower, slot.range.upper)

@@ -87,7 +87,7 @@ def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.n
     ------
     Hausman, Econometrica 46 (1978).
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     seen = np.diag(of_plain) > 0.0
     unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
@@ -97,7 +97,7 @@ def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.n
     values, vectors = np.linalg.eigh(excess)
     used = values > SLIGHT
     statistic = np.sum((vectors[:, used].T @ difference) ** 2 / values[used])
-    chance = float(chi2.sf(statistic, max(used.sum(), 1)))
+    chance = float(chdtrc(max(used.sum(), 1), statistic))
     return HausmanTest(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
 
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.formulate.rates import derivative
 from fibrefit.problem.noise.spectrum import rests
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.rigs.rig import STANDARD_GRAVITY
@@ -43,6 +44,8 @@ class Starting:
     ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
+SMOOTHED = 8e-3
+"""Length [s] of the windows by which the rate of a stretch is found."""
 Initial = Mapping[str, float | None]
 """Parameters of the model, those of its effects among them, with what the study states as their start."""
 NOTHING: Initial = MappingProxyType({})
@@ -172,7 +175,7 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
     rows, forces = [], []
     for trace, drop in zip(traces, drops, strict=True):
         stretch = trace.channels["position"] - drop.zero
-        rate = _rate(stretch, trace.times)
+        rate = derivative(stretch, trace.times, SMOOTHED, 1)
         force = trace.channels["force"]
         loaded = (stretch > 0.1 * np.nanmax(stretch)) & (force > 0.1 * np.nanmax(force)) & np.isfinite(rate)
         rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
@@ -186,17 +189,6 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
             "Check the sign and unit of the force and position channels.",
         )
     return float(stiffness), float(max(damping, 1e-4 * stiffness))
-
-
-def _rate(values: np.ndarray, times: np.ndarray) -> np.ndarray:
-    from scipy.signal import savgol_filter
-
-    step = float(np.diff(times).mean())
-    window = max(5, round(8e-3 / step) | 1)
-    # Damaged samples are bridged: one of them would take all those around it along.
-    there = np.isfinite(values)
-    whole = values if there.all() else np.interp(times, times[there], values[there])
-    return savgol_filter(whole, window, 2, deriv=1, delta=step)
 
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:

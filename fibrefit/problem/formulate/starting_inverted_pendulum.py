@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.formulate.rates import derivative
 from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
 from fibrefit.problem.statement.observations import Trace
 
@@ -72,13 +73,7 @@ def starting_inverted_pendulum(
 
 def _smooth(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
     """Angle and its rate, by parabolas."""
-    from scipy.signal import savgol_filter
-
-    step = float(np.diff(trace.times).mean())
-    window = max(5, round(SMOOTH / step) | 1)
-    measured = trace.channels["angle"]
-    whole = np.interp(trace.times, trace.times[np.isfinite(measured)], measured[np.isfinite(measured)])
-    angle, rate = (savgol_filter(whole, window, 2, deriv=d, delta=step) for d in (0, 1))
+    angle, rate = (derivative(trace.channels["angle"], trace.times, SMOOTH, order) for order in (0, 1))
     return angle, rate
 
 

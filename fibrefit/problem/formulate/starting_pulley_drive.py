@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.formulate.rates import derivative
 from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
 from fibrefit.problem.noise.spectrum import rests
 from fibrefit.problem.statement.observations import Trace
@@ -121,12 +122,6 @@ def _friction(traces: Sequence[Trace]) -> float:
 
 
 def _derivative(trace: Trace, order: int) -> np.ndarray:
-    step = float(np.diff(trace.times).mean())
-    window = max(5, round(SMOOTHING / step) | 1)
-    from scipy.signal import savgol_filter  # half a second to load, and only this rig needs it
-
-    # Damaged samples are bridged: one of them would take all those around it along.
     position = trace.channels["position"]
-    seen = np.isfinite(position)
-    whole = np.interp(trace.times, trace.times[seen], position[seen])
-    return np.where(seen, savgol_filter(whole, window, 3, deriv=order, delta=step), np.nan)
+    found = derivative(position, trace.times, SMOOTHING, order, degree=3)
+    return np.where(np.isfinite(position), found, np.nan)

@@ -212,9 +212,9 @@ def _line(
         near = np.clip(np.searchsorted(whole.frequency[mine], grid - 1e-9), 0, mine.sum() - 1)
         sums += np.where(free[mine], whole.power[mine] / density[mine], 0.0)[near]
         number += free[mine][near]
-    from scipy.stats import gamma
+    from scipy.special import gammaincc
 
-    tail = gamma.sf(sums, np.maximum(number, 1.0)) * len(grid)
+    tail = gammaincc(np.maximum(number, 1.0), sums) * len(grid)
     best = int(np.argmin(np.where(number > 0.0, tail, 1.0)))
     if tail[best] > CHANCE:
         return None

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.paths import is_folder, printable
 from fibrefit.core.shown import Card
-from fibrefit.study import Study, load_study
-from fibrefit.workflow.inspection.readings import readings_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.plots import Figures
     from fibrefit.records import Table
+    from fibrefit.study import Study
 
 SCHEMA = "fibrefit/inspection/1"
 
@@ -183,23 +182,30 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
     >>> seen.to_dataframe()["si"].tolist()
     ['N', 'm']
     """
-    if isinstance(what, Study):
+    # What knows of studies takes as long to load as a file takes to read: bare files do without.
+    if not isinstance(what, str | Path | Sequence):
         return Inspection(what.name, _records_of(what), what)
     paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
     if len(paths) == 1 and (is_folder(paths[0]) or paths[0].suffix.lower() == ".toml"):
+        from fibrefit.study import load_study
+
         study = load_study(paths[0], overrides)
         return Inspection(study.name, _records_of(study), study)
     return Inspection(printable(paths[0].stem), _bare(paths, overrides))
 
 
 def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
-    from fibrefit.study.files.reading import reading_of
+    arguments: dict[str, Any] = {}
+    if overrides:
+        from fibrefit.study.files.reading import reading_of
 
-    arguments = reading_of(overrides)
+        arguments = reading_of(overrides)
     return tuple(seen_in(file, arguments) for file in files)
 
 
 def _records_of(study: Study) -> tuple[Seen, ...]:
+    from fibrefit.workflow.inspection.readings import readings_of
+
     seen = []
     for record in study.records:
         if record.file is None:
@@ -221,7 +227,7 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
     path : pathlib.Path
         The file.
     arguments : dict
-        What it does not say itself, as `fibrefit.records.ReadOptions` takes it.
+        What it does not say itself, as `fibrefit.records.ReadOptions` takes it; nothing by default.
     """
     from fibrefit.records import ReadOptions, describe, read_table, record_of
 
@@ -233,7 +239,7 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
         )
     lines, understood = describe(table), table.understood
     try:
-        record_of(table, channels=arguments["channels"])
+        record_of(table, channels=arguments.get("channels", {}))
     except FibrefitError as error:
         lines += _wrapped(f"Not ready to be used: {error}")
         understood["not_ready"] = str(error)

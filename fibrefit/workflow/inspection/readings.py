@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fibrefit.records import ReadOptions, Table, read_table
-from fibrefit.study import Study
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 #: A file, and the arguments for its reader.
 Reading = tuple[Path, dict[str, Any]]
