@@ -23,13 +23,13 @@ PORTS = {
 _SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILINE)
 
 
-def write_effects(folder: Path, write: Callable[[Path, str], None]) -> None:
-    """Write the pages and pictures of all effects, and a page that lists them."""
+def write_effects(folder: Path, write: Callable[[Path, str], None], with_pictures: bool = True) -> None:
+    """Write the pages of all effects, with their pictures if they are wanted, and a page that lists them."""
     from fibrefit.effects.catalogue import CATALOGUE
 
     folder.mkdir(parents=True, exist_ok=True)
     effects = sorted(CATALOGUE.values(), key=lambda effect: (effect.name.partition(".")[0], effect.name))
-    drawn = {effect.name for effect in effects if _drawn(effect, folder)}
+    drawn = {effect.name for effect in effects if with_pictures and _drawn(effect, folder)}
     for effect in effects:
         write(folder / f"{_file(effect.name)}.md", _page(effect, effect.name in drawn))
     lines = [

@@ -24,7 +24,7 @@ def write_if_new(path: Path, text: str) -> None:
 def write_all(app: Any) -> None:
     """Write every page below ``docs/generated``."""
     generated = Path(app.srcdir) / "generated"
-    write_effects(generated / "effects", write_if_new)
+    write_effects(generated / "effects", write_if_new, app.config.effect_pictures)
     schemas = ROOT / "data_schemas"
     write_if_new(generated / "study_file.md", study_page(schemas / "study.schema.json"))
     write_if_new(generated / "result_files.md", result_page(schemas))
@@ -45,5 +45,7 @@ def write_all(app: Any) -> None:
 
 def setup(app: Any) -> dict[str, Any]:
     """What Sphinx asks an extension for."""
+    # A check of the text alone, `-D effect_pictures=0`, spares itself the simulations behind them.
+    app.add_config_value("effect_pictures", True, "env", bool)
     app.connect("builder-inited", write_all)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

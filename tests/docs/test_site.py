@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -45,14 +45,11 @@ def test_every_command_has_its_help() -> None:
     assert page.count("Usage: fibrefit ") == len(COMMANDS)
 
 
-def test_every_effect_has_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import effect_pages
-
+def test_every_effect_has_a_page(tmp_path: Path) -> None:
     from fibrefit.effects.catalogue import CATALOGUE
 
-    monkeypatch.setattr(effect_pages, "_drawn", lambda effect, folder: False)
     pages: dict[str, str] = {}
-    write_effects(tmp_path, lambda path, text: pages.update({path.stem: text}))
+    write_effects(tmp_path, lambda path, text: pages.update({path.stem: text}), with_pictures=False)
     for effect in CATALOGUE.values():
         page = pages[effect.name.replace(".", "_").replace("@", "_")]
         assert all(f"## {title}\n" in page for title in ("Law", "Parameters", "Source")), effect.name
@@ -66,25 +63,37 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
-    find_spec("sphinx") is None or find_spec("myst_nb") is None, reason="the extra docs is not installed"
-)
-def test_it_builds_without_a_warning(tmp_path: Path) -> None:
-    words = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-W",
-        "--keep-going",
-        "-q",
-        "-b",
-        "html",
-        str(DOCS),
-        str(tmp_path / "html"),
-    ]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+@pytest.fixture
+def copy_of_docs(tmp_path: Path) -> Path:
+    """The sources of the site beside what they read, so that a build leaves nothing in the checkout."""
+    shutil.copytree(DOCS, tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "generated", "__pycache__"))
+    for name in ("fibrefit", "notebooks", "data_schemas", "configs", "CHANGELOG.md", "CONTRIBUTING.md", "README.md"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    return tmp_path / "docs"
+
+
+def test_it_builds_without_a_warning(copy_of_docs: Path) -> None:
+    """As `make docs` does but for the pictures of the effects, which simulate; notebooks are shown as they were run."""
+    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
+    built = copy_of_docs.parent / "html"
+    words = ["-m", "sphinx", "-W", "--keep-going", "-q", "-D", "effect_pictures=0", str(copy_of_docs), str(built)]
+    done = subprocess.run([sys.executable, *words], cwd=copy_of_docs, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     for name in ("index", "tutorial", "api", "generated/study_file", "generated/effects/index"):
-        assert (tmp_path / "html" / f"{name}.html").is_file()
-    assert len(list((tmp_path / "html" / "generated" / "effects").glob("*.html"))) > 50
+        assert (built / f"{name}.html").is_file()
+    assert len(list((built / "generated" / "effects").glob("*.html"))) > 50
+    assert "<img" in (built / "generated" / "notebooks" / "01_first_fit.html").read_text(encoding="utf-8")
+
+
+def test_a_warning_is_an_error(copy_of_docs: Path) -> None:
+    """The negative control: a link that leads nowhere stops the build of a site of that page alone."""
+    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
+    for page in (*copy_of_docs.rglob("*.md"), *copy_of_docs.rglob("*.ipynb")):
+        page.unlink()
+    (copy_of_docs / "index.md").write_text("# A page\n\n[nowhere](nowhere.md)\n", encoding="utf-8")
+    conf = copy_of_docs / "conf.py"
+    conf.write_text(conf.read_text(encoding="utf-8").replace('    "pages",\n', ""), encoding="utf-8")
+    words = [sys.executable, "-m", "sphinx", "-W", "-q", str(copy_of_docs), str(copy_of_docs.parent / "html")]
+    done = subprocess.run(words, cwd=copy_of_docs, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "nowhere.md" in done.stderr
