@@ -58,8 +58,13 @@ series.to_dataframe()
 # report says how probable as strong a one is by chance.
 
 # %%
-for trend in series.trends:
-    print(trend)
+import pandas as pd
+
+trends = pd.DataFrame(series.trends).set_index(["parameter", "condition"])
+trends[["slope", "slope_error", "unit", "condition_unit", "chance", "corrected"]].head(8)
+
+# %% [markdown]
+# `chance` is that of as strong a trend where there is none, `corrected` the same for all looks together.
 
 # %%
 series.plot()

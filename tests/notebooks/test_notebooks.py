@@ -26,7 +26,8 @@ SAYS = {
     "06_own_logger_file": "status: ok",
     "07_own_effect_in_one_file": "keeps the contract of a law",
     "08_plan_the_next_experiment": "What each would add",
-    "09_pendulum": "sweep down",
+    "09_pendulum": "length    true 0.42",
+    "11_thirty_lines": "holds",
 }
 
 
@@ -74,9 +75,26 @@ def test_each_has_its_equation_and_its_study(script: Path) -> None:
     assert "## The study file" in text
 
 
+def test_thirty_lines_are_thirty_and_keep_to_the_reference() -> None:
+    script = (ROOT / "notebooks" / "11_thirty_lines.py").read_text(encoding="utf-8")
+    code = [line for kind, text in cells_of(script) if kind == "code" for line in text.splitlines() if line.strip()]
+    assert len(code) <= 30
+    reference = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    for name in re.findall(r"fibrefit\.(\w+)\(", "\n".join(code)):
+        assert f"autofunction:: {name}\n" in reference, name
+
+
+def test_thirty_lines_run(tmp_path: Path) -> None:
+    carry_out("11_thirty_lines", tmp_path)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(SAYS))
 def test_it_runs(name: str, tmp_path: Path) -> None:
+    carry_out(name, tmp_path)
+
+
+def carry_out(name: str, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "notebooks", tmp_path / "notebooks")
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
     words = [sys.executable, f"{name}.py"]
