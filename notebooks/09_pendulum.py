@@ -81,7 +81,9 @@ angle += np.random.default_rng(1).normal(scale=1e-3, size=angle.size)
 
 folder = Path("results/swing")
 folder.mkdir(parents=True, exist_ok=True)
-np.savetxt(folder / "swing.csv", np.column_stack([times, angle]), "%.6f", ",", header="time [s],angle [rad]", comments="")
+np.savetxt(
+    folder / "swing.csv", np.column_stack([times, angle]), "%.6f", ",", header="time [s],angle [rad]", comments=""
+)
 (folder / "study.toml").write_text(
     """schema = "fibrefit/study/1"
 name = "a swing"
@@ -99,7 +101,9 @@ print(result.report())
 # %%
 for name, true in (("length", LENGTH), ("damping", DAMPING), ("friction", FRICTION)):
     found = result.parameters[name]
-    print(f"{name:<9} true {true:<6} found {found.value:.5f}, 95 %: {found.interval_95[0]:.5f} to {found.interval_95[1]:.5f}")
+    print(
+        f"{name:<9} true {true:<6} found {found.value:.5f}, 95 %: {found.interval_95[0]:.5f} to {found.interval_95[1]:.5f}"
+    )
 
 # %%
 result.plot().only("overview")

@@ -34,7 +34,7 @@ def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
     """Draw a saved result again, beside it."""
     from fibrefit.core.formats import figure_formats
     from fibrefit.plots import save_figures
-    from fibrefit.workflow.pages.draw import draw_result
+    from fibrefit.workflow.outcome.draw import draw_result
 
     kinds = figure_formats(formats)
     paths = [str(path) for path in save_figures(draw_result(result), out, formats=kinds)]

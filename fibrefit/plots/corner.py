@@ -24,6 +24,8 @@ SMOOTH = 1.1
 MOST_DRAWS = 20000
 LEVELS = (0.5, 0.9)
 """Shares of the draws inside the contours."""
+EDGE = 0.08
+"""Share of an axis at each end that goes without a number."""
 REACH = (0.0005, 0.9995)
 """Quantiles of the draws between which the axes run."""
 
@@ -169,10 +171,18 @@ def _reach(values: np.ndarray) -> tuple[float, float]:
     return float(low - slack), float(high + slack)
 
 
+def _inner(ends: tuple[float, float]) -> list[float]:
+    """Round numbers away from the ends of an axis, where their labels would lie on those of the next panel."""
+    low, high = min(ends), max(ends)
+    edge = EDGE * (high - low)
+    found = MaxNLocator(4).tick_values(low, high)
+    return [float(tick) for tick in found if low + edge < tick < high - edge]
+
+
 def _ticks(axes: Axes, x: bool, y: bool) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(3, prune="both"))
+    axes.set_xticks(_inner(axes.get_xlim()))
     if y or axes.get_ylabel():
-        axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
+        axes.set_yticks(_inner(axes.get_ylim()))
     for formatter in (axes.xaxis.get_major_formatter(), axes.yaxis.get_major_formatter()):
         # Those without labels have no formatter that could be told.
         if isinstance(formatter, ScalarFormatter):

@@ -96,7 +96,11 @@ def _verdict(summary: FitResultSummary) -> str:
 
 
 def _beside(summary: FitResultSummary, shown: int, number: int) -> str:
-    which = f"the {shown} that are explained worst of {number} records" if shown < number else f"{number} records"
+    which = (
+        f"the {shown} that are explained worst of {number} records"
+        if shown < number
+        else f"{number} record{'' if number == 1 else 's'}"
+    )
     return f"{summary.study}: {which}; {_gap_in_words(summary)}"
 
 
@@ -234,6 +238,7 @@ def _doubts(summary: FitResultSummary) -> list[str]:
         return [f"All {len(summary.checks)} checks passed."] if summary.checks else []
     lines: list[str] = []
     for check in failed[:MOST_DOUBTS]:
-        lines += textwrap.wrap(f"FAILED {check.quantity or check.name}: {check.says}", ACROSS)
+        word = "FAILED" if check.about == "numbers" else "MODEL"  # as in the report
+        lines += textwrap.wrap(f"{word} {check.quantity or check.name}: {check.says}", ACROSS)
     more = len(failed) - MOST_DOUBTS
     return lines + ([f"and {more} more."] if more > 0 else [])

@@ -23,6 +23,8 @@ WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "down": ("sweep down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
 }
 LEFT, RIGHT, TOP, GAP, BOTTOM = 16.0, 5.0, 17.0, 5.0, 11.0
+APART = 0.05
+"""Share of an amplitude by which that of another way to a frequency differs when it is another motion."""
 HEIGHTS = (46.0, 34.0, 34.0, 24.0)
 
 
@@ -51,7 +53,7 @@ def curve_figure(curve: Curve) -> Figure:
     preload = conditions.rig["preload"]
     title(
         figure,
-        conditions.name,
+        f"{conditions.name}: {_said(curve)}",
         f"drive {1e3 * conditions.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
     axes = stacked(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
@@ -74,7 +76,7 @@ def comparison_figure(curves: Sequence[Curve]) -> Figure:
     figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
     title(
         figure,
-        "How far the pendulum swings at each frequency of the drive",
+        _said_of_all(curves),
         "lines: from rest and sweep up; dashed: sweep down",
     )
     axes = stacked(figure, heights, LEFT, RIGHT, TOP, GAP)
@@ -91,6 +93,34 @@ def comparison_figure(curves: Sequence[Curve]) -> Figure:
     label(axes[1], x="frequency of the drive / Hz", y="steady-state amplitude / rad")
     legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
+
+
+def _said(curve: Curve) -> str:
+    """How much it matters where the frequency comes from; how far the pendulum swings, where it does not."""
+    up, down = (
+        np.where(curve.branches[way].overturned, np.nan, curve.branches[way].amplitude) for way in ("up", "down")
+    )
+    apart = np.nan_to_num(np.abs(down - up))
+    most = int(np.argmax(apart))
+    if apart[most] > APART * max(up[most], down[most]):
+        ends = f"{down[most]:.2g} rad coming from above, {up[most]:.2g} rad from below"
+        return f"at {curve.frequencies[most]:.3g} Hz it swings {ends}"
+    if np.isnan(up).all():
+        return "it overturns at every frequency"
+    most = int(np.nanargmax(up))
+    return f"it swings {up[most]:.2g} rad at most, at {curve.frequencies[most]:.3g} Hz, from above as from below"
+
+
+def _said_of_all(curves: Sequence[Curve]) -> str:
+    """Which curve swings farthest from rest."""
+    angles = [
+        np.where(curve.branches["rest"].overturned, -1.0, np.nan_to_num(curve.branches["rest"].max_angle))
+        for curve in curves
+    ]
+    worst = int(np.argmax([angle.max() for angle in angles]))
+    most = int(np.argmax(angles[worst]))
+    where = f"{angles[worst][most]:.2g} rad at {curves[worst].frequencies[most]:.3g} Hz"
+    return f"From rest the pendulum swings farthest with {curves[worst].conditions.name}: {where}"
 
 
 def _extremes(axes: Axes, curve: Curve, channel: int) -> None:

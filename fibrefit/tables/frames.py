@@ -113,7 +113,7 @@ def residual_frame(groups: Groups, counted: Mapping[str, int | None]) -> pd.Data
     -------
     pandas.DataFrame
         One row a sample and channel: ``record``, ``channel``, ``time`` in s, ``phase``, ``measured`` and ``simulated``
-        in SI units, ``residual`` (simulated minus measured over the noise). Masked samples have no ``measured`` and no
+        in SI units, ``residual`` (measured minus simulated over the noise). Masked samples have no ``measured`` and no
         ``residual``. ``attrs["units"]`` holds the unit of each channel.
     """
     observed, predicted = groups["observed_data"], groups["predictions"]
@@ -152,9 +152,10 @@ def _samples(counted: int | None, channels: list[np.ndarray]) -> int:
 
 
 def _residual(groups: Groups, channel: str, record: int, measured: np.ndarray) -> np.ndarray:
+    """Measured minus simulated, as every table and figure has it; the solver and the file count the other way."""
     found = groups.get("residuals", {}).get(channel)
     rows = np.full(measured.shape, np.nan) if found is None else np.asarray(found.values[record])
-    return np.where(np.isfinite(measured), rows, np.nan)
+    return np.where(np.isfinite(measured), -rows, np.nan)
 
 
 def _phases(variable: Any) -> np.ndarray | None:

@@ -1,4 +1,4 @@
-"""``python -m tests.benchmarks.parts``: what one `fibrefit fit` spends on each of its parts, in a process of its own."""
+"""``python -m tests.benchmarks.parts``: what one `fibrefit fit` spends on each part, in a process of its own."""
 
 from __future__ import annotations
 

@@ -59,13 +59,19 @@ def test_covariance_is_that_of_the_error_bars(fit: Fit) -> None:
     assert correlation.abs().to_numpy().max() <= 1.0 + 1e-12
 
 
+def test_what_was_loaded_draws_and_predicts_as_what_was_found(fit: Fit, again: StoredResult) -> None:
+    assert set(again.plot()) == set(fit.plot())
+    holdout = fibrefit.example("drop_series") / "holdout"
+    assert fibrefit.predict(again, holdout).verdict == fit.predict(holdout).verdict
+
+
 def test_residuals_are_measured_minus_simulated_sample_by_sample(fit: Fit) -> None:
     frame = fit.residuals
     assert list(frame.columns) == ["record", "channel", "time", "phase", "measured", "simulated", "residual"]
     assert frame.attrs["units"] == {"force": "N", "position": "m"}
     assert len(frame) == sum(2 * len(record.time) for record in fit.records)
     force = frame[frame["channel"] == "force"]
-    left = (force["simulated"] - force["measured"]) / fit.identification.gap["force"].noise
+    left = (force["measured"] - force["simulated"]) / fit.identification.gap["force"].noise
     # Samples beside a jump count less.
     assert np.median(np.abs(left - force["residual"])) < 1e-6
     assert {"held", "slack", "taut, loading"} <= set(frame["phase"])

@@ -23,7 +23,14 @@ def failed_checks(checks: Sequence[CheckSummary]) -> list[str]:
 def checks_table(checks: Sequence[CheckSummary]) -> Table:
     """Every check with what it says, those that failed first."""
     ordered = sorted(checks, key=lambda check: check.passed)
-    rows = [(quantity_of(check), "passed" if check.passed else "FAILED", check.says) for check in ordered]
+    rows = [
+        (
+            quantity_of(check),
+            "passed" if check.passed else "FAILED" if check.about == "numbers" else "MODEL",
+            check.says,
+        )
+        for check in ordered
+    ]
     return Table("Checks", ("what was tested", "", "what was found"), rows)
 
 

@@ -89,7 +89,7 @@ class AnyResult(ABC):
         -------
         pandas.DataFrame
             ``record``, ``channel``, ``time`` [s], ``phase``, ``measured`` and ``simulated`` (SI units, in
-            ``attrs["units"]``), ``residual`` (simulated minus measured over the noise).
+            ``attrs["units"]``), ``residual`` (measured minus simulated over the noise).
 
         Raises
         ------

@@ -18,6 +18,7 @@ from fibrefit.workflow.outcome.result import AnyResult
 if TYPE_CHECKING:
     import pandas as pd
 
+    from fibrefit.plots import Figures
     from fibrefit.study import Study
 
 DOCUMENTS = ("confusion.json", "inspection.json", "plan.json")
@@ -98,6 +99,22 @@ class StoredResult(AnyResult):
     def figures(self) -> dict[str, Path]:
         """Pictures by name."""
         return _figures(self.folder)
+
+    def plot(self) -> Figures:
+        """Figures by name, drawn again from what was saved.
+
+        Raises
+        ------
+        UsageError
+            If a result of this kind, or of this age, cannot be drawn from what it saved.
+        """
+        from fibrefit.workflow.outcome.draw import drawn
+
+        return drawn(self.summary(), self.groups(), str(self.folder))
+
+    def __fspath__(self) -> str:
+        """Its folder: whatever takes a path to a result takes a result that was loaded."""
+        return str(self.folder)
 
 
 @dataclass(frozen=True, repr=False)

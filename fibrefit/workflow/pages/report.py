@@ -15,7 +15,7 @@ from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.workflow.pages.draw import figures_of
+from fibrefit.workflow.outcome.draw import figures_of
 
 TABLE = "results.csv"
 CHOSEN: dict[type[Part], tuple[str, ...]] = {

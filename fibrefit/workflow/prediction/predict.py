@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,7 +79,7 @@ class Prediction(Predicted, AnyResult, Saved):
 
 
 def predict_study(
-    result: Path | str | Known, study: Study | str | Path, *, progress: Progress | None = None
+    result: PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
 ) -> Prediction:
     """Predict the records of a study with the model and the values of a result.
 
@@ -87,8 +88,8 @@ def predict_study(
 
     Parameters
     ----------
-    result : pathlib.Path, str or Known
-        Folder of a fit, a discovery or a posterior.
+    result : os.PathLike, str or Known
+        Folder of a fit, a discovery or a posterior, or one that `load_result` has read.
     study : Study, str or pathlib.Path
         Rig, conditions and records; its own model and parameters do not count.
     progress : callable, optional

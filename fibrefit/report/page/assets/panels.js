@@ -13,6 +13,12 @@ function colourOf(model, models) {
   return css(`--tried-${(number % 3) + 1}`);
 }
 
+// Three colours tell the models that were tried apart; beyond, the length of their dashes.
+function dashOf(model, models) {
+  if (model.role !== "tried") return undefined;
+  return models.filter((one) => one.role === "tried").indexOf(model) < 3 ? [6, 3] : [2, 3];
+}
+
 function axes(label, last) {
   const ink = css("--quiet"), line = css("--line");
   const both = { stroke: ink, grid: { stroke: line, width: 0.5 }, ticks: { stroke: line, width: 0.5 }, font: "12px system-ui" };
@@ -56,7 +62,7 @@ function residualColumns(channel, models, samples, noise) {
 function lines(models, shown, width) {
   return models.map((model) => ({
     label: model.label, stroke: colourOf(model, models), width: model.role === "final" ? width : width + 0.3,
-    show: shown.has(model.key), points: { show: false }, dash: model.role === "tried" ? [6, 3] : undefined,
+    show: shown.has(model.key), points: { show: false }, dash: dashOf(model, models),
   }));
 }
 
@@ -142,6 +148,7 @@ fibrefit.strip = (canvas, times, phase, from, to) => {
 fibrefit.PHASES = PHASES;
 fibrefit.css = css;
 fibrefit.colourOf = colourOf;
+fibrefit.dashOf = dashOf;
 fibrefit.element = (tag, attributes = {}, ...inside) => {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {

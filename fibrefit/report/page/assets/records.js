@@ -66,8 +66,9 @@ class Records {
       return line;
     };
     const key = (text, mark) => make("span", { class: "key" }, mark, text);
+    const dashes = (model) => ({ "6,3": "dashes", "2,3": "dots" })[fibrefit.dashOf(model, this.view.models)] ?? "";
     const models = this.view.models.map((model) => one(this.at.shown.has(model.key), () => this.toggle(model.key),
-      key(model.label, swatch(fibrefit.colourOf(model, this.view.models)))));
+      key(model.label, swatch(fibrefit.colourOf(model, this.view.models), dashes(model)))));
     const band = one(this.band, () => { this.band = !this.band; this.redraw(); }, key(this.view.band, swatch("", "area")));
     this.toggles.replaceChildren(key("measured", swatch(css("--measured"), "dots")), ...models, band);
   }

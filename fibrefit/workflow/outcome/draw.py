@@ -41,12 +41,29 @@ def draw_result(result: Path | str) -> Figures:
     summary = read_summary(folder)
     folder = folder if folder.is_dir() else folder.parent
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
+    return drawn(summary, groups, str(result))
+
+
+def drawn(summary: Part, groups: Any, result: str) -> Figures:
+    """Figures of a result as it was read.
+
+    Parameters
+    ----------
+    summary : Part
+    groups : mapping
+        Arrays of ``result.h5``.
+    result : str
+        Where it lies, for the message.
+
+    Raises
+    ------
+    UsageError
+        As `draw_result`.
+    """
     figures = figures_of(summary, groups)
     if figures is None:
         kinds = "a fit, a discovery, a posterior or a batch with all of its files"
-        raise UsageError(
-            str(result), "cannot be drawn from what was saved", kinds, "Run it again: figures come with it."
-        )
+        raise UsageError(result, "cannot be drawn from what was saved", kinds, "Run it again: figures come with it.")
     return figures
 
 
