@@ -31,7 +31,7 @@ import fibrefit
 
 folder = fibrefit.example("drop_series")
 study = fibrefit.load_study(folder)
-study
+print(study.name, [record.file for record in study.records])
 
 # %%
 seen = fibrefit.inspect(folder)
