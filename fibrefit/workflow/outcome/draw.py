@@ -41,10 +41,10 @@ def draw_result(result: Path | str) -> Figures:
     summary = read_summary(folder)
     folder = folder if folder.is_dir() else folder.parent
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
-    return drawn(summary, groups, str(result))
+    return saved_figures(summary, groups, str(result))
 
 
-def drawn(summary: Part, groups: Any, result: str) -> Figures:
+def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
     """Figures of a result as it was read.
 
     Parameters

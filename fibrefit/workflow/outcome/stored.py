@@ -108,9 +108,9 @@ class StoredResult(AnyResult):
         UsageError
             If a result of this kind, or of this age, cannot be drawn from what it saved.
         """
-        from fibrefit.workflow.outcome.draw import drawn
+        from fibrefit.workflow.outcome.draw import saved_figures
 
-        return drawn(self.summary(), self.groups(), str(self.folder))
+        return saved_figures(self.summary(), self.groups(), str(self.folder))
 
     def __fspath__(self) -> str:
         """Its folder: whatever takes a path to a result takes a result that was loaded."""
