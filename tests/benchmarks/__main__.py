@@ -33,14 +33,14 @@ def main() -> None:
     clock = "processor time (the machine had other work too)" if given.busy else "wall-clock time"
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     python = ".".join(map(str, sys.version_info[:3]))
-    parts = [HEAD.format(date=date.today(), cores=os.cpu_count(), python=python, packages=packages, clock=clock)]
-    print(parts[0], flush=True)
+    pages = [HEAD.format(date=date.today(), cores=os.cpu_count(), python=python, packages=packages, clock=clock)]
+    print(pages[0], flush=True)
     for table in _tables(Stopwatch(given.busy), given.quick):
-        parts.append(table.text())
-        print(parts[-1], flush=True)
+        pages.append(table.text())
+        print(pages[-1], flush=True)
     if given.write:
         PAGE.parent.mkdir(exist_ok=True)
-        PAGE.write_text("\n".join(parts), encoding="utf-8")
+        PAGE.write_text("\n".join(pages), encoding="utf-8")
 
 
 def _tables(watch: Stopwatch, quick: bool):
