@@ -16,7 +16,6 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.catalogue import suits
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
 
 SI = ROLES | STATES
@@ -229,8 +228,3 @@ def _range(variable: str, values: np.ndarray) -> tuple[float, float]:
         fast = float(np.quantile(np.abs(values), 0.995))
         return -fast, fast
     return 0.0 if variable in FROM_ZERO else float(values.min()), float(values.max())
-
-
-def is_probe(effect: type[Effect]) -> bool:
-    """Whether an effect is a probe, which has no name to offer."""
-    return issubclass(effect, Curve)

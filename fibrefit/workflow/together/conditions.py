@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -47,8 +47,3 @@ def _exact(name: str, unit: str, values: np.ndarray) -> Quantity:
 def by_record(conditions: Sequence[Quantity], number: int) -> dict[str, float]:
     """Conditions of one record by name."""
     return {one.name: float(one.values[number]) for one in conditions if np.isfinite(one.values[number])}
-
-
-def values_of(conditions: Sequence[Quantity]) -> Mapping[str, np.ndarray]:
-    """Values of each condition, ``(n_record,)``."""
-    return {one.name: one.values for one in conditions}
