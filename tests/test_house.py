@@ -99,7 +99,7 @@ NAMED_TWICE = frozenset(
 
 #: Numbers that say how something is computed, not what is made of it, in modules that also judge.
 METHOD = {
-    "fitting.structure": frozenset({"FEW", "SHORTEST"}),
+    "fitting.misfit.structure": frozenset({"FEW", "SHORTEST"}),
     "problem.diagnose.inverse_dynamics": frozenset({"STANDING"}),
     "workflow.batches.files": frozenset({"MOST_NAMED"}),
     # How far a search goes, and what it tries again; nothing may be added here.

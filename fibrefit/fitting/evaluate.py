@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.fitting.misfit.structure import Residuals
 from fibrefit.fitting.result import ChannelGap, Gap
-from fibrefit.fitting.structure import Residuals
 from fibrefit.problem.diagnose.phases import Motion, motion_of
 from fibrefit.problem.noise.spectrum import Noise, rests
 from fibrefit.problem.statement.problem import Problem

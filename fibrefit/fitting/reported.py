@@ -14,9 +14,9 @@ from fibrefit.fitting.estimates import GlsEstimate
 from fibrefit.fitting.evaluate import Look, look, residuals_of
 from fibrefit.fitting.gls import problem_at, sharpened
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
+from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.structure import loudness, structure_checks
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import parting, parting_check

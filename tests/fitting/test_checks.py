@@ -12,8 +12,8 @@ from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
+from fibrefit.fitting.misfit.structure import Residuals, structure_checks
 from fibrefit.fitting.result import ChannelGap, Identification, InputError, Starts
-from fibrefit.fitting.structure import Residuals, structure_checks
 from fibrefit.fitting.uncertainty import sandwich
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.noise.spectrum import Noise

@@ -10,9 +10,10 @@ import pytest
 from fibrefit.core.check import Check
 from fibrefit.core.roles import UNLOADING
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import identifiability, structure, thresholds
+from fibrefit.fitting import identifiability, thresholds
+from fibrefit.fitting.misfit import structure
+from fibrefit.fitting.misfit.structure import Residuals
 from fibrefit.fitting.result import ChannelGap, InputError
-from fibrefit.fitting.structure import Residuals
 from fibrefit.problem.statement.transform import Range
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
