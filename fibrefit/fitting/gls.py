@@ -22,6 +22,7 @@ from fibrefit.problem.estimate.population import between, covariance_of_all, qua
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import View, apart
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
+from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
@@ -58,6 +59,8 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None
         return None
     if len(unknowns.scattering):
         place = apart(unknowns, place, seen, task.ladders)
+    if task.steps:
+        seen = _in_steps(task, plain, seen, local_of(unknowns, place))
     for look in range(LOOKS):
         found = _settled(task, bars, unknowns, place, seen)
         if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
@@ -66,11 +69,25 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None
     return found
 
 
+def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View:
+    """Records seen with the likelihood of readings in coarse steps."""
+    steps = dict(task.steps)
+    if seen.raw is None:
+        return View(with_steps(plain.problem, steps))
+    known, coefficients = input_errors(task), seen.left(local)[1]
+    there = corrected(with_steps(task.problem, steps), known, coefficients)
+    whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
+    roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in seen.raw.inverse]
+    return linearised_in_errors(whole, known, plain.values, coefficients, roots)
+
+
 def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
     """The mode in the noise that is left there."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
     for _ in range(2):
+        if seen.raw is None:
+            seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
         noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
         seen = seen.through(whitening_of(seen.problem, noise))
         evidence = _weighed(unknowns, place, seen, evidence)
@@ -97,7 +114,9 @@ def _seen(task: Task, found: GlsEstimate) -> View:
     """A task with noisy inputs, linearised in their errors at those found."""
     assert found.seen.sensitivities is not None
     roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in found.seen.sensitivities.inverse]
-    return linearised_in_errors(task.problem, input_errors(task), found.values, found.coefficients, roots)
+    problem = with_noise_before_rounding(problem_at(task, found), found.local)
+    whole = with_steps(task.problem, problem.observations.steps)
+    return linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)
 
 
 def _bends(task: Task, sharp: GlsEstimate) -> bool:
@@ -205,7 +224,8 @@ def cost_with_one_held(sharp: GlsEstimate, index: int) -> Callable[[np.ndarray],
 
 def problem_at(task: Task, sharp: GlsEstimate) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
-    return corrected(task.problem, input_errors(task), sharp.coefficients) if sharp.coefficients else task.problem
+    problem = with_steps(task.problem, sharp.seen.problem.observations.steps)
+    return corrected(problem, input_errors(task), sharp.coefficients) if sharp.coefficients else problem
 
 
 __all__ = ["GlsEstimate", "PosteriorMode", "cost_with_one_held", "problem_at", "sharpened"]

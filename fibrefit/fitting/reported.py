@@ -117,8 +117,12 @@ def _doubt(task: Task, success: bool) -> str:
 
 
 def _compared(plain: Optimum, sharp: GlsEstimate) -> tuple[Check, ...]:
-    """Whether both estimates agree; a plain one that takes records for alike may well differ where they are not."""
-    if plain.input_errors or sharp.scattered or sharp.seen.whitening is None:
+    """Whether both estimates agree.
+
+    A plain one that takes records for alike may well differ where they are not, and one that takes errors of rounding
+    for noise where readings are coarse.
+    """
+    if plain.input_errors or sharp.scattered or sharp.seen.whitening is None or sharp.seen.problem.observations.steps:
         return ()
     layout, whitening = plain.problem.layout, sharp.seen.whitening
     counts = np.maximum(np.sum(np.asarray(plain.linear.residuals) != 0.0, axis=(0, 2)), 1)

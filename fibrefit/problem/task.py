@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.steps import Steps
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class Task:
         Channels whose noise the study states.
     units : mapping of channel to str
         SI unit of each channel.
+    steps : mapping of channel to Steps
+        Of channels that are read in coarse steps. The problem takes errors of rounding for noise, as a search from far
+        away has to; the last step of a fit has their likelihood.
     """
 
     problem: Problem
@@ -43,6 +47,7 @@ class Task:
     input_noise: Mapping[str, Noise]
     noise_given: tuple[str, ...]
     units: Mapping[str, str]
+    steps: Mapping[str, Steps] = field(default_factory=dict)
 
     @property
     def counts(self) -> np.ndarray:

@@ -19,6 +19,7 @@ from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inver
 from fibrefit.problem.formulate.starting_pendulum import starting_pendulum
 from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
+from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.noise.spectrum import Noise, estimate_noise
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -92,6 +93,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     _refuse_unknown_mass(study, settings, traces)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
+    found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
     return Task(
         problem=Problem(model, layout, stack(_completed(traces, starting), rms)),
         traces=tuple(traces),
@@ -102,6 +104,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         input_noise=_input_noise(study, traces, model),
         noise_given=given,
         units={channel: ROLES[channel] for channel in model.rig.channels},
+        steps={channel: known for channel, known in found.items() if known is not None},
     )
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, coloured_of
 from fibrefit.problem.noise.likelihood import unit_of
+from fibrefit.problem.noise.rounding import noise_of_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 
@@ -97,7 +98,13 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
     times, counts = map(np.asarray, data.experiment[:2])
     bank, unit = bank_for(times, counts), unit_of(data, channels)
     draws = np.where(valid, residuals, 0.0).reshape(-1, *valid.shape) * unit[:, :, None]
-    return tuple(_noise(_Draws(draws[:, :, c], valid[:, c], counts, bank), lines) for c in range(len(channels)))
+    rate = float(np.mean(np.asarray(bank.rate)))
+    return tuple(
+        noise_of_steps(data.steps[channel], rate, int(valid[:, c].sum()))
+        if channel in data.steps
+        else _noise(_Draws(draws[:, :, c], valid[:, c], counts, bank), lines)
+        for c, channel in enumerate(channels)
+    )
 
 
 def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:

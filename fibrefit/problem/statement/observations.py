@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.statement.steps import Steps
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Experiment
 
@@ -48,11 +49,14 @@ class Observations(NamedTuple):
         Zero where nothing was measured.
     weight : dict of (n_record, n_time)
         One over the noise (rms, SI) where a sample counts, zero elsewhere.
+    steps : dict of Steps
+        Of the channels whose residuals are those of readings in coarse steps.
     """
 
     experiment: Experiment
     measured: dict[str, jax.Array]
     weight: dict[str, jax.Array]
+    steps: dict[str, Steps] = {}  # noqa: RUF012
 
 
 def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[float]]) -> Observations:

@@ -14,6 +14,7 @@ from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.statement.jump_weights import certainty
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.steps import Steps, step_residuals
 from fibrefit.simulation.model import Experiment, Model, Response
 
 
@@ -162,13 +163,19 @@ class Problem(eqx.Module):
         weight = jnp.stack([data.weight[c] for c in channels])
         heights = jnp.stack([jumps.heights[c] for c in channels]) * jnp.max(weight, axis=1, keepdims=True)
         sure = certainty(data.experiment.times, jumps.instants, heights, jumps.number)
-        plain = jnp.stack([response.channels[c] - data.measured[c] for c in channels]) * weight * sure
+        left = [_units(response.channels[c] - data.measured[c], data.weight[c], data.steps.get(c)) for c in channels]
+        plain = jnp.stack(left) * sure
         if self.soft_beyond is None:
             return plain
         # The square of this is the soft-L1 loss; near zero it is the residual itself.
         limit = self.soft_beyond
         share = jnp.sqrt(1.0 + (plain / limit) ** 2)
         return plain * jnp.sqrt(2.0 / (share + 1.0))
+
+
+def _units(distance: jax.Array, weight: jax.Array, steps: Steps | None) -> jax.Array:
+    """What is simulated less what was measured, in units of the noise."""
+    return distance * weight if steps is None else step_residuals(distance, steps) * (weight * steps.level)
 
 
 def gram_root(gram: Any) -> Any:

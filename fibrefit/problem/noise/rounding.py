@@ -1,0 +1,121 @@
+"""Loggers with coarse steps: which they are, and the noise before rounding, from what a model leaves.
+
+A rest says little of that noise: where the signal lies in the middle of a step, all readings are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import log_ndtr
+
+from fibrefit.problem.noise.spectrum import Noise, fast_part, resolution
+from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.steps import Steps
+
+COARSE = 0.5
+"""Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
+which it depends on the signal, is then below ``exp(-2 pi^2 0.25)``, less than a hundredth)."""
+FIRST = 0.25
+"""Noise before rounding, as a share of a step, that is taken before anything is known of it."""
+LEAST, MOST = 0.05, 3.0
+"""The same, between which it is looked for."""
+CHANGED = 0.02
+"""Relative change of it that is not followed any more."""
+
+
+def coarse_step(traces: Sequence[Trace], channel: str) -> float | None:
+    """Step of a channel whose noise does not reach across it; None where it is fine, in SI units.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    channel : str
+    """
+    signals = [trace.channels[channel] for trace in traces]
+    size = min(resolution(signal) for signal in signals)
+    fast = float(np.sqrt(np.mean([fast_part(signal) ** 2 for signal in signals])))
+    return size if size > 0.0 and fast < COARSE * size else None
+
+
+def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> Steps | None:
+    """Steps of a channel, before anything is known of the noise before rounding; None where it is fine.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    channel : str
+    level : (n_record,) in SI units
+        Noise of each record.
+    """
+    size = coarse_step(traces, channel)
+    if size is None:
+        return None
+    return Steps(
+        *(np.array(row, dtype=float) for row in (np.full(len(level), size), [FIRST * size] * len(level), level))
+    )
+
+
+def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
+    """The problem with the noise before rounding that is most probable at given values.
+
+    Parameters
+    ----------
+    problem : Problem
+    local : (n_record, n_local) in SI units
+    """
+    coarse = problem.observations.steps
+    if not coarse:
+        return problem
+    readings = _predicted(problem, local)
+    return with_steps(problem, {channel: _found(problem, channel, np.asarray(readings[channel])) for channel in coarse})
+
+
+def with_steps(problem: Problem, steps: dict[str, Steps]) -> Problem:
+    """The problem with what is known of the steps of its channels."""
+    return Problem(problem.model, problem.layout, problem.observations._replace(steps=steps), problem.soft_beyond)
+
+
+def noise_of_steps(steps: Steps, rate: float, samples: int) -> Noise:
+    """Noise of a channel in coarse steps: its residuals are those of a likelihood, white and of variance one.
+
+    Parameters
+    ----------
+    steps : Steps
+    rate : float, in Hz
+    samples : int
+        That tell of it.
+    """
+    return Noise(float(np.mean(np.asarray(steps.level) ** 2)) / (0.5 * rate), 0.0, 0.0, samples)
+
+
+@eqx.filter_jit
+def _predicted(problem: Problem, local: Any) -> dict[str, Any]:
+    return problem.predict(local, problem.observations.experiment)
+
+
+def _found(problem: Problem, channel: str, predicted: np.ndarray) -> Steps:
+    data = problem.observations
+    known = data.steps[channel]
+    # A few records may be far off; all have one logger.
+    size, seen = float(np.asarray(known.size)[0]), np.asarray(data.weight[channel]) > 0.0
+    distance = np.abs(predicted - np.asarray(data.measured[channel]))[seen] / size
+    if not np.isfinite(distance).all():
+        return known
+
+    def cost(log: float) -> float:
+        return -float(np.sum(_log_probability(distance / np.exp(log), 0.5 / np.exp(log))))
+
+    best = minimize_scalar(cost, bounds=(np.log(LEAST), np.log(MOST)), method="bounded", options={"xatol": 1e-3})
+    found, before = size * float(np.exp(best.x)), float(np.asarray(known.noise)[0])
+    return known if abs(found / before - 1.0) < CHANGED else known._replace(noise=np.full_like(known.noise, found))
+
+
+def _log_probability(away: np.ndarray, half: float) -> np.ndarray:
+    inside, beyond = log_ndtr(half - away), log_ndtr(-half - away)
+    return inside + np.log1p(-np.exp(beyond - inside))
