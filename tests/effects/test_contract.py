@@ -305,9 +305,8 @@ def test_a_typical_effect_does_leave_a_trace(kind: str, effects: tuple[type[Effe
     assert any(not np.array_equal(found[role], reading) for role, reading in without.items())
 
 
-@pytest.mark.parametrize(
-    "kind", ["fibre_mass", *(pytest.param(kind, marks=pytest.mark.slow) for kind in RIGS if kind != "fibre_mass")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", RIGS)
 def test_all_effects_at_once_leave_no_trace_at_their_nulls(kind: str) -> None:
     effects = tuple(effect for effect in CATALOGUE.values() if suits(effect, RIGS[kind]))
     found, without = respond(records(kind), effects, **dotted(effects, "null")), respond(records(kind))

@@ -14,7 +14,7 @@ from fibrefit.effects.push.force_gain import PushGain
 from fibrefit.effects.push.force_lag import PushLag
 from fibrefit.effects.push.hold import PushHold
 from fibrefit.study import load_study
-from fibrefit.workflow import Fit, fit_study, predict_study, task_of
+from fibrefit.workflow import Fit, fit_study, task_of
 from fibrefit.workflow.prepare import model_of
 from tests.laboratories import made
 
@@ -62,7 +62,7 @@ def test_inverse_dynamics_finds_what_was_put_in(tmp_path: Path) -> None:
     counted = np.asarray(fit.identification.problem.observations.weight["force"]) > 0.0
     assert 0.4 * 3001 < counted.sum() < 0.95 * 3001
     made.write(tmp_path / "b.csv", HEAD, rows(2, 3.0) * [1.0, 1.0, 1e3], "%.7g")
-    told = predict_study(fit, load_study(study(tmp_path, "", "b.csv")))
+    told = fit.predict(load_study(study(tmp_path, "", "b.csv")))
     assert told.summary().verdict == "holds"
 
 
@@ -117,6 +117,7 @@ def test_what_makes_no_sense_along_a_measured_motion_is_refused(tmp_path: Path) 
         model_of(load_study(study(tmp_path, ', "sensor.position_gain"')))
 
 
+@pytest.mark.slow
 def test_one_stroke_in_one_direction_says_what_to_hold(tmp_path: Path) -> None:
     times = np.arange(400) / 200.0
     place = 0.1 * times + 0.02 * times**2 + 0.01 * np.sin(4.0 * times)

@@ -63,6 +63,7 @@ def batch(folder: Path, head: str, names: list[str]) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_a_cart_on_a_belt_over_many_files(tmp_path: Path) -> None:
     """Four columns without headings, time stamps of a computer that jitter by some tens of microseconds."""
     names = []

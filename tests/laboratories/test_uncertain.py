@@ -59,6 +59,7 @@ def test_what_depends_on_an_uncertain_scale_is_known_no_better(tmp_path: Path) -
     ]
 
 
+@pytest.mark.slow
 def test_an_uncertain_scale_of_the_position_widens_what_divides_by_it(tmp_path: Path) -> None:
     study = driven(tmp_path, '{ column = "I [A]", scale = "2.07 N/A" }', '{ column = "x [mm]", scale = "1 +/- 0.05" }')
     found = fitted(study).parameters

@@ -10,7 +10,7 @@ import pytest
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError
 from fibrefit.store import provenance, read_summary, write_summary
-from fibrefit.study.summaries.summaries import FitSummary, Gap, RecordSummary
+from fibrefit.study.summaries.summaries import Basin, FitSummary, Gap, RecordSummary
 
 GAP = Gap.model_validate({"force": {"rms": 0.1 + 0.2, "unit": "N", "noise": 0.4, "ratio": 1.5}, "total": 1.5})
 
@@ -79,5 +79,7 @@ def test_a_missing_result_is_named(tmp_path: Path) -> None:
 
 
 def test_nothing_is_written_that_is_not_finite() -> None:
+    for value in (math.nan, math.inf, -math.inf):
+        assert json.loads(Gap(total=value).model_dump_json())["total"] is None
     with pytest.raises(ValueError, match="finite"):
-        Gap(total=math.nan)
+        Basin(cost=math.nan, starts=1)
