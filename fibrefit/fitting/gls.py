@@ -15,7 +15,7 @@ import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.search.with_input_errors import linearised_in_errors
+from fibrefit.fitting.search.with_input_errors import MISSED, linearised_in_errors
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
 from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, local_of, mode, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
@@ -34,8 +34,6 @@ LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
 LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
-MISSED = 0.03
-"""Mean square of what that does not predict, in units of the noise, from which it is done again."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 

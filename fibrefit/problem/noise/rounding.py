@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.special import log_ndtr
 
 from fibrefit.problem.noise.spectrum import Noise, fast_part, resolution
 from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.steps import Steps
+from fibrefit.problem.statement.steps import Steps, log_probability
 
 COARSE = 0.5
 """Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
@@ -104,18 +104,13 @@ def _found(problem: Problem, channel: str, predicted: np.ndarray) -> Steps:
     known = data.steps[channel]
     # A few records may be far off; all have one logger.
     size, seen = float(np.asarray(known.size)[0]), np.asarray(data.weight[channel]) > 0.0
-    distance = np.abs(predicted - np.asarray(data.measured[channel]))[seen] / size
-    if not np.isfinite(distance).all():
+    distance = jnp.asarray(np.abs(predicted - np.asarray(data.measured[channel]))[seen] / size)
+    if not bool(jnp.isfinite(distance).all()):
         return known
 
     def cost(log: float) -> float:
-        return -float(np.sum(_log_probability(distance / np.exp(log), 0.5 / np.exp(log))))
+        return -float(log_probability(distance / np.exp(log), jnp.asarray(0.5 / np.exp(log))).sum())
 
     best = minimize_scalar(cost, bounds=(np.log(LEAST), np.log(MOST)), method="bounded", options={"xatol": 1e-3})
     found, before = size * float(np.exp(best.x)), float(np.asarray(known.noise)[0])
     return known if abs(found / before - 1.0) < CHANGED else known._replace(noise=np.full_like(known.noise, found))
-
-
-def _log_probability(away: np.ndarray, half: float) -> np.ndarray:
-    inside, beyond = log_ndtr(half - away), log_ndtr(-half - away)
-    return inside + np.log1p(-np.exp(beyond - inside))
