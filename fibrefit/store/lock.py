@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import platform
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
@@ -13,6 +14,10 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from fibrefit.core.errors import UsageError
+
+
+SAID_WITHIN = 0.5
+"""Seconds in which the holder of a lock has written who it is; a message to people waits for it no longer."""
 
 
 def lock_file(folder: Path) -> Path:
@@ -64,8 +69,13 @@ def locked(folder: Path, shown: str) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    try:
-        said = path.read_text(encoding="utf-8", errors="replace")[:200]
-    except OSError:
-        return ""
-    return f" ({said})" if said else ""
+    """What the file says of who holds it: for an instant after the lock was taken it says nothing yet."""
+    ends = time.monotonic() + SAID_WITHIN
+    while True:
+        try:
+            said = path.read_text(encoding="utf-8", errors="replace")[:200]
+        except OSError:
+            return ""
+        if said or time.monotonic() > ends:
+            return f" ({said})" if said else ""
+        time.sleep(0.01)

@@ -10,9 +10,11 @@ import time
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
+from fibrefit.store.lock import lock_file
 
 PAIRS = 6
 
@@ -47,13 +49,24 @@ def names(folder: Path) -> set[str]:
 def test_of_two_at_one_instant_one_computes_and_the_other_says_so(tmp_path: Path) -> None:
     instant = time.time() + 3.0
     pairs = [[writer(tmp_path / f"{i}" / "out", name, instant) for name in "ab"] for i in range(PAIRS)]
+    heard = [[process.communicate(timeout=60)[0] for process in pair] for pair in pairs]
     for i, pair in enumerate(pairs):
-        said = [process.communicate(timeout=60)[0] for process in pair]
+        said = heard[i]
         assert sorted(process.returncode for process in pair) == [0, 2], said
         winner = "ab"[[process.returncode for process in pair].index(0)]
         assert names(tmp_path / f"{i}" / "out") == {f"{winner}0.csv", f"{winner}1.csv", ".fibrefit"}
         assert names(tmp_path / f"{i}") == {"out"}
         assert "is being written by another run (process " in "".join(said)
+
+
+def test_a_lock_that_does_not_say_yet_whose_it_is_is_asked_again(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with FileLock(lock_file(out)):
+        timer = threading.Timer(0.1, lock_file(out).write_text, ["process 7 on node7"])
+        timer.start()
+        with pytest.raises(UsageError, match="another run \\(process 7 on node7\\)"):
+            ResultDirectory(out).check()
+        timer.join()
 
 
 def test_a_dead_run_holds_nobody_up_and_is_cleaned_away(tmp_path: Path) -> None:
