@@ -15,7 +15,6 @@ from filelock import FileLock, Timeout
 
 from fibrefit.core.errors import UsageError
 
-
 SAID_WITHIN = 0.5
 """Seconds in which the holder of a lock has written who it is; a message to people waits for it no longer."""
 
