@@ -10,9 +10,10 @@ import numpy as np
 from fibrefit.fitting.misfit.structure import Residuals
 from fibrefit.fitting.result import ChannelGap, Gap
 from fibrefit.problem.diagnose.phases import Motion, motion_of
-from fibrefit.problem.noise.spectrum import Noise, rests
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.rigs.signals.rest import rests
 
 
 @dataclass(frozen=True)

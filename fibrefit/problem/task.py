@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps
+from fibrefit.rigs.signals.trace import Trace
 
 
 @dataclass(frozen=True)

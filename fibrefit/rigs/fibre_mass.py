@@ -13,11 +13,13 @@ import jax.numpy as jnp
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
-from fibrefit.rigs.bands import SpeedBands
-from fibrefit.rigs.chain import ChainState, End, PointChain
-from fibrefit.rigs.fibre import Fibre, Memories
-from fibrefit.rigs.guide import Guide, Sliding
+from fibrefit.rigs.parts.bands import SpeedBands
+from fibrefit.rigs.parts.chain import ChainState, End, PointChain
+from fibrefit.rigs.parts.fibre import Fibre, Memories
+from fibrefit.rigs.parts.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
+from fibrefit.rigs.starting.fibre_mass import starting_fibre_mass
+from fibrefit.rigs.starting.force_only import starting_force_only
 
 
 class FibreMassState(NamedTuple):
@@ -170,6 +172,9 @@ NUISANCES = (
     Parameter("release", "s", "instant at which the weight was let go", 0.1),
 )
 
+LEAD = 0.1
+"""Time in s at rest before the motion of a planned record begins."""
+
 CONDITIONS = (
     Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
     Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
@@ -211,7 +216,7 @@ def _observe_force(system: FibreMass, state: FibreMassState, mode: FibreMassMode
     return {"force": system.tension(state, mode)}
 
 
-FIBRE_MASS = Rig(
+_USUAL = Rig(
     kind="fibre_mass",
     parameters=PARAMETERS,
     nuisances=NUISANCES,
@@ -232,15 +237,20 @@ FIBRE_MASS = Rig(
     start=_start,
     observe=_observe,
     fibres=_fibres,
+    starting=starting_fibre_mass,
     directions=("down", "up"),
+    planned=lambda _: {"release": LEAD},
     further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),
 )
 
 FORCE_ONLY = replace(
-    FIBRE_MASS,
+    _USUAL,
     nuisances=NUISANCES[1:],
-    capabilities=FIBRE_MASS.capabilities - {Capability.TAUT_POINT, Capability.PLACE},
+    capabilities=_USUAL.capabilities - {Capability.TAUT_POINT, Capability.PLACE},
     channels=("force",),
     observe=_observe_force,
+    starting=starting_force_only,
 )
 """The same where no position was measured: how far the weight fell is told by how hard it is caught."""
+
+FIBRE_MASS = replace(_USUAL, variants={"force_only": FORCE_ONLY})

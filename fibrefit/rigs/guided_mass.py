@@ -1,8 +1,9 @@
-"""A mass on a guide, driven by a measured force: a rig to identify a guide by itself."""
+"""A mass on a guide, driven by a measured force, let go once, or along a measured motion."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -12,9 +13,12 @@ import jax.numpy as jnp
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, GuideLaw, fast, laws_of
-from fibrefit.rigs.bands import SpeedBands
-from fibrefit.rigs.guide import CREEPING, Guide, Sliding
+from fibrefit.rigs.parts.bands import SpeedBands
+from fibrefit.rigs.parts.guide import CREEPING, Guide, Sliding
 from fibrefit.rigs.rig import Rig, Start, Values
+from fibrefit.rigs.signals.motion import along_motion
+from fibrefit.rigs.signals.rates import from_motion
+from fibrefit.rigs.starting.guided_mass import starting_guided_mass
 
 
 class GuidedMassState(NamedTuple):
@@ -109,6 +113,67 @@ class GuidedMass(eqx.Module):
         return now, pushed - self.offset
 
 
+class FollowedMode(NamedTuple):
+    """Nothing switches where the motion is known: its direction is that of the measured speed."""
+
+    none: jax.Array
+
+
+class FollowedMass(eqx.Module):
+    """Mass and guide along a measured motion.
+
+    Law
+    ---
+    ``gain F = M v' + offset + guide(u, v)`` (inverse dynamics).
+
+    Parameters
+    ----------
+    moved : GuidedMass
+        The mass and its guide, with what drives it left out.
+    """
+
+    moved: GuidedMass
+
+    def stiff(self) -> jax.Array | None:
+        """As the mass that is driven."""
+        return self.moved.stiff()
+
+    def derivative(self, state: GuidedMassState, mode: FollowedMode, inputs: Any) -> GuidedMassState:
+        """Rate of the measured motion, and of the guide's bristles along it."""
+        sliding = self._direction(state.velocity)
+        return GuidedMassState(
+            inputs["position"][1], inputs["speed"][1], self.moved.guide.bristle_rate(sliding, _now(state))
+        )
+
+    def margins(self, state: GuidedMassState, mode: FollowedMode, inputs: Any) -> FollowedMode:
+        """Nothing to cross."""
+        return FollowedMode(jnp.ones(()))
+
+    def switch(
+        self, state: GuidedMassState, mode: FollowedMode, crossed: FollowedMode, inputs: Any
+    ) -> tuple[GuidedMassState, FollowedMode]:
+        """Nothing changes."""
+        return state, mode
+
+    def begin(self, position: jax.Array, velocity: jax.Array) -> tuple[GuidedMassState, FollowedMode]:
+        """State and mode at the first sample."""
+        bristle = jnp.zeros(()) if self.moved.guide.may_creep else None
+        return GuidedMassState(position, velocity, bristle), FollowedMode(jnp.int32(0))
+
+    def force(self, state: GuidedMassState, inputs: Any) -> jax.Array:
+        """Force that was to be measured, in N."""
+        # What `net_force` leaves of no drive is the guide's own force.
+        held = self.moved.guide.net_force(jnp.zeros(()), self._direction(state.velocity), _now(state))
+        return (self.moved.mass * inputs["speed"][1] + self.moved.offset - held) / self.moved.gain
+
+    def _direction(self, velocity: jax.Array) -> jax.Array:
+        return self.moved.guide.sliding(jnp.sign(velocity).astype(jnp.int32))
+
+
+def _now(state: GuidedMassState) -> Sliding:
+    return Sliding(state.position, state.velocity, jnp.zeros(()), state.bristle)
+
+
 PARAMETERS = (
     Parameter("mass", "kg", "moving mass", 50.0, lower=1e-3, upper=1e6, log=True),
     Parameter("friction", "N", "Coulomb friction of the guide", 10.0, lower=0.0, upper=1e5),
@@ -141,7 +206,7 @@ def _observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, i
     return {"position": state.position}
 
 
-GUIDED_MASS = Rig(
+_DRIVEN = Rig(
     kind="guided_mass",
     parameters=PARAMETERS,
     nuisances=(),
@@ -152,6 +217,7 @@ GUIDED_MASS = Rig(
     build=_build,
     start=_start,
     observe=_observe,
+    starting=starting_guided_mass,
     anchor="position",
 )
 
@@ -162,13 +228,46 @@ def _let_go(system: GuidedMass, values: Values, conditions: Values, inputs: Any)
 
 
 FREE_MASS = replace(
-    GUIDED_MASS,
+    _DRIVEN,
     nuisances=START,
     conditions=(ADDED,),
     capabilities=frozenset({Capability.GUIDE, Capability.PLACE}),
     inputs=(),
     start=_let_go,
     anchor=None,
-    released="position",
+    prepared=partial(from_motion, channel="position"),
+    per_unit_of="mass",
 )
 """The same where nothing drives it: followed from its start to its end."""
+
+
+def _build_followed(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> FollowedMass:
+    return FollowedMass(_build(values, conditions, laws, tension_law))
+
+
+def _start_followed(system: FollowedMass, values: Values, conditions: Values, inputs: Any) -> Start:
+    return Start(*system.begin(inputs["position"][0], inputs["speed"][0]))
+
+
+def _observe_force(
+    system: FollowedMass, state: GuidedMassState, mode: FollowedMode, inputs: Any
+) -> dict[str, jax.Array]:
+    """Force in N."""
+    return {"force": system.force(state, inputs)}
+
+
+FOLLOWED_MASS = replace(
+    _DRIVEN,
+    capabilities=frozenset({Capability.GUIDE, Capability.PUSH}),
+    channels=("force",),
+    inputs=("position", "speed"),
+    build=_build_followed,
+    start=_start_followed,
+    observe=_observe_force,
+    anchor=None,
+    derived=("speed",),
+    prepared=along_motion,
+)
+"""The same where the motion was measured: the force that it asks for is what is explained (inverse dynamics)."""
+
+GUIDED_MASS = replace(_DRIVEN, variants={"free": FREE_MASS, "followed": FOLLOWED_MASS})

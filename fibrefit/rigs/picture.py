@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
-from fibrefit.rigs.fibre import LOADED, SLACK, Fibre
-from fibrefit.rigs.guide import Guide, Sliding
+from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre
+from fibrefit.rigs.parts.guide import Guide, Sliding
 
 POINTS = 161
 STIFFNESS, DAMPING, FRICTION, TENSION = 20e3, 25.0, 4.0, 30.0

@@ -12,13 +12,14 @@ import jax.numpy as jnp
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
-from fibrefit.rigs.bands import SpeedBands
-from fibrefit.rigs.chain import End, PointChain
-from fibrefit.rigs.fibre import LOADED, Fibre, Memories
-from fibrefit.rigs.guide import Guide, Sliding
-from fibrefit.rigs.mount import Mount
-from fibrefit.rigs.pulley import Path, Pulley
+from fibrefit.rigs.parts.bands import SpeedBands
+from fibrefit.rigs.parts.chain import End, PointChain
+from fibrefit.rigs.parts.fibre import LOADED, Fibre, Memories
+from fibrefit.rigs.parts.guide import Guide, Sliding
+from fibrefit.rigs.parts.mount import Mount
+from fibrefit.rigs.parts.pulley import Path, Pulley
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
+from fibrefit.rigs.starting.pulley_drive import balance, starting_pulley_drive
 
 
 class Rim(NamedTuple):
@@ -391,6 +392,8 @@ PULLEY_DRIVE = Rig(
     start=_start,
     observe=_observe,
     fibres=_fibres,
+    starting=starting_pulley_drive,
+    planned=lambda conditions: {"start_tension": balance(conditions)},
     directions=("up", "down"),
     further=(Variation("added_mass", (0.0, 1.0, 2.0), of="weight_mass"), Variation("inclination")),
 )

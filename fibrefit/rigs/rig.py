@@ -1,10 +1,10 @@
-"""A rig: what can be measured on it, what must be known of it, and how its laws become a system that moves."""
+"""A rig: what can be measured on it and must be known of it, how it moves, and where a fit of it begins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect
+from fibrefit.rigs.signals.trace import Trace
 
 STANDARD_GRAVITY = 9.81
 """In m/s^2: the value of central Europe, to which the rigs' published data refer."""
@@ -22,12 +23,47 @@ Values = Mapping[str, Any]
 """Scalars by name; one that may be infinite can be given `ByInverse`."""
 
 
+Initial = Mapping[str, float | None]
+"""Parameters of the model, those of its effects among them, with what the study states as their start."""
+Stated = Sequence[Mapping[str, float]]
+"""What a study says of each record, in SI units."""
+
+
 class Start(NamedTuple):
     """Where a record begins to move: state and mode at `time` [s], held until then; None is the first sample."""
 
     state: Any
     mode: Any
     time: jax.Array | None = None
+
+
+@dataclass(frozen=True)
+class Starting:
+    """First guesses from the records themselves, without simulation or search; in SI units.
+
+    Parameters
+    ----------
+    shared : dict of float
+        One for each parameter of the base model.
+    each : dict of (n_record,)
+        One for each nuisance and each condition that had to be learnt.
+    moving : (n_record,)
+        Instant [s] at which the motion begins.
+    settled : (n_record,)
+        Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
+    spread : dict of float
+        Factor by which each shared guess may be wrong.
+    ladders : tuple of tuple of float
+        Ways to lengthen the horizon of a fit up to the whole record, in multiples of the time from `moving` to
+        `settled`.
+    """
+
+    shared: dict[str, float]
+    each: dict[str, np.ndarray]
+    moving: np.ndarray
+    settled: np.ndarray
+    spread: dict[str, float]
+    ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
 class Variation(NamedTuple):
@@ -70,6 +106,8 @@ class Rig:
         The inputs are those at the first sample.
     observe : callable ``(system, state, mode, inputs) -> {channel: value}``
         True value of each channel at one instant, in SI units, before any sensor.
+    starting : callable ``(traces, stated, initial) -> Starting``
+        Where a fit begins; a `DataError` where the records do not show it.
     anchor : str or None
         Channel whose measured value and rate tell where the motion begins, as an input "anchor"; a motion that nothing
         brings back to its place is begun anew again and again.
@@ -77,12 +115,18 @@ class Rig:
         Stretch [m] and its rate [m/s] of each fibre at one instant, negative while slack; None where there is no fibre.
     directions : tuple of str
         Words for the + and the - direction of the position.
-    released : str or None
-        Channel of a motion that nothing drives: a record counts from where it begins to change.
+    prepared : callable ``(trace) -> trace``, optional
+        What is made of a record before it is compared: cut to where a motion begins, or given its derived inputs.
     derived : tuple of str
         Inputs that are made of measured ones, of a rig whose motion is known from its records.
     further : tuple of Variation
         Conditions in which a further record could differ; none where the rig allows no choice.
+    planned : callable ``(conditions) -> {nuisance: value}``
+        Nuisances of a record that is planned; nil where not named.
+    per_unit_of : str
+        Parameter that the others are found per unit of only, unless ``added_<name>`` differs between records.
+    variants : mapping of str to Rig
+        Rigs of which a study says that less of them was measured, or something else explained, by its `variant`.
     """
 
     kind: str
@@ -95,12 +139,16 @@ class Rig:
     build: Callable[[Values, Values, tuple[Effect, ...], str], Any]
     start: Callable[[Any, Values, Values, Any], Start]
     observe: Callable[[Any, Any, Any, Any], dict[str, jax.Array]]
+    starting: Callable[[Sequence[Trace], Stated, Initial], Starting]
     anchor: str | None = None
     fibres: Callable[[Any, Any, Any, Any], tuple[tuple[jax.Array, jax.Array], ...]] | None = None
     directions: tuple[str, str] = ("forwards", "back")
-    released: str | None = None
+    prepared: Callable[[Trace], Trace] | None = None
     derived: tuple[str, ...] = ()
     further: tuple[Variation, ...] = ()
+    planned: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda _: {}
+    per_unit_of: str = ""
+    variants: Mapping[str, Rig] = field(default_factory=dict)
 
     @property
     def measured(self) -> tuple[str, ...]:

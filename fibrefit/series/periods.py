@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jax.custom_batching import sequential_vmap
 from jax.flatten_util import ravel_pytree
 
-from fibrefit.rigs.pendulums.inverted import INVERTED_PENDULUM, InvertedPendulum
+from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM, InvertedPendulum
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import select

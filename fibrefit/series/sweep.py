@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.rigs.pendulums.inverted import InvertedPendulum
+from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.periods import Drive, SteadyState, steady_state
 from fibrefit.simulation.model import Model
 

@@ -17,8 +17,9 @@ from fibrefit.discovery.residuals.innovations import (
     _windows,
     against_rest,
 )
-from fibrefit.problem.noise.spectrum import Noise, rests
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 from tests.problem.test_noise import RATE, trace
 
 NAMES = ("stiffness", "damping", "friction")

@@ -21,7 +21,7 @@ from fibrefit.effects.catalogue import CATALOGUE, find_effect, select_effects, s
 from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PivotLaw, PulleyLaw, SensorLaw
 from fibrefit.effects.pushes import PushLaw
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.rigs.fibre import SLACK, Fibre
+from fibrefit.rigs.parts.fibre import SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model
 from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.spectrum import Noise, estimate_noise, periodogram, rests, whittle
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.noise.spectrum import Noise, estimate_noise, periodogram, whittle
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 from tests.fitting import made
 
 RATE = made.RATE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from fibrefit.problem.formulate.rates import derivative, rates_of
+from fibrefit.rigs.signals.rates import derivative, rates_of
 
 TIMES = np.arange(400) / 2000.0
 

@@ -17,10 +17,11 @@ from fibrefit.problem.noise.rounding import (
     with_noise_before_rounding,
 )
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps, log_probability, step_residuals
 from fibrefit.problem.statement.transform import Range
+from fibrefit.rigs.signals.trace import Trace
 
 STEP = 0.5
 RATE = 2000.0

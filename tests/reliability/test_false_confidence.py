@@ -15,7 +15,7 @@ from fibrefit.fitting import checks
 from fibrefit.fitting.result import ChannelGap
 from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records
 

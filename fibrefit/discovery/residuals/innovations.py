@@ -21,8 +21,9 @@ from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gauss_newton import STEP
-from fibrefit.problem.noise.spectrum import Noise, periodogram, rests
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.noise.spectrum import Noise, periodogram
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 
 WINDOWS = 6
 """Parts of a motion that hold equal information."""

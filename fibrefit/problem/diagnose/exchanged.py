@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.signals.trace import Trace
 
 SPAN = 5e-3
 """Time over which readings are averaged, in s: noise is small then, and impacts are still seen."""

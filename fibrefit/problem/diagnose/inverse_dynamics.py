@@ -13,10 +13,10 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.effects.law import Effect
-from fibrefit.problem.statement.observations import Trace
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE
-from fibrefit.rigs.guide import Sliding
+from fibrefit.rigs.parts.guide import Sliding
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import pushed_by
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,38 +10,21 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
-from fibrefit.problem.formulate.followed import along_motion
-from fibrefit.problem.formulate.rates import from_motion
-from fibrefit.problem.formulate.starting import Initial, Starting, starting_fibre_mass
-from fibrefit.problem.formulate.starting_force_only import starting_force_only
-from fibrefit.problem.formulate.starting_guided_mass import starting_guided_mass
-from fibrefit.problem.formulate.starting_inverted_pendulum import starting_inverted_pendulum
-from fibrefit.problem.formulate.starting_pendulum import starting_pendulum
-from fibrefit.problem.formulate.starting_pulley_drive import starting_pulley_drive
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.noise.spectrum import Noise, estimate_noise
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.rigs.rig import Starting
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 from fibrefit.simulation.windows import WindowedModel
 from fibrefit.study import ParameterSetting, Study
 
-STARTING: dict[str, Callable[[Sequence[Trace], Sequence[Mapping[str, float]], Initial], Starting]] = {
-    "fibre_mass": starting_fibre_mass,
-    "pulley_drive": starting_pulley_drive,
-    "inverted_pendulum": starting_inverted_pendulum,
-    "guided_mass": starting_guided_mass,
-    "pendulum": starting_pendulum,
-    "force_only": starting_force_only,
-    "free": starting_guided_mass,
-    "followed": starting_guided_mass,
-}
-"""Where starting values come from, by kind of rig, or by its variant where that is another rig."""
 WINDOW = 0.1
 """Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
 EXACT = Noise(0.0, 0.0, 0.0, 0)
@@ -81,16 +64,14 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, given = _noise(study, traces, model.rig.channels)
-    if model.rig.derived:
-        traces = [along_motion(trace) for trace in traces]
-    if model.rig.released is not None:
-        traces = [from_motion(trace, model.rig.released) for trace in traces]
+    if model.rig.prepared is not None:
+        traces = [model.rig.prepared(trace) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
     try:
-        starting = STARTING[study.variant or study.kind](traces, stated, initial)
+        starting = model.rig.starting(traces, stated, initial)
     except DataError as error:
         raise _exchange_told(error, traces) from None
-    _refuse_unknown_mass(study, settings, traces)
+    _refuse_unknown_scale(study, model, settings, traces)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
@@ -196,13 +177,17 @@ def any_held(values: Sequence[float | None]) -> bool:
     return any(value is not None for value in values)
 
 
-def _refuse_unknown_mass(study: Study, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]) -> None:
-    """Refuse a free decay without a known mass: it tells values per mass only."""
-    alike = len({trace.conditions.get("added_mass", 0.0) for trace in traces}) == 1
-    if study.variant == "free" and alike and not (settings["mass"].fixed or settings["mass"].prior):
-        do = 'State it: [parameters.mass] fixed = "2.1 kg" ("1 kg": values per kilogram), or prior = "2.1 +/- 0.1 kg".'
-        do += " Or add a known mass."
-        raise StudyError(str(study.source), "a free decay, and a mass that is not held", "the moving mass", do)
+def _refuse_unknown_scale(
+    study: Study, model: Model, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]
+) -> None:
+    """Refuse a free decay without a known mass, or what a rig has in its place: it tells values per unit of it only."""
+    if not (name := model.rig.per_unit_of) or settings[name].fixed or settings[name].prior:
+        return
+    if len({trace.conditions.get(f"added_{name}", 0.0) for trace in traces}) == 1:
+        (declared,) = (parameter for parameter in model.rig.parameters if parameter.name == name)
+        do = f'State it: [parameters.{name}] fixed = "2.1 {declared.unit}" ("1 {declared.unit}": values per'
+        do += f' {declared.unit}), or prior = "2.1 +/- 0.1 {declared.unit}". Or add a known {name}.'
+        raise StudyError(str(study.source), f"a free decay, and a {name} that is not held", f"the {declared.doc}", do)
 
 
 def belief_of(setting: ParameterSetting) -> Belief | None:

@@ -13,19 +13,17 @@ from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_o
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.rigs.excitation import Excitation
-from fibrefit.rigs.rig import STANDARD_GRAVITY
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 
 USUAL_NOISE = {"force": 0.4, "position": 2e-5, "angle": 1e-3, "force_1": 0.4, "force_2": 0.4, "drive": 1e-5}
 """Noise rms assumed for a planned channel where the study states none, in SI units."""
-LEAD = 0.1
-"""Time in s at rest before the motion of a planned record begins."""
 
 
 def formulate_planned(study: Study, model: Model) -> Task:
@@ -137,20 +135,12 @@ def _values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[st
             )
         values[name] = first_size(declared[name]) if setting.initial is None else setting.initial
     stated = [stated_of(record) for record in study.records]
-    usual = {"position_zero": 0.0, "release": LEAD}
+    usual = [model.rig.planned(trace.conditions) for trace in traces]
     for nuisance in model.rig.nuisances:
         said = [row.get(nuisance.name) for row in stated]
-        default = [
-            _balance(trace) if nuisance.name == "start_tension" else usual.get(nuisance.name, 0.0) for trace in traces
-        ]
+        default = [known.get(nuisance.name, 0.0) for known in usual]
         values[nuisance.name] = np.array([d if s is None else s for s, d in zip(said, default, strict=True)])
     return values
-
-
-def _balance(trace: Trace) -> float:
-    """Tension that holds the weight without friction, in N."""
-    mass = trace.conditions["weight_mass"] + trace.conditions["added_mass"]
-    return float(mass * STANDARD_GRAVITY * np.sin(trace.conditions["inclination"]))
 
 
 def _noise(study: Study, channel: str, rate: float) -> Noise:

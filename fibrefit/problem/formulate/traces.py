@@ -10,8 +10,8 @@ import numpy as np
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.inputs.smoothing import smoothed
-from fibrefit.problem.statement.observations import Trace
 from fibrefit.rigs.rig import Rig
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import ORDER
 
 

@@ -39,9 +39,10 @@ from fibrefit.problem.inputs.error_signals import (
 )
 from fibrefit.problem.inputs.smoothing import smoother
 from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.observations import Observations, Trace
+from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 
 InputCoefficients = Mapping[str, Any]

@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.noise.spectrum import resolution
+from fibrefit.rigs.signals.rest import resolution
 
 WIDTHS = (0.0015, 0.0025, 0.004, 0.006, 0.0085)
 """Half-widths of the windows, in s. Wider ones were measured to lose more of a drive's own motion than of its noise."""

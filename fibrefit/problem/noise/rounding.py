@@ -13,10 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from fibrefit.problem.noise.spectrum import Noise, fast_part, resolution
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps, log_probability
+from fibrefit.rigs.signals.rest import fast_part, resolution
+from fibrefit.rigs.signals.trace import Trace
 
 COARSE = 0.5
 """Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by

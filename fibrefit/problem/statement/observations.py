@@ -10,32 +10,12 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem.statement.steps import Steps
+from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Experiment
 
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
-
-
-class Trace(NamedTuple):
-    """One record, ready to be compared with a model; NumPy arrays, SI units.
-
-    Parameters
-    ----------
-    name : str
-    times : (n_time,) in s
-    channels : dict of (n_time,)
-        Measured channels that are explained; NaN where a sample is not valid.
-    inputs : dict of (n_time, 3)
-        Measured inputs, smoothed; their rates; and as they were measured.
-    conditions : dict of float
-    """
-
-    name: str
-    times: np.ndarray
-    channels: dict[str, np.ndarray]
-    inputs: dict[str, np.ndarray]
-    conditions: dict[str, float]
 
 
 class Observations(NamedTuple):

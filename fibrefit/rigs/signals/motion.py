@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.signals.trace import Trace
 
 LENGTHS = (0.006, 0.012, 0.025, 0.05, 0.1, 0.2)
 """Lengths in s over which a position is taken for a polynomial; the force tells which of them suits it."""

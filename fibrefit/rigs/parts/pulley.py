@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.law import PulleyLaw
-from fibrefit.rigs.guide import Guide
+from fibrefit.rigs.parts.guide import Guide
 
 RIM_OF_A_RUBBING_PULLEY = 0.05
 """Mass of the rim, in kg, where its bearing rubs and nothing is known of its inertia."""

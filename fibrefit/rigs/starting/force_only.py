@@ -2,45 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
-from fibrefit.problem.noise.spectrum import rests
-from fibrefit.problem.statement.observations import Trace
-from fibrefit.rigs.rig import STANDARD_GRAVITY
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 
 ONSET = 0.05
 """Share of the largest force from which the fibre is surely taut."""
 
 
-def starting_force_only(
-    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
-) -> Starting:
+def starting_force_only(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
     """The first catch gives stiffness, damping and the speed at take-up, that speed the lift and the release.
 
     Law
     ---
     From take-up on ``v = v0 + ∫ (a - F/m)`` and ``x = ∫ v``; ``F = k x + b v`` is linear in k, b, k v0 and b v0.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    stated : sequence of mapping
-        What the study says of each record, in SI units.
-    initial : mapping of str to float or None
-        Not needed.
-
-    Returns
-    -------
-    Starting
-
-    Raises
-    ------
-    DataError
-        If no fibre catches anything, or the record begins when the weight falls already.
     """
     caught = [_catch(trace) for trace in traces]
     stiffness, damping, lifts = (np.array([one[i] for one in caught]) for i in (0, 1, 2))

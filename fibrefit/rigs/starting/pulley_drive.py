@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.rates import derivative
-from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
-from fibrefit.problem.noise.spectrum import rests
-from fibrefit.problem.statement.observations import Trace
-from fibrefit.rigs.rig import STANDARD_GRAVITY
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
+from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHING = 0.020
 """Window in s over which positions are differentiated."""
@@ -22,28 +21,8 @@ FIRST = 0.25
 CAPS = 10.0
 
 
-def starting_pulley_drive(
-    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
-) -> Starting:
-    """First guesses without simulation.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    stated : sequence of mapping
-        What the study says of each record; not needed here.
-    initial : mapping of str to float or None
-        Not needed.
-
-    Returns
-    -------
-    Starting
-
-    Raises
-    ------
-    DataError
-        If a record does not begin at rest, the drive never moves, or force does not grow with stretch.
-    """
+def starting_pulley_drive(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """First guesses without simulation."""
     still = [_rest(trace) for trace in traces]
     tensions = np.array([float(np.nanmean(t.channels["force"][rest])) for t, rest in zip(traces, still, strict=True)])
     stiffness, damping = _fibre(traces, still, tensions)
@@ -61,6 +40,12 @@ def starting_pulley_drive(
         # Every stroke brings new contacts to time: longer ladders than a single drop needs.
         ladders=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
     )
+
+
+def balance(conditions: Mapping[str, float]) -> float:
+    """Tension that holds the weight without friction, in N."""
+    mass = conditions["weight_mass"] + conditions["added_mass"]
+    return float(mass * STANDARD_GRAVITY * np.sin(conditions["inclination"]))
 
 
 def _rest(trace: Trace) -> slice:

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 
 from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.effects.law import laws_of
-from fibrefit.rigs.fibre import LOADED, SLACK, Fibre, Memories
+from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
 
 Modes = tuple[jax.Array, ...]
 

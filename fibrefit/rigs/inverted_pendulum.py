@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fibrefit.core.capability import Capability
+from fibrefit.core.errors import DataError
 from fibrefit.core.parameter import Parameter
 from fibrefit.effects.law import Effect, FibreLaw, fast, laws_of
-from fibrefit.rigs.chain import ChainState, End, PointChain
-from fibrefit.rigs.fibre import LOADED, SLACK, Fibre, Memories
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values
+from fibrefit.rigs.parts.chain import ChainState, End, PointChain
+from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values
+from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.trace import Trace
 
 
 class InvertedPendulumState(NamedTuple):
@@ -292,6 +297,62 @@ def _fibres(
     return tuple((system.fibre.stretch(leg.length), leg.rate) for leg in system.legs(state, inputs))
 
 
+SMOOTH = 0.008
+"""Length in s of the stretches over which the angle is taken for a parabola."""
+SURELY_TAUT = 0.1
+"""Share of the largest force above which a fibre is surely taut."""
+HORIZON = 0.25
+"""Time in s that the guesses are trusted to predict."""
+
+
+def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """Stiffness and damping by least squares wherever a fibre carries load; the start from the first samples."""
+    rows, forces, starts = [], [], []
+    for trace in traces:
+        angle, rate = _smooth(trace)
+        starts.append((angle[0], rate[0]))
+        for side, role in ((1.0, "force_1"), (-1.0, "force_2")):
+            stretch, speed = _stretch(trace, side, angle, rate)
+            force = trace.channels[role]
+            taut = (force > SURELY_TAUT * np.nanmax(force)) & (force > 0.0)
+            rows.append(np.column_stack([stretch, speed])[taut])
+            forces.append(force[taut] - trace.conditions["preload"])
+    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
+    if not stiffness > 0.0:
+        raise DataError(
+            traces[0].name,
+            "the forces do not grow as the fibres are stretched",
+            "an angle that grows towards the first fibre, and a drive that draws at it",
+            "Check the signs and units of angle, drive and forces.",
+        )
+    begin = np.array([trace.times[0] for trace in traces])
+    end = np.array([trace.times[-1] for trace in traces])
+    return Starting(
+        shared={"stiffness": float(stiffness), "damping": float(max(damping, 1e-4 * stiffness))},
+        each={"start_angle": np.array([s[0] for s in starts]), "start_rate": np.array([s[1] for s in starts])},
+        moving=begin,
+        settled=np.minimum(begin + HORIZON, end),
+        spread={"stiffness": 1.5, "damping": 4.0},
+        ladders=((1.0, 3.0), (2.0, 6.0)),
+    )
+
+
+def _smooth(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Angle and its rate, by parabolas."""
+    angle, rate = (derivative(trace.channels["angle"], trace.times, SMOOTH, order) for order in (0, 1))
+    return angle, rate
+
+
+def _stretch(trace: Trace, side: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length of a fibre beyond that upright, and its rate."""
+    a, d = trace.conditions["anchor_distance"], trace.conditions["attachment_height"]
+    x, x_rate = trace.inputs["drive"][:, 0], trace.inputs["drive"][:, 1]
+    across, up = a + side * (x - d * np.sin(angle)), d * np.cos(angle)
+    length = np.hypot(across, up)
+    speed = side * (across * x_rate - (a + side * x) * up * rate) / length
+    return length - np.hypot(a, d), speed
+
+
 INVERTED_PENDULUM = Rig(
     kind="inverted_pendulum",
     parameters=PARAMETERS,
@@ -304,4 +365,5 @@ INVERTED_PENDULUM = Rig(
     start=_start,
     observe=_observe,
     fibres=_fibres,
+    starting=_starting,
 )

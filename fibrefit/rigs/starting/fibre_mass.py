@@ -4,52 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.rates import derivative
-from fibrefit.problem.noise.spectrum import rests
-from fibrefit.problem.statement.observations import Trace
-from fibrefit.rigs.rig import STANDARD_GRAVITY
-
-
-@dataclass(frozen=True)
-class Starting:
-    """First guesses, in SI units.
-
-    Parameters
-    ----------
-    shared : dict of float
-        One for each parameter of the base model.
-    each : dict of (n_record,)
-        One for each nuisance and each condition that had to be learnt.
-    moving : (n_record,)
-        Instant [s] at which the motion begins.
-    settled : (n_record,)
-        Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
-    spread : dict of float
-        Factor by which each shared guess may be wrong.
-    ladders : tuple of tuple of float
-        Ways to lengthen the horizon of a fit up to the whole record, in multiples of the time from `moving` to
-        `settled`.
-    """
-
-    shared: dict[str, float]
-    each: dict[str, np.ndarray]
-    moving: np.ndarray
-    settled: np.ndarray
-    spread: dict[str, float]
-    ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
-
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
+from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHED = 8e-3
 """Length [s] of the windows by which the rate of a stretch is found."""
-Initial = Mapping[str, float | None]
-"""Parameters of the model, those of its effects among them, with what the study states as their start."""
-NOTHING: Initial = MappingProxyType({})
-
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -64,28 +29,8 @@ class _Drop:
     acceleration: float
 
 
-def starting_fibre_mass(
-    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
-) -> Starting:
-    """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    stated : sequence of mapping
-        What the study says of each record, in SI units: a release and a zero that are known are not looked for.
-    initial : mapping of str to float or None
-        Not needed.
-
-    Returns
-    -------
-    Starting
-
-    Raises
-    ------
-    DataError
-        If a record shows no rest before the fall, no fall, or no contact.
-    """
+def starting_fibre_mass(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping."""
     drops = [_fall(trace, said) for trace, said in zip(traces, stated or [{}] * len(traces), strict=True)]
     friction = [_friction(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
     stiffness, damping = _fibre(traces, drops)

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.formulate.rates import rates_of
-from fibrefit.problem.formulate.starting import NOTHING, Initial, Starting
-from fibrefit.problem.formulate.starting_pendulum import period_of
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.rig import Initial, Starting, Stated
+from fibrefit.rigs.signals.rates import period_of, rates_of
+from fibrefit.rigs.signals.trace import Trace
 
 SMOOTH = 0.03
 """Length in s of the stretches over which position is taken for a parabola."""
@@ -34,28 +33,8 @@ class _Columns(NamedTuple):
     force: np.ndarray
 
 
-def starting_guided_mass(
-    traces: Sequence[Trace], stated: Sequence[Mapping[str, float]] = (), initial: Initial = NOTHING
-) -> Starting:
-    """Mass, frictions, spring and offset by least squares wherever the mass moves.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    stated : sequence of mapping
-        What the study says of each record; nothing of it is needed.
-    initial : mapping of str to float or None
-        Values that are stated are taken as they are, and only the others are looked for.
-
-    Returns
-    -------
-    Starting
-
-    Raises
-    ------
-    DataError
-        If the mass hardly moves, or the force is proven to oppose its acceleration.
-    """
+def starting_guided_mass(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """Mass, frictions, spring and offset by least squares wherever the mass moves; what is stated as it is."""
     free = not traces[0].inputs
     parts = [_columns(trace, SPRING in initial, free) for trace in traces]
     terms = {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem.statement.observations import Trace
+from fibrefit.rigs.signals.trace import Trace
 
 BEGUN = 0.02
 """Share of its largest deviation by which a channel has left that place when its motion has surely begun."""
@@ -65,6 +65,16 @@ def derivative(values: np.ndarray, times: np.ndarray, length: float, order: int,
         for part, piece in ((slice(half), whole[: 2 * half + 1]), (slice(half + 1, None), whole[-2 * half - 1 :]))
     )
     return scale * np.concatenate([first, inside, last])
+
+
+def period_of(values: np.ndarray, times: np.ndarray) -> float:
+    """Period of a signal in s from its spectrum; not a number where it does not swing once."""
+    count = len(values)
+    power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(count), 8 * count)) ** 2
+    frequency = np.fft.rfftfreq(8 * count, float(np.diff(times).mean()))
+    power[frequency < 1.5 / (times[-1] - times[0])] = 0.0
+    best = int(np.argmax(power))
+    return 1.0 / float(frequency[best]) if power[best] > 0.0 else float("nan")
 
 
 def from_motion(trace: Trace, channel: str) -> Trace:

@@ -1,0 +1,1 @@
+"""Parts that rigs are built of: fibre, guide, pulley, mount."""

@@ -1,1 +1,0 @@
-"""Rigs that swing about a pivot."""

@@ -1,0 +1,1 @@
+"""What a measured record shows by itself: its rests, rates and periods."""
