@@ -45,6 +45,7 @@ def test_friction_that_differs_by_direction_is_named_and_called_small_but_system
     assert {"overview", "gap", "candidates", "places", "states", "map", "spectrum", "record axis.csv"} == set(figures)
 
 
+@pytest.mark.slow
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path: Path) -> None:
     found = searched(tmp_path, 0.0, ripple=0.0)
     assert (found.verdict, found.added, found.summary().weights) == ("nothing_missing", (), ())

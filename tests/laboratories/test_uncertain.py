@@ -39,6 +39,7 @@ def fitted(study: Study) -> Fit:
     return fit_study(study, starts=2)
 
 
+@pytest.mark.slow
 def test_what_depends_on_an_uncertain_scale_is_known_no_better(tmp_path: Path) -> None:
     exact = fitted(driven(tmp_path, '{ column = "I [A]", scale = "2.07 N/A" }'))
     told = fitted(driven(tmp_path, f'{{ column = "I [A]", scale = "2.07 +/- {ERROR} N/A" }}'))

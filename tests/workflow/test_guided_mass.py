@@ -75,6 +75,7 @@ def test_without_widening_the_errors_would_be_too_small() -> None:
     assert max(misses) > 3.0
 
 
+@pytest.mark.slow
 def test_friction_that_differs_by_direction_is_found_in_sum_with_a_constant_force() -> None:
     lacking = fitted(asymmetry=0.25, ripple=0.0)
     complete = fitted((VISCOUS, SHAPED), asymmetry=0.25, ripple=0.0)
