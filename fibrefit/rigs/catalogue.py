@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from importlib import import_module
 
-from fibrefit.rigs.fibre_mass import FIBRE_MASS
-from fibrefit.rigs.guided_mass import GUIDED_MASS
-from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM
-from fibrefit.rigs.pendulum import PENDULUM
-from fibrefit.rigs.pulley_drive import PULLEY_DRIVE
+from fibrefit.core.kinds import KINDS, declared_in
 from fibrefit.rigs.rig import Rig
 
-RIGS: dict[str, Rig] = {rig.kind: rig for rig in (FIBRE_MASS, PULLEY_DRIVE, INVERTED_PENDULUM, GUIDED_MASS, PENDULUM)}
+
+def _declared(kind: str) -> Rig:
+    module, name = declared_in(kind)
+    rig: Rig = getattr(import_module(module), name)
+    return rig
+
+
+RIGS: dict[str, Rig] = {kind: _declared(kind) for kind in KINDS}
 
 
 @lru_cache(maxsize=256)

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.kinds import KINDS
 from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
 from fibrefit.study.explain import explained
 from fibrefit.study.files.scaled import with_scale_parameters
@@ -20,7 +21,7 @@ from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
-from fibrefit.study.rigs.catalogue import STUDIES
+from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
 
@@ -203,12 +204,12 @@ def _model(raw: dict[str, Any], place: Places) -> type[Study]:
     """Model of the study for its kind of rig."""
     rig = raw.get("rig")
     kind = rig.get("kind") if isinstance(rig, dict) else None
-    if isinstance(kind, str) and kind in STUDIES:
-        return STUDIES[kind]
-    expected = ", ".join(f'"{name}"' for name in STUDIES)
+    if isinstance(kind, str) and kind in KINDS:
+        return study_type(kind)
+    expected = ", ".join(f'"{name}"' for name in KINDS)
     if kind is None:
         raise StudyError(place("rig"), "no kind of rig", f"kind = one of {expected}", "")
-    raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), STUDIES))
+    raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), KINDS))
 
 
 def _completed(study: Study, place: Places) -> tuple[Any, ...]:

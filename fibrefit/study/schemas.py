@@ -10,7 +10,8 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from fibrefit.study.rigs.catalogue import STUDIES
+from fibrefit.core.kinds import KINDS
+from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.summaries.files import SUMMARIES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -38,7 +39,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 def _study() -> dict[str, Any]:
     """Schema of the study: the models', and the two other ways to write what they hold."""
-    kinds: TypeAdapter[Any] = TypeAdapter(functools.reduce(operator.or_, STUDIES.values()))
+    kinds: TypeAdapter[Any] = TypeAdapter(functools.reduce(operator.or_, map(study_type, KINDS)))
     schema = kinds.json_schema(by_alias=True, mode="validation")
     table = {"$ref": "#/$defs/ParameterTable"}
     group = {"$ref": "#/$defs/ParameterGroup"}

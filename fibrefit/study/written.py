@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.kinds import KINDS
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.quantity import Unit
-from fibrefit.study.rigs.catalogue import STUDIES
+from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.study import SCHEMA
 from fibrefit.study.toml import to_toml
 
@@ -69,8 +70,8 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
         If the kind of rig is not known.
     """
     kind = kind or _kind(files)
-    if kind not in STUDIES:
-        raise UsageError("--rig", f'"{kind}"', f"one of {', '.join(STUDIES)}", did_you_mean(kind, STUDIES))
+    if kind not in KINDS:
+        raise UsageError("--rig", f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
     usual = files[0]
     raw: dict[str, Any] = {
         "schema": SCHEMA,
@@ -102,7 +103,7 @@ def _kind(files: Sequence[Understood]) -> str:
 
 def _missing(raw: Mapping[str, Any], kind: str) -> str:
     """Remarks on the constants that have to be stated."""
-    fields = STUDIES[kind].model_fields["records"].annotation.__args__[0].model_fields  # type: ignore[union-attr]
+    fields = study_type(kind).model_fields["records"].annotation.__args__[0].model_fields  # type: ignore[union-attr]
     needed = [
         (name, next(unit.example for unit in info.metadata if isinstance(unit, Unit)), info.description)
         for name, info in fields.items()

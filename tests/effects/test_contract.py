@@ -23,7 +23,7 @@ from fibrefit.effects.pushes import PushLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.parts.fibre import SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model
-from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung
+from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung, usual
 
 EFFECTS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items()]
 FIBRE_LAWS = [pytest.param(effect, id=name) for name, effect in CATALOGUE.items() if issubclass(effect, FibreLaw)]
@@ -286,7 +286,7 @@ RECORDS = {
 
 
 def records(kind: str) -> Experiment:
-    return RECORDS[kind]()
+    return RECORDS[kind]() if kind in RECORDS else usual(kind)
 
 
 @pytest.mark.parametrize(("kind", "effects"), ON_RIGS)

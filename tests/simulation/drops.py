@@ -45,7 +45,7 @@ PENDULUM_CONDITIONS = {
     "anchor_distance": 1.2,
     "preload": 0.0,
 }
-OF_RIG = {
+OF_RIG = {kind: {p.name: p.typical for p in (*rig.parameters, *rig.nuisances)} for kind, rig in RIGS.items()} | {
     "fibre_mass": VALUES,
     "pulley_drive": {"stiffness": 20e3, "damping": 25.0, "friction": 4.0, "position_zero": 0.0}
     | {"start_tension": START_TENSION},
@@ -99,13 +99,18 @@ def swung(samples: int = 801) -> Experiment:
 
 
 def kind_of(experiment: Experiment) -> str:
-    if "centre_distance" in experiment.conditions:
-        return "pendulum"
-    if "gain" in experiment.conditions:
-        return "guided_mass"
-    if "rod_length" in experiment.conditions:
-        return "inverted_pendulum"
-    return "pulley_drive" if "drive" in experiment.inputs else "fibre_mass"
+    """The rig whose conditions and inputs these are."""
+    asked = {*experiment.conditions, *experiment.inputs} - {*SECOND, "anchor"}
+    return next(kind for kind, rig in RIGS.items() if {*(c.name for c in rig.conditions), *rig.inputs} == asked)
+
+
+def usual(kind: str, samples: int = 801) -> Experiment:
+    """A rig under its usual conditions, each of its inputs to and fro."""
+    known = {condition.name: condition.typical for condition in RIGS[kind].conditions} | SECOND
+    times, omega = np.arange(samples) * STEP, 6.0 * np.pi
+    course = Signals(*map(jnp.asarray, (0.02 * np.sin(omega * times), 0.02 * omega * np.cos(omega * times))))
+    conditions = {name: jnp.asarray(float(value)) for name, value in known.items()}
+    return Experiment(jnp.asarray(times), jnp.int32(samples), conditions, dict.fromkeys(RIGS[kind].inputs, course))
 
 
 def given(values: dict[str, float]) -> dict[str, Any]:
