@@ -1,8 +1,22 @@
-"""What a rig can have that a law acts on."""
+"""The kinds of rig, and what a rig can have that a law acts on."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+
+KINDS: tuple[str, ...] = (
+    "fibre_mass",
+    "pulley_drive",
+    "inverted_pendulum",
+    "guided_mass",
+    "pendulum",
+)
+"""Each is declared in ``fibrefit/rigs/<kind>.py``, under its name in capitals."""
+
+
+def declared_in(kind: str) -> tuple[str, str]:
+    """Module and name of the declaration of a kind of rig."""
+    return f"fibrefit.rigs.{kind}", kind.upper()
 
 
 class Capability(StrEnum):

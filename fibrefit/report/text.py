@@ -95,6 +95,8 @@ def _left(summary: FitResultSummary) -> str:
         return ""
     if not lacking:
         return "What is left is noise." if summary.status == "ok" else ""
+    if "residual_size" not in {check.identifier for check in lacking}:
+        return f"What is left is no larger than the noise{total}; what is to be doubted all the same stands below."
     return f"What is left is more than the noise{total}: error bars allow for it, and the model lacks something."
 
 

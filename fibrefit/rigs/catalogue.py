@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from importlib import import_module
 
-from fibrefit.core.kinds import KINDS, declared_in
+from fibrefit.core.capability import KINDS, declared_in
 from fibrefit.rigs.rig import Rig
 
 

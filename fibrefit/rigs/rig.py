@@ -87,6 +87,10 @@ class Variation(NamedTuple):
 class Rig:
     """One kind of rig.
 
+    A state is a NamedTuple with `position` [m] and `velocity`, or with `angle` [rad] and `rate` where the rig turns. A
+    mode is one whose fields tell phases apart by their names: `guide` is the direction of sliding, `fibre` (`fibre_1`,
+    `fibre_2`) positive while it is taut; where nothing switches, one field of any other name.
+
     Parameters
     ----------
     kind : str

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.core.kinds import KINDS
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.quantity import Unit
-from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.study.rigs.catalogue import WRITTEN_OUT, study_type
 from fibrefit.study.study import SCHEMA
 from fibrefit.study.toml import to_toml
 
@@ -96,9 +96,14 @@ def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
 
 
 def _kind(files: Sequence[Understood]) -> str:
-    """Rig whose channels the files hold."""
-    roles = {role for one in files for role in one.channels}
-    return "pulley_drive" if "drive" in roles else "inverted_pendulum" if "angle" in roles else "fibre_mass"
+    """Rig that explains most of the channels which the files hold and lacks the fewest; a drop where they hold none."""
+    roles = {role for one in files for role in one.channels} - {"time"}
+
+    def suits(kind: str) -> tuple[int, int]:
+        own = {*WRITTEN_OUT[kind].model_fields["channels"].default.known_keys()} - {"time"}
+        return len(roles & own), -len(own - roles)
+
+    return max(WRITTEN_OUT, key=suits) if roles else "fibre_mass"
 
 
 def _missing(raw: Mapping[str, Any], kind: str) -> str:

@@ -16,7 +16,7 @@ from fibrefit.study.study import Study
 from fibrefit.study.table import Table
 
 
-class Declared(Protocol):
+class RigDeclaration(Protocol):
     """What is asked of a rig."""
 
     @property
@@ -36,12 +36,12 @@ class Declared(Protocol):
         """Channels that a record must hold."""
 
 
-def derived_study(rig: Declared) -> type[Study]:
+def derived_study(rig: RigDeclaration) -> type[Study]:
     """Model of the studies of a rig.
 
     Parameters
     ----------
-    rig : Declared
+    rig : RigDeclaration
 
     Returns
     -------

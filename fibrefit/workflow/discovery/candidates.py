@@ -61,6 +61,9 @@ def candidates_of(
     if lost:
         needed = ", ".join(f'"{other}"' for other in chosen[lost[0]].needs)
         raise UsageError(f'only "{lost[0]}"', f"stands without {needed}", "both", f"Add {needed} to the list.")
+    if not (offered or only):
+        do = "Offer a law of your own: --also FILE:CLASS."
+        raise UsageError(f"rig {study.kind}", "no effect of the catalogue that is not in the model", "one to try", do)
     if not kept:
         raise UsageError("only and exclude", "no effect is left to try", "one at least", "Exclude fewer.")
     return kept
