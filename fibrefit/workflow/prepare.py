@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
-
-import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.bound import bound_programs
@@ -14,14 +11,12 @@ from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
+from fibrefit.records.copies import first_copy
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 from fibrefit.workflow.inspection.readings import readings_of
-
-ALIKE = 1e-3
-"""Part of the steps from sample to sample below which two signals are the same, written with other digits."""
 
 
 def model_of(study: Study) -> Model:
@@ -65,34 +60,17 @@ def read_records(study: Study) -> tuple[Record, ...]:
 def refuse_copies(records: Sequence[Record], where: str) -> None:
     """Refuse one measurement that is listed as several: copies would make the error bars too small.
 
-    Two measurements differ by their noise, whatever their names and headings; what is alike to `ALIKE` of its own steps
-    from sample to sample, in every channel, is one.
-
     Raises
     ------
     StudyError
         Naming both.
     """
-    for one, other in combinations(records, 2):
-        if _alike(one, other):
-            raise StudyError(
-                where, f'records "{one.name}" and "{other.name}" hold the same data', "each measurement once",
-                "Take one of the two off the list: a copy is no further evidence.",
-            )  # fmt: skip
-
-
-def _alike(one: Record, other: Record) -> bool:
-    if one.channels.keys() != other.channels.keys() or len(one.time) != len(other.time):
-        return False
-    pairs = [(np.asarray(one.channels[name]), np.asarray(other.channels[name])) for name in one.channels]
-    return bool(pairs) and all(_equal(a, b) for a, b in pairs)
-
-
-def _equal(a: np.ndarray, b: np.ndarray) -> bool:
-    both = np.isfinite(a) & np.isfinite(b)
-    if not both.any():
-        return False
-    return bool(np.max(np.abs(a[both] - b[both])) <= ALIKE * np.std(np.diff(a[both])))
+    if (copies := first_copy(records)) is not None:
+        one, other = copies
+        raise StudyError(
+            where, f'records "{one.name}" and "{other.name}" hold the same data', "each measurement once",
+            "Take one of the two off the list: a copy is no further evidence.",
+        )  # fmt: skip
 
 
 def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:

@@ -1,0 +1,83 @@
+"""Measurements that are listed twice: two measurements differ by their noise, copies of one do not."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from fibrefit.records.record import Record
+
+ALIKE = 1e-3
+"""Part of the steps from sample to sample below which two signals are the same, written with other digits."""
+LOOKS = 8
+"""Samples by which a record is looked up among the others: where nothing moves, one may be alike by chance."""
+
+
+def first_copy(records: Sequence[Record]) -> tuple[Record, Record] | None:
+    """The first two records that hold the same data; None where there are none.
+
+    The same is what is alike to `ALIKE` of its own steps from sample to sample, in every channel. Records are looked up
+    by a few of their samples, so that a thousand take a thousand comparisons and not half a million.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    """
+    groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
+    for number, record in enumerate(records):
+        groups[(len(record.time), *sorted(record.channels))].append(number)
+    found = [pair for members in groups.values() for pair in _near(records, members) if _alike(records, pair)]
+    return (records[min(found)[0]], records[min(found)[1]]) if found else None
+
+
+def _near(records: Sequence[Record], members: list[int]) -> Iterator[tuple[int, int]]:
+    """Pairs whose few samples are alike."""
+    if len(members) < 2:
+        return
+    from scipy.spatial import KDTree
+
+    looks, points, reach = _looks(records, members), [], [np.zeros(len(members))]
+    for role in records[members[0]].channels:
+        signals = [np.asarray(records[number].channels[role]) for number in members]
+        each = np.array([_reach(signal) for signal in signals])
+        if (usual := float(np.median(each))) > 0.0:
+            points.append(np.stack([signal[looks] for signal in signals]) / usual)
+            reach.append(each / usual)
+    if points and len(looks):
+        where = np.concatenate(points, axis=1)
+        for i, others in enumerate(KDTree(where).query_ball_point(where, np.max(reach, axis=0), p=np.inf)):
+            yield from ((members[i], members[j]) for j in others if i < j)
+    else:
+        yield from combinations(members, 2)
+
+
+def _looks(records: Sequence[Record], members: list[int]) -> np.ndarray:
+    """Numbers of some samples that no record misses, `LOOKS` of each."""
+    known = np.ones(len(records[members[0]].time), dtype=bool)
+    for number in members:
+        for signal in records[number].channels.values():
+            known &= np.isfinite(signal)
+    there = np.flatnonzero(known)
+    return there[np.linspace(0, len(there) - 1, min(LOOKS, len(there))).astype(int)]
+
+
+def _reach(signal: np.ndarray) -> float:
+    """How far a copy may be from a signal."""
+    known = signal[np.isfinite(signal)]
+    return ALIKE * float(np.std(np.diff(known))) if known.size > 1 else 0.0
+
+
+def _alike(records: Sequence[Record], pair: tuple[int, int]) -> bool:
+    one, other = (records[number].channels for number in pair)
+    return bool(one) and all(_equal(np.asarray(one[role]), np.asarray(other[role])) for role in one)
+
+
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    both = np.isfinite(a) & np.isfinite(b)
+    return bool(both.any()) and bool(np.max(np.abs(a[both] - b[both])) <= _reach(a))
+
+
+__all__ = ["ALIKE", "first_copy"]
