@@ -70,6 +70,17 @@ def test_a_first_contact_that_never_ends_is_taken_for_one_swing(tmp_path: Path) 
     assert np.all(task.ladders[:, -1] >= made.SAMPLES)
 
 
+def test_the_first_horizon_does_not_hang_on_the_sampling_rate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 60 kHz the noise crosses the taut point again and again while the weight does once."""
+    ends = []
+    for rate in (made.RATE, 60e3):
+        monkeypatch.setattr(made, "RATE", rate)
+        records = [made.record(f"drop_{1e3 * lift:g}mm.csv", lift, samples=round(0.5 * rate)) for lift in made.LIFTS]
+        task = made.task(tmp_path / f"{rate:g}", [dataclasses.replace(one, rate=rate) for one in records])
+        ends.append(task.ladders[0, 0] / rate)
+    assert ends[1] == pytest.approx(ends[0], abs=2e-3)
+
+
 def test_release_and_zero_that_are_known_need_no_rest(tmp_path: Path) -> None:
     records = [begun(one, 255) for one in made.records()]
     known = [f'release = "{1e3 * made.NUISANCES["release"] - 127.5:.4f} ms"\nposition_zero = "0.13 mm"'] * 2

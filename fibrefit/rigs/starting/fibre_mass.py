@@ -14,7 +14,7 @@ from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHED = 8e-3
-"""Length [s] of the windows by which the rate of a stretch is found."""
+"""Length [s] of the windows by which the rate of a stretch is found, and where a signal crosses a level."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -137,9 +137,10 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
 
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:
-    position, time = trace.channels["position"], trace.times
+    # Where samples lie closer than the noise is wide, the readings themselves cross the taut point many times.
+    time, position = trace.times, derivative(trace.channels["position"], trace.times, SMOOTHED, 0)
     first = _first(position > drop.zero, trace, "does not reach the taut point")
     slack = (position < drop.zero) & (np.arange(len(time)) > first)
     # A weight that the fibre never lets go again swings: a little more than half a period counts as the contact.
-    swing = time[first] + SWING * (time[np.nanargmax(position)] - time[first])
+    swing = time[first] + SWING * (time[np.argmax(position)] - time[first])
     return float(min(time[np.argmax(slack)] if slack.any() else time[-1], swing, time[-1]))
