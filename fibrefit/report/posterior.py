@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
-from fibrefit.report.text import LONGEST_NAME, with_error
+from fibrefit.report.text import LONGEST_NAME, between_lines, with_error
 from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
@@ -108,6 +108,7 @@ def _known(summary: PosteriorSummary) -> list[str]:
     lines.append(paragraph(f"{100 * summary.interval_probability:g} % {kind} credible intervals."))
     if summary.effects:
         lines.append(paragraph(f"The model: the base model and {', '.join(summary.effects)}."))
+    lines += between_lines(summary.between_records)
     own = sorted({name for found in summary.records.values() for name in found})
     if own:
         lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))

@@ -7,11 +7,18 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Mapping
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
-from fibrefit.study.summaries.summaries import ChannelGap, FitResultSummary, ParameterSummary, StartsSummary
+from fibrefit.study.summaries.summaries import (
+    BetweenRecordsSummary,
+    ChannelGap,
+    FitResultSummary,
+    ParameterSummary,
+    StartsSummary,
+)
 
 #: Digits of an error bar that mean something.
 ERROR_DIGITS = 2
@@ -135,13 +142,13 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    return lines + _between(summary) + [paragraph(finding) for finding in summary.findings]
+    return lines + between_lines(summary.between_records) + [paragraph(finding) for finding in summary.findings]
 
 
-def _between(summary: FitResultSummary) -> list[str]:
+def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:
     """How much records differ, where they do; one line where they agree."""
     told = []
-    for name, between in summary.between_records.items():
+    for name, between in found.items():
         low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
         if between.interval_95[0] > 0.0:
             size = f"{100.0 * between.sd:.2g} % (95 %: {low} to {high} %)"
@@ -151,7 +158,7 @@ def _between(summary: FitResultSummary) -> list[str]:
     if told:
         means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
         return [paragraph(f"Between records: {' '.join(told)} {means}records ask for.")]
-    return [paragraph("Between records: no difference beyond the errors.")] if summary.between_records else []
+    return [paragraph("Between records: no difference beyond the errors.")] if found else []
 
 
 def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:

@@ -28,11 +28,14 @@ class Approximation:
     covariance : (n, n)
     log_density : float
         At the centre.
+    log_mass : float or None
+        Logarithm of the density's integral where more is known of it than these.
     """
 
     centre: np.ndarray
     covariance: np.ndarray
     log_density: float
+    log_mass: float | None = None
 
     @cached_property
     def root(self) -> np.ndarray:
@@ -43,6 +46,8 @@ class Approximation:
     @property
     def log_evidence(self) -> float:
         """Logarithm of the integral of the density by Laplace's method."""
+        if self.log_mass is not None:
+            return self.log_mass
         size = len(self.centre)
         return float(self.log_density + 0.5 * size * np.log(2.0 * np.pi) + np.sum(np.log(np.diag(self.root))))
 

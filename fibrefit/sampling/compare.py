@@ -13,7 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.posterior.log_posterior import LogPosterior, residuals_at
+from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.posterior import Posterior
 
 BLOCK_SECONDS = 0.05
@@ -91,17 +92,28 @@ def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:
     return np.where(valid, index, largest * len(times)), largest * len(times) + 1
 
 
-@eqx.filter_jit
 def blockwise(density: LogPosterior, points: jax.Array, blocks: jax.Array, n_block: int) -> jax.Array:
-    """Log likelihood ``(n_point, n_block)`` of each block; the last is that of masked samples, which is zero."""
+    """Log likelihood ``(n_point, n_block)`` of each block; the last is that of masked samples, which is zero.
+
+    Deviations of the records are drawn with the points, as any other of their values.
+    """
+    local = jnp.asarray(records_at(density, np.asarray(points)))
+    return _blockwise(density, local, points, blocks, n_block)
+
+
+@eqx.filter_jit
+def _blockwise(
+    density: LogPosterior, local: jax.Array, points: jax.Array, blocks: jax.Array, n_block: int
+) -> jax.Array:
     problem, likelihood = density.problem, density.likelihood
 
-    def one(point: jax.Array) -> jax.Array:
-        free, noise = density.split(point)
-        each = likelihood.pointwise(residuals_at(problem, problem.layout.values(free)), noise)
+    def one(row: tuple[jax.Array, jax.Array]) -> jax.Array:
+        own, point = row
+        _, noise = density.split(point)
+        each = likelihood.pointwise(problem.residuals_at(own), noise)
         valid = jnp.stack([problem.observations.weight[c] for c in likelihood.channels], axis=1) > 0.0
         # The constants belong to the samples in equal parts: only their sum is ever compared.
         each = jnp.where(valid, each + likelihood.constant(noise) / jnp.sum(likelihood.counts), 0.0)
         return jnp.zeros(n_block).at[blocks].add(each.sum(axis=1))
 
-    return jax.lax.map(one, points)
+    return jax.lax.map(one, (local, points))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.problem.estimate.hausman import HausmanTest
+from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
@@ -136,6 +137,8 @@ class Posterior:
     settings : Settings
     channel_units : mapping of channel to str
     seconds : float
+    between : mapping of name to Between
+        How much records differ; empty where that was not sought.
     """
 
     target: Target
@@ -151,6 +154,7 @@ class Posterior:
     settings: Settings
     channel_units: Mapping[str, str]
     seconds: float
+    between: Mapping[str, Between] = field(default_factory=dict)
 
     @property
     def course(self) -> Course:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.problem.noise.likelihood import Likelihood, unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.posterior import Posterior
 
 LEVELS = (0.05, 0.5, 0.95)
@@ -54,7 +55,8 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
     """
     density, random = posterior.density, np.random.default_rng(seed)
     points = posterior.thinned(count, seed)
-    readings = {c: np.asarray(r) for c, r in _readings(density, jnp.asarray(points)).items()}
+    local = jnp.asarray(records_at(density, points, seed))
+    readings = {c: np.asarray(r) for c, r in _readings(density, local).items()}
     channels, data = density.problem.model.rig.channels, density.problem.observations
     unit = unit_of(data, channels)
     size = density.problem.layout.size
@@ -97,6 +99,6 @@ def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: n
 
 
 @eqx.filter_jit
-def _readings(density: LogPosterior, points: jax.Array) -> dict[str, jax.Array]:
-    layout = density.problem.layout
-    return jax.lax.map(lambda point: density.problem.readings(layout.values(density.split(point)[0])), points)
+def _readings(density: LogPosterior, local: jax.Array) -> dict[str, jax.Array]:
+    problem = density.problem
+    return jax.lax.map(lambda own: problem.predict(own, problem.observations.experiment), local)

@@ -15,6 +15,7 @@ import numpy as np
 
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import HausmanTest, parting, parting_check
+from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
@@ -23,8 +24,9 @@ from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling import checks as judge
-from fibrefit.sampling.chains.ensembles import SamplerProgress
-from fibrefit.sampling.mode.inputs import Settled, cleaned, settled
+from fibrefit.sampling.chains.ensembles import Course, SamplerProgress
+from fibrefit.sampling.deviations import Differing, between_of, differing, parting_of, scatter_of, weighed_in
+from fibrefit.sampling.mode.inputs import cleaned, settled
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
 from fibrefit.sampling.posterior import Posterior, marginals
@@ -119,6 +121,7 @@ class _Ready(NamedTuple):
     values: np.ndarray
     widening: np.ndarray
     parting: HausmanTest
+    differing: Differing | None = None
 
 
 def _prepare(
@@ -133,21 +136,69 @@ def _prepare(
     known, layout = input_errors(task), task.problem.layout
     plain, found = cleaned(task, known, start, coefficients) if known else (task, {})
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
-    # What the noise is does not hang on where the walkers begin.
-    model = noise_model_of(
-        plain, linear if known else _at_minimum(plain.problem, start, linear), noise, heavy, bool(known)
-    )
+    if not known:
+        return _of_exact_inputs(task, start, linear, stated, (noise, heavy, settings))
+    model = noise_model_of(plain, linear, noise, heavy, True)
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
-    if known:
-        there = settled(task, known, start, found, whitening, level)
-    else:
-        still = np.zeros((layout.size, layout.size))
-        there = Settled(task, start, still, parting(layout, linear, whitening, level, layout.prior_gram(start)))
+    there = settled(task, known, start, found, whitening, level)
     priors = priors_of(layout, task.problem.model, there.values, stated)
     density = density_of(there.task.problem, priors, model.likelihood)
     target = _target(task, priors, density, settings)
     return _Ready(linear, model, priors, density, target, there.values, there.widening, there.parting)
+
+
+def _of_exact_inputs(
+    task: Task,
+    start: np.ndarray,
+    linear: Linearised,
+    stated: Mapping[str, PriorSetting | Prior],
+    asked: tuple[str, bool, Settings],
+) -> _Ready:
+    """The noise is what is left where records may differ; the mode and its deviations are those of a fit."""
+    problem, layout, (noise, heavy, settings) = task.problem, task.problem.layout, asked
+    where, plain = differing(task, start, linear), linear
+    if where is not None:
+        plain = _linearised_at(problem, where.local)
+        where, model = _noise_and_mode(task, where, plain, noise, heavy)
+    if where is None:
+        # What the noise is does not hang on where the walkers begin.
+        plain = linear
+        model = noise_model_of(task, _at_minimum(problem, start, linear), noise, heavy)
+    whitening = model.likelihood.whitening
+    here = linear if where is None else _linearised_at(problem, where.local)
+    level = level_of(whitening, here.residuals, _counts(task))
+    scatter = None if where is None else scatter_of(problem, where, whitening, level)
+    values = start if where is None else where.values(layout)
+    priors = priors_of(layout, problem.model, start, stated)
+    density = replace(density_of(problem, priors, model.likelihood), scatter=scatter)
+    target = _target(task, priors, density, settings)
+    compared = (
+        parting_of(layout, where, plain, whitening, level)
+        if where is not None and where.found
+        else parting(layout, linear, whitening, level, layout.prior_gram(start))
+    )
+    still = np.zeros((layout.size, layout.size))
+    return _Ready(here, model, priors, density, target, values, still, compared, where)
+
+
+def _noise_and_mode(
+    task: Task, where: Differing | None, linear: Linearised, noise: str, heavy: bool
+) -> tuple[Differing | None, NoiseModel]:
+    """Noise that is left at a place, and the mode in it; as in a fit, looked for where records may differ broadly."""
+    for turn in range(ROUNDS):
+        assert where is not None
+        linear = _linearised_at(task.problem, where.local) if turn else linear
+        model = noise_model_of(task, linear, noise, heavy)
+        level = level_of(model.likelihood.whitening, linear.residuals, _counts(task))
+        where = weighed_in(task.problem, where, model.likelihood.whitening, level)
+        if where is None:
+            break
+    return where, model
+
+
+ROUNDS = 2
+"""Of noise and mode."""
 
 
 def _concluded(
@@ -176,7 +227,21 @@ def _concluded(
         settings=settings,
         channel_units=task.units,
         seconds=time.perf_counter() - began,
+        between=_between(ready, course),
     )
+
+
+def _between(ready: _Ready, course: Course) -> dict[str, Between]:
+    """How much records differ, over some of the draws."""
+    if ready.differing is None:
+        return {}
+    points = course.kept.reshape(-1, ready.density.size)
+    chosen = np.linspace(0, len(points) - 1, SOME).round().astype(int)
+    return between_of(ready.density, ready.differing, points[chosen])
+
+
+SOME = 400
+"""Draws that tell how much records differ."""
 
 
 def noise_model_of(
@@ -252,6 +317,10 @@ def _at_minimum(problem: Problem, values: np.ndarray, linear: Linearised) -> Lin
 
 STEPS = 6
 """Of Gauss and Newton: a start is near the best values."""
+
+
+def _linearised_at(problem: Problem, local: np.ndarray) -> Linearised:
+    return jax.tree.map(np.asarray, problem.linearised_at(local))
 
 
 @eqx.filter_jit

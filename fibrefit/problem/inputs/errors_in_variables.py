@@ -130,20 +130,6 @@ def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
         return list(pool.map(one, range(len(problem.layout.records))))
 
 
-def without(sensitivities: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Waves ``(n_wave, n_row)`` that imitate rows of residuals as far as their prior lets them, and what is left."""
-    coefficients, left = _without(sensitivities, rows)
-    return np.asarray(coefficients), np.asarray(left)
-
-
-# Compiled, as the threads of NumPy's matrix products get in the way of those that carry out the records.
-@jax.jit
-def _without(sensitivities: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
-    normal = sensitivities @ sensitivities.T + jnp.eye(sensitivities.shape[0])
-    coefficients = jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(normal), sensitivities @ rows.T)
-    return coefficients, rows - coefficients.T @ sensitivities
-
-
 def _of_record(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
 ) -> tuple:

@@ -13,6 +13,7 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, expan
 from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.coloured import Coloured
+from fibrefit.problem.noise.whitening import Levelled
 from fibrefit.problem.task import Task
 
 CHUNK = 64
@@ -113,15 +114,17 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
     return left, np.array(waves)
 
 
-def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Coloured | BlockFilter) -> InputSensitivities:
+def whitened_sensitivities(
+    sensitivities: InputSensitivities, whitening: Coloured | BlockFilter | Levelled
+) -> InputSensitivities:
     """Reactions seen through a whitening; what they are before it is not changed."""
-    rows = _whitened_rows(whitening, sensitivities.rows)
+    rows = _whitened_rows(whitening, sensitivities.rows, sensitivities.downweight.shape[1])
     products = jnp.einsum("rwn,rvn->rwv", rows, rows).astype(float)
     return sensitivities._replace(rows=rows, inverse=jnp.linalg.inv(products + jnp.eye(rows.shape[1])))
 
 
-def _whitened_rows(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Array:
-    parts, channels = [], whitening.channels
+def _whitened_rows(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array, channels: int) -> jax.Array:
+    parts = []
     for first in range(0, rows.shape[1], CHUNK):
         some = rows[:, first : first + CHUNK].astype(float)
         split = jnp.moveaxis(some.reshape(*some.shape[:2], channels, -1), 1, 0)
@@ -130,7 +133,7 @@ def _whitened_rows(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Ar
 
 
 @jax.jit
-def _whitened(whitening: Coloured | BlockFilter, rows: jax.Array) -> jax.Array:
+def _whitened(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 

@@ -118,7 +118,7 @@ def choose_noise_model(
         given = [(spectrum or {}).get(c) for c in channels]
         stated = tuple(n for n in given if n is not None)
         as_given = kind == "coloured" and len(stated) == len(channels)
-        noise = stated if as_given else noise_of_residuals(problem, _at_best(problem, linear))
+        noise = stated if as_given else noise_of_residuals(problem, at_best(problem.layout, linear).residuals)
         noise = _as_known(problem, noise, known, np.asarray(evidence.unit))
         found["coloured"] = whitening_of(problem, noise)
     white = _score(White(evidence.valid), evidence, len(channels))
@@ -149,24 +149,33 @@ def _autoregressive(evidence: _Evidence, known: tuple[bool, ...]) -> tuple[Autor
     return Autoregressive.of(covariances, valid), tuple(order for order, _ in found)
 
 
-def _at_best(problem: Problem, linear: Linearised) -> np.ndarray:
+def at_best(layout: Layout, linear: Linearised) -> Linearised:
     """Residuals where the slopes say that their sum of squares is smallest: what parameters can do is no noise."""
-    step = np.append(least_squares_step(problem.layout, linear), [0.0, 0.0])[problem.layout.local_columns]
-    return np.asarray(linear.residuals) + np.einsum("rcti,ri->rct", np.asarray(linear.slopes), step)
+    return after_step(layout, linear, least_squares_step(layout, linear))
 
 
-def least_squares_step(layout: Layout, linear: Linearised) -> np.ndarray:
+def after_step(layout: Layout, linear: Linearised, step: np.ndarray) -> Linearised:
+    """What the slopes say of the residuals after a step ``(n_free,)`` in SI units."""
+    local, slopes = np.append(step, [0.0, 0.0])[layout.local_columns], np.asarray(linear.slopes)
+    return Linearised(np.asarray(linear.residuals) + np.einsum("rcti,ri->rct", slopes, local), slopes)
+
+
+def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | None = None) -> np.ndarray:
     """Step ``(n_free,)`` in SI units to where a linearised problem has the smallest sum of squares.
 
     Parameters
     ----------
     layout : Layout
     linear : Linearised
+    belief : (n_free + 1, n_free + 1), optional
+        See `Layout.prior_gram`.
     """
     slopes, residuals = np.asarray(linear.slopes), np.asarray(linear.residuals)
     columns, size = layout.local_columns, layout.size
     normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
     pull = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    if belief is not None:
+        normal, pull = normal + belief[:-1, :-1], pull + belief[:-1, -1]
     scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
     return np.linalg.lstsq(normal / np.outer(scale, scale), -pull / scale, rcond=1e-10)[0] / scale
 

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.posterior.prior import Density, Prior, log_slope
+from fibrefit.problem.posterior.scatter import Conditional, Scatter
 from fibrefit.problem.statement.problem import Problem
 
 LEVEL_SPREAD = 1.0
@@ -29,12 +30,15 @@ class LogPosterior(eqx.Module):
     noise_prior : Density
         Of the exponentials of the noise coordinates.
     likelihood : Likelihood
+    scatter : Scatter or None
+        Deviations between records, integrated out; None where records share all they share.
     """
 
     problem: Problem
     prior: Density
     noise_prior: Density
     likelihood: Likelihood
+    scatter: Scatter | None = None
 
     @property
     def size(self) -> int:
@@ -62,8 +66,26 @@ class LogPosterior(eqx.Module):
     def log_likelihood(self, point: jax.Array) -> jax.Array:
         """Log density of the measured values."""
         free, noise = self.split(point)
-        residuals = residuals_at(self.problem, self.problem.layout.values(free))
-        return self.likelihood.log_density(residuals, noise)
+        if self.scatter is None:
+            local = self.problem.layout.local(self.problem.layout.values(free))
+            return self.likelihood.log_density(residuals_at(self.problem, local), noise)
+        innovations, eta = self._with_deviations(self.scatter, free)
+        there = jnp.sum(self.likelihood.of_innovations(innovations, noise)) + self.likelihood.constant(noise)
+        return there + jax.nn.logsumexp(self.scatter.conditional(self.likelihood, innovations, noise, eta).logs)
+
+    def known_of_deviations(self, point: jax.Array) -> Conditional:
+        """What the records say of their deviations at a point."""
+        assert self.scatter is not None
+        free, noise = self.split(point)
+        innovations, eta = self._with_deviations(self.scatter, free)
+        return self.scatter.conditional(self.likelihood, innovations, noise, eta)
+
+    def _with_deviations(self, scatter: Scatter, free: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Innovations ``(n_record, n_channel, n_time)`` where deviations are linearised, and these deviations."""
+        values = self.problem.layout.values(free)
+        eta = scatter.deviations(values)
+        residuals = residuals_at(self.problem, scatter.moved(self.problem.layout.local(values), eta))
+        return self.likelihood.whitening.whiten(residuals), eta
 
     def __call__(self, point: jax.Array) -> jax.Array:
         """Log posterior density, unscaled; minus infinity where it is not a number."""
@@ -73,24 +95,24 @@ class LogPosterior(eqx.Module):
 
 
 @jax.custom_vjp
-def residuals_at(problem: Problem, values: jax.Array) -> jax.Array:
-    """`Problem.residuals`, whose gradient is taken forwards.
+def residuals_at(problem: Problem, local: jax.Array) -> jax.Array:
+    """`Problem.residuals_at`, whose gradient is taken forwards.
 
     A simulation's Jacobian with respect to the few values a record depends on costs a few simulations; the gradient
     of a density is then one product with it, and no loop runs backwards.
     """
-    return problem.residuals(values)
+    return problem.residuals_at(local)
 
 
-def _forwards(problem: Problem, values: jax.Array) -> tuple[jax.Array, tuple]:
-    linear = problem.linearised(values)
-    return linear.residuals, (linear.slopes, problem)
+def _forwards(problem: Problem, local: jax.Array) -> tuple[jax.Array, tuple]:
+    linear = problem.linearised_at(local)
+    return linear.residuals, (linear.slopes, problem, local)
 
 
 def _product(kept: tuple, cotangent: jax.Array) -> tuple[None, jax.Array]:
-    slopes, problem = kept
-    local = jnp.sum(slopes * cotangent[..., None], axis=(1, 2))
-    return None, jnp.zeros(problem.layout.size).at[problem.layout.local_columns].add(local)
+    slopes, problem, local = kept
+    own = jnp.sum(slopes * cotangent[..., None], axis=(1, 2))
+    return None, jnp.zeros_like(local).at[:, jnp.array(problem.layout.local_free)].set(own)
 
 
 residuals_at.defvjp(_forwards, _product)

@@ -82,7 +82,7 @@ class Scatter(eqx.Module):
 
     def moved(self, local: jax.Array, eta: jax.Array) -> jax.Array:
         """Values of each record ``(n_record, n_local)`` with its deviations in them."""
-        return local.at[:, np.array(self.columns)].multiply(jnp.exp(eta))
+        return local.at[:, np.array(self.columns)].multiply(jnp.exp(eta), unique_indices=True)
 
     def conditional(
         self, likelihood: Likelihood, innovations: jax.Array, noise: jax.Array, eta: jax.Array

@@ -83,7 +83,11 @@ class Problem(eqx.Module):
         ----------
         values : (n_free,) in SI units
         """
-        return jax.lax.map(lambda row: self.record_residuals(*row), (self.layout.local(values), self.observations))
+        return self.residuals_at(self.layout.local(values))
+
+    def residuals_at(self, local: jax.Array) -> jax.Array:
+        """The same from the values of each record, ``(n_record, n_local)`` in SI units."""
+        return jax.lax.map(lambda row: self.record_residuals(*row), (local, self.observations))
 
     def linearised(self, values: Any) -> Linearised:
         """Residuals at `values` ``(n_free,)`` and their slopes with respect to each record's own free values.

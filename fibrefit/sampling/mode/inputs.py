@@ -24,9 +24,14 @@ from fibrefit.problem.inputs.errors_in_variables import (
     corrected,
     expanded,
     no_errors,
-    without,
 )
-from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.inputs.sensitivities import (
+    InputSensitivities,
+    weighted_sensitivities,
+    whitened_sensitivities,
+    without_input_errors,
+)
+from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.layout import Layout, assembled, gathered
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -34,8 +39,6 @@ from fibrefit.problem.task import Task
 STEPS = 6
 SETTLED = 0.05
 """Change of coefficients, whose prior has a spread of one, or of values in standard errors, that ends the search."""
-CHUNK = 32
-"""Rows whitened at once."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +77,8 @@ def cleaned(
     """
     coefficients = no_errors(known) if coefficients is None else coefficients
     for _ in range(STEPS):
-        best = []
-        for r, (residuals, _, sensitivities) in enumerate(expanded(task.problem, known, values, coefficients)):
-            missed = residuals.ravel() - _flat(coefficients, r) @ sensitivities
-            best.append(-without(sensitivities, missed[None])[0][:, 0])
-        moved = _named(known, np.stack(best))
+        residuals, _, seen = _linearised(task.problem, known, values, coefficients)
+        moved = _named(known, -without_input_errors(seen, residuals + np.asarray(seen.offset)[:, None])[1][:, 0])
         change = max(float(np.abs(moved[name] - coefficients[name]).max()) for name in known)
         coefficients = moved
         if change < SETTLED:
@@ -151,66 +151,47 @@ def _evaluate(
     whitening: Whitening,
     level: np.ndarray,
 ) -> _Evaluation:
-    layout, rows = problem.layout, expanded(problem, known, values, coefficients)
-    shape = rows[0][0].shape
-    missed = [
-        residuals.ravel() - _flat(coefficients, r) @ sensitivities
-        for r, (residuals, _, sensitivities) in enumerate(rows)
-    ]
-    slopes = [own for _, own, _ in rows]
-    # What no error of the input can imitate, in the eyes of the plain estimate.
-    plain = [without(sensitivities, own)[1] for _, own, sensitivities in rows]
-    white = _whitened(
-        [np.concatenate([own, miss[None], of_inputs]) for (_, own, of_inputs), miss in zip(rows, missed, strict=True)],
-        shape, whitening, level,
-    )  # fmt: skip
-    size = len(slopes[0])
-    kept = [without(part[size + 1 :], part[: size + 1]) for part in white]
-    first = [part[:size] for part in white]
-    orthogonal = [rest for _, rest in kept]
-    normal = _sum(layout, first, [rest[:size] for rest in orthogonal])
-    covariance = inverse(normal)
-    pull = np.stack([own @ rest[-1] for own, rest in zip(first, orthogonal, strict=True)])
+    layout = problem.layout
+    residuals, slopes, seen = _linearised(problem, known, values, coefficients)
+    levelled, channels = Levelled(whitening, jnp.asarray(level)), seen.downweight.shape[1]
+    rows = np.concatenate([slopes, residuals + np.asarray(seen.offset)[:, None]], axis=1)
+    white = np.asarray(_whitened(levelled, rows.reshape(*rows.shape[:2], channels, -1))).reshape(rows.shape)
+    kept, imitated = without_input_errors(whitened_sensitivities(seen, levelled), white)
+    first = white[:, :-1]
+    covariance = inverse(_sum(layout, first, kept[:, :-1]))
+    pull = np.einsum("rin,rn->ri", first, kept[:, -1])
     step = -covariance @ gathered(pull, layout.local_columns, layout.size)
-    waved = [sensitivities @ own.T for (_, _, sensitivities), own in zip(rows, plain, strict=True)]
-    middle = _sum(layout, plain, _coloured(plain, shape, whitening, level)) + _sum(
-        layout, [w.T for w in waved], [w.T for w in waved]
-    )
-    bread = inverse(_sum(layout, slopes, plain))
     local = np.concatenate([step, [0.0, 0.0]])[layout.local_columns]
-    best = np.stack([-(imitated @ np.append(own, 1.0)) for (imitated, _), own in zip(kept, local, strict=True)])
-    return _Evaluation(
-        step, _named(known, best), covariance, inverse(_sum(layout, first, first)), bread @ middle @ bread
-    )
+    best = -np.einsum("riw,ri->rw", imitated, np.concatenate([local, np.ones((len(local), 1))], axis=1))
+    # What no error of the input can imitate, in the eyes of the plain estimate.
+    plain = without_input_errors(seen, slopes)[0]
+    waved = np.einsum("rin,rwn->riw", plain, np.asarray(seen.rows, dtype=float))
+    columns = np.moveaxis(plain.reshape(*plain.shape[:2], channels, -1), 1, -1)
+    coloured = np.moveaxis(correlated(columns, whitening, level), -1, 1).reshape(plain.shape)
+    middle = _sum(layout, plain, coloured) + _sum(layout, waved, waved)
+    bread = inverse(_sum(layout, slopes, plain))
+    alone = inverse(_sum(layout, first, first))
+    return _Evaluation(step, _named(known, best), covariance, alone, bread @ middle @ bread)
 
 
-def _sum(layout: Layout, left: list[np.ndarray], right: list[np.ndarray]) -> np.ndarray:
-    """Products of rows ``(n_local, n)`` of all records in the places of the free values."""
-    products = np.stack([a @ b.T for a, b in zip(left, right, strict=True)])
-    return assembled(products, layout.local_columns, layout.size)
+def _linearised(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
+) -> tuple[np.ndarray, np.ndarray, InputSensitivities]:
+    """Residuals ``(n_record, 1, n)``, slopes ``(n_record, n_local_free, n)`` and reactions to errors of the inputs."""
+    rows = expanded(problem, known, values, coefficients)
+    residuals = np.stack([found for found, _, _ in rows])
+    seen = weighted_sensitivities(coefficients, [part for _, _, part in rows], np.ones(residuals.shape))
+    return residuals.reshape(len(rows), 1, -1), np.stack([own for _, own, _ in rows]), seen
 
 
-def _whitened(rows: list[np.ndarray], shape: tuple[int, ...], whitening: Whitening, level: np.ndarray) -> list:
-    """Innovations of rows ``(n_row, n_channel * n_time)`` of every record, over the level of the noise."""
-    stacked = np.stack([part.reshape(-1, *shape) for part in rows])
-    rest = -stacked.shape[1] % CHUNK
-    stacked = np.concatenate([stacked, np.zeros((len(rows), rest, *shape))], axis=1)
-    for first in range(0, stacked.shape[1], CHUNK):
-        part = np.moveaxis(stacked[:, first : first + CHUNK], 1, -1)
-        white = np.asarray(innovations(whitening, jnp.asarray(part))) / level[:, None, None]
-        stacked[:, first : first + CHUNK] = np.moveaxis(white, -1, 1)
-    count = len(rows[0])
-    return [part[:count].reshape(count, -1) for part in stacked]
+def _whitened(levelled: Levelled, rows: np.ndarray) -> jax.Array:
+    """Innovations of rows ``(n_record, n_row, n_channel, n_time)``."""
+    return jnp.moveaxis(innovations(levelled, jnp.moveaxis(jnp.asarray(rows), 1, -1)), -1, 1)
 
 
-def _coloured(rows: list[np.ndarray], shape: tuple[int, ...], whitening: Whitening, level: np.ndarray) -> list:
-    """Covariance of the noise times rows ``(n_row, n_channel * n_time)`` of every record."""
-    stacked = np.stack([np.moveaxis(part.reshape(-1, *shape), 0, -1) for part in rows])
-    return [np.moveaxis(part, -1, 0).reshape(len(rows[0]), -1) for part in correlated(stacked, whitening, level)]
-
-
-def _flat(coefficients: InputCoefficients, record: int) -> np.ndarray:
-    return np.concatenate([np.asarray(rows[record]) for rows in coefficients.values()])
+def _sum(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Products of rows ``(n_record, n_local, n)`` in the places of the free values."""
+    return assembled(np.einsum("rin,rjn->rij", left, right), layout.local_columns, layout.size)
 
 
 def _named(known: Mapping[str, InputErrors], rows: np.ndarray) -> InputCoefficients:

@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
+from fibrefit.problem.posterior.scatter import Conditional
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
 
@@ -23,32 +24,52 @@ BLIND = 1e-12
 
 
 class _Local(NamedTuple):
-    """Value, gradient ``(n,)`` and curvatures ``(n, n)``, of the likelihood by Gauss and Newton, and of the prior."""
+    """Value, gradient ``(n,)`` and curvatures ``(n, n)``, of the likelihood by Gauss and Newton, and of the prior.
+
+    The curvature of the likelihood is that without deviations between records; ``cross`` ``(n_record, n,
+    n_scattering)`` holds the products of slopes with those of the deviations, ``known`` what is known of them.
+    """
 
     value: jax.Array
     gradient: jax.Array
     of_likelihood: jax.Array
     of_prior: jax.Array
+    cross: jax.Array | None
+    known: Conditional | None
 
 
 @eqx.filter_jit
 def _local(density: LogPosterior, point: jax.Array) -> _Local:
-    problem, likelihood = density.problem, density.likelihood
+    problem, scatter = density.problem, density.scatter
     free, noise = density.split(point)
-    linear = problem.linearised(problem.layout.values(free))
+    values = problem.layout.values(free)
+    local, stretched = problem.layout.local(values), jnp.ones(len(problem.layout.local_free))
+    known = None
+    if scatter is not None:
+        eta = scatter.deviations(values)
+        local = scatter.moved(local, eta)
+        stretched = (
+            jnp.ones((len(local), len(problem.layout.slots))).at[:, jnp.array(scatter.columns)].set(jnp.exp(eta))
+        )
+        stretched = stretched[:, None, None, jnp.array(problem.layout.local_free)]
+    linear = problem.linearised_at(local)
+    linear = linear._replace(slopes=linear.slopes * stretched)
     slope = jax.jvp(problem.layout.values, (free,), (jnp.ones_like(free),))[1]
-    log_density, push = jax.value_and_grad(likelihood.log_density, (0, 1))(linear.residuals, noise)
-    rows = problem.layout.local_columns
-    of_values = jnp.zeros_like(free).at[rows].add(jnp.sum(linear.slopes * push[0][..., None], axis=(1, 2)), mode="drop")
+    value, gradient = jax.value_and_grad(density.log_likelihood)(point)
     of_prior, flat = jax.value_and_grad(density.log_prior)(point)
     # Priors are independent: the diagonal is all there is.
     bend = -jax.jvp(jax.grad(density.log_prior), (point,), (jnp.ones_like(point),))[1]
-    gradient = flat + jnp.concatenate([of_values * slope, push[1]])
-    return _Local(log_density + of_prior, gradient, _curvature(density, linear, slope, noise), bend)
+    curvature, cross = _curvature(density, linear, slope, noise)
+    if scatter is not None:
+        innovations = density.likelihood.whitening.whiten(linear.residuals)
+        known = scatter.conditional(density.likelihood, innovations, noise, eta)
+    return _Local(value + of_prior, gradient + flat, curvature, bend, cross, known)
 
 
-def _curvature(density: LogPosterior, linear: Linearised, slope: jax.Array, noise: jax.Array) -> jax.Array:
-    """Expected curvature of minus the log likelihood, ``(n, n)``."""
+def _curvature(
+    density: LogPosterior, linear: Linearised, slope: jax.Array, noise: jax.Array
+) -> tuple[jax.Array, jax.Array | None]:
+    """Expected curvature of minus the log likelihood, ``(n, n)``, and products with the slopes of deviations."""
     layout, likelihood = density.problem.layout, density.likelihood
     innovations = likelihood.whitening.whiten(linear.residuals)
     slopes = jax.vmap(likelihood.whitening.whiten, in_axes=-1, out_axes=-1)(linear.slopes)
@@ -57,14 +78,67 @@ def _curvature(density: LogPosterior, linear: Linearised, slope: jax.Array, nois
     if likelihood.heavy:
         freedom = jnp.exp(noise[-1])
         weight = weight * (freedom + 1.0) / (freedom + (innovations / levels) ** 2)
-    local = jnp.einsum("rcti,rctj->rij", slopes * weight[..., None], slopes)
+    weighted = slopes * weight[..., None]
+    local = jnp.einsum("rcti,rctj->rij", weighted, slopes)
     rows, size = layout.local_columns, layout.size
     gram = jnp.zeros((size, size)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
     whole = jnp.zeros((density.size, density.size)).at[:size, :size].set(gram * slope[:, None] * slope)
+    cross = None
+    if density.scatter is not None:
+        own = jnp.einsum("rcti,rctk->rik", weighted, density.scatter.slopes)
+        number = jnp.arange(len(rows))[:, None]
+        cross = jnp.zeros((len(rows), density.size, own.shape[-1])).at[number, rows].add(own, mode="drop")
+        cross = cross.at[:, :size].multiply(slope[:, None]).at[:, size:].set(0.0)
     if not likelihood.size:
-        return whole
+        return whole, cross
     of_noise = -jax.hessian(lambda x: likelihood.log_density(linear.residuals, x))(noise)
-    return whole.at[size:, size:].set(of_noise)
+    return whole.at[size:, size:].set(of_noise), cross
+
+
+class _OfGrid(NamedTuple):
+    """Under each standard deviation between records: its probability at the point, curvature taken off, gradient."""
+
+    logs: np.ndarray
+    less: np.ndarray
+    beside: np.ndarray
+
+    @property
+    def log_weight(self) -> np.ndarray:
+        return np.asarray(self.logs - np.logaddexp.reduce(self.logs))
+
+    @property
+    def weight(self) -> np.ndarray:
+        return np.exp(self.log_weight)
+
+
+def _of_grid(density: LogPosterior, here: _Local) -> _OfGrid | None:
+    """What deviations take off the curvature ``(n_grid, n, n)`` and add to the mean gradient ``(n_grid, n)``."""
+    if here.known is None or here.cross is None or density.scatter is None:
+        return None
+    sigma = np.asarray(density.scatter.sigma)[:, None, :]
+    logs, pull, curvature = map(np.asarray, here.known)
+    matrix = sigma[..., None] * curvature * sigma[..., None, :] + np.eye(sigma.shape[-1])
+    inner = sigma[..., None] * np.linalg.inv(matrix) * sigma[..., None, :]
+    less = np.einsum("rik,grkl,rjl->gij", here.cross, inner, here.cross, optimize=True)
+    pushed = np.einsum("rik,grkl,rl->gi", here.cross, inner, pull, optimize=True)
+    found = _OfGrid(logs, less, pushed)
+    return found._replace(beside=pushed - found.weight @ pushed)
+
+
+def _mixed(here: _Local, curvature: np.ndarray, of_grid: _OfGrid) -> tuple[np.ndarray, float]:
+    """Covariance of all standard deviations together, and the logarithm of their integrals' sum (Laplace)."""
+    each = np.stack([_inverse(curvature - less) for less in of_grid.less])
+    gradient = here.gradient + of_grid.beside
+    moved = np.einsum("gij,gj->gi", each, gradient)
+    gain = 0.5 * np.einsum("gi,gi->g", gradient, moved)
+    logs = here.value + of_grid.log_weight + gain
+    logs += 0.5 * (np.linalg.slogdet(2.0 * np.pi * each)[1])
+    top = logs.max()
+    weight = np.exp(logs - top)
+    total = float(top + np.log(weight.sum()))
+    weight /= weight.sum()
+    away = moved - weight @ moved
+    return np.einsum("g,gij->ij", weight, each) + np.einsum("g,gi,gj->ij", weight, away, away), total
 
 
 def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -> tuple[Approximation, np.ndarray]:
@@ -95,6 +169,9 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
     damping = 0.0
     for _ in range(MOST_STEPS):
         curvature = _sum(here, floor, proper, density)
+        of_grid = _of_grid(density, here)
+        if of_grid is not None:
+            curvature = curvature - np.einsum("g,gij->ij", of_grid.weight, of_grid.less)
         step, gain = _step(curvature, here.gradient, damping)
         if gain < SETTLED:
             break
@@ -107,10 +184,14 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
         if damping > 1e6:
             break
     curvature = _sum(here, floor, proper, density)
-    covariance = _inverse(curvature)
+    of_grid, log_mass = _of_grid(density, here), None
+    if of_grid is None:
+        covariance = _inverse(curvature)
+    else:
+        covariance, log_mass = _mixed(here, curvature, of_grid)
     curved = np.clip(np.diag(here.of_likelihood), 0.0, None)
     from_likelihood = curved / np.where(np.diag(curvature) > 0.0, np.diag(curvature), 1.0)
-    return Approximation(point, covariance, float(here.value)), from_likelihood
+    return Approximation(point, covariance, float(here.value), log_mass), from_likelihood
 
 
 def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPosterior) -> np.ndarray:

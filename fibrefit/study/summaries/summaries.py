@@ -288,6 +288,10 @@ class PosteriorSummary(Part):
     records: dict[str, dict[str, PosteriorParameter]] = Field(
         default_factory=dict, description="Values of each record alone, such as position_zero and release."
     )
+    between_records: dict[str, BetweenRecordsSummary] = Field(
+        default_factory=dict,
+        description="Differences between records in each parameter that may differ; empty where they were not sought.",
+    )
     interval_kind: Literal["equal_tailed", "highest_density"]
     interval_probability: Annotated[float, Field(gt=0, lt=1)]
     likelihood: str

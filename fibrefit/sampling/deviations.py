@@ -1,0 +1,231 @@
+"""How records differ, before the first draw: by the Gauss-Newton search and the grid that a fit uses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, weigh
+from fibrefit.problem.estimate.gauss_newton import Unknowns, local_of, place_of
+from fibrefit.problem.estimate.gls import inverse
+from fibrefit.problem.estimate.hausman import HausmanTest, parting
+from fibrefit.problem.estimate.population import Between, between
+from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
+from fibrefit.problem.estimate.view import View, apart
+from fibrefit.problem.noise.choose import after_step, least_squares_step
+from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
+from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.problem.posterior.scatter import Conditional, Scatter, drawn_deviations
+from fibrefit.problem.statement.layout import Layout, assembled
+from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem.task import Task
+
+LIGHT = 1e-6
+"""Weight of a point of the grid, as a share of the largest, below which it is left out of the density."""
+ROWS = 32
+"""Points of the grid are kept in multiples of this, for the compiler's sake."""
+
+
+@dataclass(frozen=True)
+class Differing:
+    """Records that may differ, at the mode.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    local : (n_record, n_local) in SI units
+        Values of each record, its deviations in them.
+    evidence : MarginalLikelihood or None
+        None before the noise is known.
+    """
+
+    unknowns: Unknowns
+    local: np.ndarray
+    evidence: MarginalLikelihood | None = None
+
+    @property
+    def found(self) -> bool:
+        """Whether records differ in any parameter more probably than not."""
+        return self.evidence is not None and any(one.found for one in between(self.evidence).values())
+
+    def values(self, layout: Layout) -> np.ndarray:
+        """Free values ``(n_free,)`` in SI units at the mode."""
+        assert self.evidence is not None
+        place = self.evidence.mode.place
+        return free_values(layout, self.unknowns, self.unknowns.value(place.z), place.own)
+
+
+def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing | None:
+    """Where records that may differ are best in plain least squares; None where none may.
+
+    Parameters
+    ----------
+    task : Task
+    values : (n_free,) in SI units
+        The plain estimate.
+    linear : Linearised
+        There.
+    """
+    layout, slopes = task.problem.layout, np.asarray(linear.slopes)
+    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), layout.local_columns, layout.size)
+    known = np.diag(inverse(normal + layout.prior_gram(values)[:-1, :-1]))
+    errors = np.sqrt(np.where(known > 0.0, known, np.inf))
+    unknowns = fit_unknowns(layout, values, errors)
+    if not len(unknowns.scattering):
+        return None
+    place = apart(unknowns, place_of(unknowns, layout.local(values)), View(task.problem), task.ladders)
+    return Differing(unknowns, local_of(unknowns, place))
+
+
+def weighed_in(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> Differing | None:
+    """The mode, and how much records differ, under a noise; None where no mode is reached.
+
+    Parameters
+    ----------
+    problem : Problem
+    where : Differing
+        Where the search begins.
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+    """
+    seen = View(problem, Levelled(whitening, jnp.asarray(level)))
+    sigma = None if where.evidence is None else where.evidence.mode.sigma
+    with np.errstate(all="ignore"):
+        try:
+            found = weigh(where.unknowns, place_of(where.unknowns, where.local), seen.gram(where.unknowns), sigma)
+        except np.linalg.LinAlgError:
+            return None
+    sound = np.isfinite(found.log) and np.isfinite(found.spread).all()
+    return Differing(where.unknowns, found.mode.local, found) if sound else None
+
+
+def scatter_of(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> Scatter:
+    """What integrates the deviations out, from the mode.
+
+    Parameters
+    ----------
+    problem : Problem
+    where : Differing
+        With its evidence.
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+    """
+    evidence, unknowns = where.evidence, where.unknowns
+    assert evidence is not None
+    layout, place = problem.layout, evidence.mode.place
+    columns = unknowns.shared[unknowns.scattering]
+    free = np.searchsorted(np.asarray(layout.local_free), columns)
+    raw = np.asarray(problem.linearised_at(where.local).slopes)[..., free] * where.local[:, None, None, columns]
+    slopes = np.asarray(innovations(whitening, raw))
+    products = np.einsum("rcti,rctj->rcij", slopes, slopes)
+    names = [layout.names[column] for column in columns]
+    kept = _kept(evidence)
+    grid, log_prior = grid_of(len(columns))
+    curvature = np.einsum("rcij,c->rij", products, level**-2.0)
+    return Scatter(
+        slopes=jnp.asarray(slopes),
+        products=jnp.asarray(products),
+        middle=jnp.log(jnp.asarray(unknowns.value(place.z)[unknowns.scattering])),
+        eta=jnp.asarray(place.eta),
+        follow=jnp.asarray(_follow(curvature, evidence.grid[kept], evidence.weight[kept])),
+        sigma=jnp.asarray(grid[kept]),
+        log_prior=jnp.asarray(log_prior[kept]),
+        places=tuple(layout.free_names.index(name) for name in names),
+        columns=tuple(int(column) for column in columns),
+    )
+
+
+def parting_of(
+    layout: Layout, where: Differing, linear: Linearised, whitening: Whitening, level: np.ndarray
+) -> HausmanTest:
+    """Compare plain and whitened estimates where each record has values of its own in what may differ.
+
+    Parameters
+    ----------
+    layout : Layout
+    where : Differing
+    linear : Linearised
+        Near the plain estimate of each record.
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what the whitening assumes.
+
+    Returns
+    -------
+    HausmanTest
+        Such a value has the largest of its records' scores, and their mean efficiency.
+    """
+    names = {where.unknowns.names[column] for column in where.unknowns.scattering}
+    slots = tuple(replace(slot, shared=slot.shared and slot.name not in names) for slot in layout.slots)
+    apart = Layout(slots, layout.records)
+    values = np.array([where.local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
+    step = least_squares_step(apart, linear, apart.prior_gram(values))
+    plain = after_step(apart, linear, step)
+    found = parting(apart, plain, whitening, level, apart.prior_gram(values + step))
+    scores, efficiency = np.full(layout.size, np.nan), np.empty(layout.size)
+    for i, (slot, record) in enumerate(layout.entries):
+        own = [k for k, (s, r) in enumerate(apart.entries) if s.name == slot.name and record in (None, r)]
+        scores[i] = max(found.scores[own], key=lambda score: np.nan_to_num(abs(score)))
+        efficiency[i] = found.efficiency[own].mean()
+    return HausmanTest(scores, found.chance, efficiency)
+
+
+def _kept(evidence: MarginalLikelihood) -> np.ndarray:
+    """Points of the grid that weigh anything, the heaviest first."""
+    order = np.argsort(-evidence.weight, kind="stable")
+    used = int(np.count_nonzero(evidence.weight > LIGHT * evidence.weight.max()))
+    return np.sort(order[: -(-used // ROWS) * ROWS])
+
+
+def _follow(curvature: np.ndarray, sigma: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """How a record's best deviations fall as the shared values rise, the mean over the grid."""
+    matrix = sigma[:, None, :, None] * curvature * sigma[:, None, None, :] + np.eye(sigma.shape[1])
+    each = sigma[:, None, :, None] * np.linalg.solve(matrix, sigma[:, None, :, None] * curvature)
+    return np.einsum("g,grij->rij", weight / weight.sum(), each)
+
+
+def between_of(density: LogPosterior, where: Differing, points: np.ndarray) -> dict[str, Between]:
+    """Standard deviations between records, by name, the mean over draws ``(n_point, n)``."""
+    evidence, scatter = where.evidence, density.scatter
+    assert evidence is not None
+    assert scatter is not None
+    logs = np.asarray(_known(density, jnp.asarray(points)).logs)
+    weight = np.exp(logs - logs.max(axis=1, keepdims=True))
+    whole = np.zeros(len(evidence.grid))
+    whole[_kept(evidence)] = np.mean(weight / weight.sum(axis=1, keepdims=True), axis=0)
+    return between(replace(evidence, weight=whole))
+
+
+def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.ndarray:
+    """Values of each record ``(n_point, n_record, n_local)`` in SI units, its deviations drawn.
+
+    Parameters
+    ----------
+    density : LogPosterior
+    points : (n_point, n)
+    seed : int
+    """
+    layout = density.problem.layout
+    values = np.asarray(jax.vmap(density.values)(jnp.asarray(points)))[:, : layout.size]
+    local = np.stack([layout.local(one) for one in values])
+    if density.scatter is None:
+        return local
+    known = _known(density, jnp.asarray(points))
+    random = np.random.default_rng(seed)
+    eta = np.stack([drawn_deviations(density.scatter, Conditional(*one), random) for one in zip(*known, strict=True)])
+    local[:, :, list(density.scatter.columns)] *= np.exp(eta)
+    return local
+
+
+@eqx.filter_jit
+def _known(density: LogPosterior, points: jax.Array) -> Conditional:
+    return jax.lax.map(density.known_of_deviations, points)
+
+
+__all__ = ["Differing", "between_of", "differing", "parting_of", "records_at", "scatter_of", "weighed_in"]
