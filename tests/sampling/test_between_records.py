@@ -135,6 +135,7 @@ def test_plain_and_whitened_estimates_are_compared_record_by_record() -> None:
     assert wrong.parting.chance < 1e-3
 
 
+@pytest.mark.slow
 def test_intervals_hold_only_where_the_density_knows_of_deviations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Coverage of a population's mean over many series; the control leaves the deviations out of the density."""
     # One size of the grid for all, so that one program serves them.

@@ -71,8 +71,11 @@ def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task,
     task, values = small
     white = sample_posterior(task, values, noise="white", settings=Settings(seed=3))
     assert white.noise_model.says == "Likelihood: white noise, as asked for."
-    ratio = [posterior.marginals[n].sd / white.marginals[n].sd for n in ("position_zero[drop 0]", "friction")]
-    assert min(ratio) > 1.3
+    zero = "position_zero[drop 0]"
+    assert posterior.marginals[zero].sd / white.marginals[zero].sd > 1.3
+    # What wander does to a shared value is then taken for a difference between records.
+    assert white.between["friction"].found
+    assert not posterior.between["friction"].found
 
 
 def test_bands_hold_the_measurements(bands: dict[str, Bands], small: tuple[Task, np.ndarray]) -> None:
@@ -97,14 +100,14 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
 
 
 def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
-    found = cross_validate(posterior, 300)
+    found = cross_validate(posterior, 800)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
     task = task_of(series(np.random.default_rng(1)))
     wrong = sample_posterior(task, task.start * np.array([1.0, 1.05, *np.ones(5)]), settings=stated)
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert cross_validate(wrong, 300).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(wrong, 800).total == pytest.approx(found.total, abs=3.0)
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
