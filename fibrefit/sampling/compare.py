@@ -56,7 +56,7 @@ class CrossValidation:
         return int(np.sum(self.pareto_k > PARETO_K))
 
 
-def cross_validate(posterior: Posterior, count: int = 800, seed: int = 0) -> CrossValidation:
+def cross_validate(posterior: Posterior, count: int = 1000, seed: int = 0) -> CrossValidation:
     """PSIS-LOO of a posterior over blocks of time.
 
     Parameters

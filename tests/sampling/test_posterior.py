@@ -100,14 +100,14 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
 
 
 def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
-    found = cross_validate(posterior, 800)
+    found = cross_validate(posterior, 1000)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
     task = task_of(series(np.random.default_rng(1)))
     wrong = sample_posterior(task, task.start * np.array([1.0, 1.05, *np.ones(5)]), settings=stated)
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert cross_validate(wrong, 800).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(wrong, 1000).total == pytest.approx(found.total, abs=3.0)
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:

@@ -27,7 +27,7 @@ from fibrefit.workflow.sampling.found import Findings
 
 SCORED = 800
 """Draws, of all ensembles together, whose likelihood is kept block by block."""
-AT_ONCE = 800
+AT_ONCE = 1000
 """As many as cross-validation takes, so that both are one program."""
 
 
