@@ -144,7 +144,7 @@ def _left_over(
         return Unexplained(gap=total(after.gap) if kept.effects else search.gap(kept))
     return Unexplained(
         gap=total(after.gap),
-        where=where.places(after),
+        where=where.places(after.left),
         looks_like=_looks_like(kept, search, after, readings),
         curves=drawn(readings, after, search.samples, law),
     )
@@ -229,16 +229,16 @@ def _looks_like(kept: Hypothesis, search: Search, found: Identification, reading
     if share < TELLS and (event := _event(found)):
         return event
     if not readings:
-        return f"nothing that is known of; {where.in_words(found)}"
+        return f"nothing that is known of; {where.in_words(found.left)}"
     return f"{described(readings[0])}; it accounts for {100 * max(share, 0.0):.0f} % of the gap"
 
 
 def _event(found: Identification) -> str:
     """Records that part from the model at some instant and go on so; empty where none does."""
-    if (one := where.onset(found)) is not None:
+    if (one := where.onset(found.left)) is not None:
         others = ", the other records do not" if len(found.problem.layout.records) > 1 else ""
         return f"an event in time: {one[0]} parts from the model at {one[1]:.3f} s{others}"
-    parting = [f"{record} at {instant:.3f} s" for record, instant in events(found)]
+    parting = [f"{record} at {instant:.3f} s" for record, instant in events(found.left)]
     return f"an event in time: records part from the model, {', '.join(parting)}" if parting else ""
 
 

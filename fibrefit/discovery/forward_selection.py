@@ -18,12 +18,13 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
-from fibrefit.discovery.residuals.residuals import ResidualSet, residual_set_at
+from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import PROMISING, Search, Tried
 from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.study.summaries.discovery import Candidate, Round
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -361,7 +362,7 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     sentence = f"{added}: the normalised residual RMS falls from {gaps[0]:.3g} to {gaps[1]:.3g}"
     sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
     sentence = f"{sentence}{_changes(parent, chosen)}".strip()
-    left = before if not parent.effects else what_is_left(search, parent)
+    left = before.left if not parent.effects else what_is_left(search, parent)
     left_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
     told = Round(
         added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(left), ranking=ranking,

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.fitting.misfit.structure import Residuals
 from fibrefit.fitting.result import ChannelGap, Gap
 from fibrefit.problem.diagnose.phases import Motion, motion_of
-from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests
@@ -88,41 +86,13 @@ def _explained(left: float, whole: float) -> float:
     return 1.0 - left / whole if whole > 0.0 else float("nan")
 
 
-def residuals_of(task: Task, scaled: np.ndarray, moved: Motion, fitted: Sequence[Noise]) -> Residuals:
-    """Residuals with what is needed to judge them.
-
-    Parameters
-    ----------
-    task : Task
-    scaled : (n_record, n_channel, n_time) in units of the noise
-    moved : Motion
-    fitted : sequence of Noise
-        What is left of each channel, taken for noise.
-    """
-    data, channels = task.problem.observations, task.problem.model.rig.channels
-    weight = np.stack([np.asarray(data.weight[c]) for c in channels], axis=1)
-    times = np.asarray(data.experiment.times)
-    return Residuals(
-        scaled=scaled,
-        counted=weight > 0.0,
-        counts=np.asarray(data.experiment.count),
-        rate=float(1.0 / np.diff(times[0]).mean()),
-        channels=channels,
-        sigma=1.0 / weight.max(axis=2),
-        noise=task.noise,
-        fitted=dict(zip(channels, fitted, strict=True)),
-        rests=_rests(task, channels),
-        motion=moved,
-    )
-
-
-def _rests(task: Task, channels: Sequence[str]) -> dict[str, list[tuple[np.ndarray, float]]]:
+def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
     """Readings at rest of each channel whose noise was taken from there, and their rates in Hz."""
-    found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in channels}
+    found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in task.problem.model.rig.channels}
     for trace in task.traces:
         rate = 1.0 / float(np.diff(trace.times).mean())
         for rest in rests(trace):
-            for channel in channels:
+            for channel in found:
                 values = trace.channels[channel][rest]
                 if task.noise[channel].samples and np.isfinite(values).all():
                     found[channel].append((values, rate))

@@ -11,13 +11,14 @@ from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate
-from fibrefit.fitting.evaluate import Look, look, residuals_of
+from fibrefit.fitting.evaluate import Look, look, readings_at_rest
 from fibrefit.fitting.gls import problem_at, sharpened
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import InputError, total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import parting, parting_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -170,7 +171,8 @@ def _sound(
     task: Task, problem: Problem, seen: Look, residuals: np.ndarray, noise: Sequence[Noise], expected: float
 ) -> dict[str, Check]:
     """Checks of the residuals, which must hold before they are taken for noise."""
-    left = residuals_of(task, residuals, seen.motion, noise)
+    fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))
+    left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, readings_at_rest(task))
     loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
     gap = judge.gap_is_noise(seen.gap, expected * float(loud))
     return {"gap": gap, **{check.name: check for check in structure_checks(left)}}

@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.core.check import Check, Status, status_by
 from fibrefit.fitting.estimates import GlsEstimate
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
@@ -230,6 +231,11 @@ class Identification:
     def status(self) -> Status:
         """``ok``, ``suspect`` or ``failed``, as the checks have it."""
         return status_by(self.checks)
+
+    @property
+    def left(self) -> ResidualSet:
+        """What the fit leaves, with the motion and the noise behind it."""
+        return ResidualSet(self.problem, self.residuals, self.motion, self.noise)
 
     @property
     def between(self) -> Mapping[str, Between]:

@@ -233,7 +233,7 @@ def _tried(summary: DiscoverySummary) -> list[str]:
 
 def _candidates(ranking: Sequence[Candidate]) -> list[str]:
     rows = [row for candidate in ranking[:MOST_CANDIDATES] for row in _candidate_rows(candidate)]
-    lines = table(("effect", "gap after", "left out", "evidence", "its values"), rows, right={1, 2, 3})
+    lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
     others = len(ranking) - MOST_CANDIDATES
     if others > 0:
         lines.insert(-1, f"and {others} more that leave a larger gap")
@@ -247,12 +247,11 @@ def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
         for name, parameter in candidate.parameters.items()
         if name.rpartition(".")[0] in names
     ]
-    predicted = "" if candidate.gap_foreseen is None else f"{candidate.gap_foreseen:.3f}"
-    numbers = (f"{candidate.gap_after:.3f}", predicted, f"{candidate.evidence:.0f}")
+    numbers = (f"{candidate.gap_after:.3f}", f"{candidate.evidence:.0f}")
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
     said = values + [""] * (lines - len(values))
-    return [(named[i], *(numbers if i == 0 else ("", "", "")), said[i]) for i in range(lines)]
+    return [(named[i], *(numbers if i == 0 else ("", "")), said[i]) for i in range(lines)]
 
 
 def _value(name: str, parameter: ParameterSummary) -> str:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.roles import LOADING, SLACK, UNLOADING
-from fibrefit.discovery.residuals.residuals import Remains
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.simulation.model import Experiment
@@ -41,7 +41,7 @@ def bounces(records: int) -> Motion:
     return Motion(tile(phase), states, np.zeros(records, dtype=bool), {}, tile(np.sign(speed)))
 
 
-def noise_alone(seed: int, pink: float = 0.0, records: int = RECORDS, samples: int = 4000) -> Remains:
+def noise_alone(seed: int, pink: float = 0.0, records: int = RECORDS, samples: int = 4000) -> ResidualSet:
     """Residuals of a perfect model."""
     random, noise = np.random.default_rng(seed), of_colour(pink, samples)
     times = np.tile(np.arange(COUNT) / RATE, (records, 1))
@@ -57,10 +57,10 @@ def noise_alone(seed: int, pink: float = 0.0, records: int = RECORDS, samples: i
         model=SimpleNamespace(rig=rig),
     )
     residuals = np.array([[noise.draw(COUNT, RATE, random) / SIGMA for _ in CHANNELS] for _ in range(records)])
-    return Remains(problem, residuals, bounces(records), dict.fromkeys(CHANNELS, noise))
+    return ResidualSet(problem, residuals, bounces(records), dict.fromkeys(CHANNELS, noise))
 
 
-def with_gap(left: Remains, by: np.ndarray, channel: int = 0) -> Remains:
+def with_gap(left: ResidualSet, by: np.ndarray, channel: int = 0) -> ResidualSet:
     """The same with a gap of one channel, in units of the noise; one for all records or for each."""
     residuals = left.residuals.copy()
     residuals[:, channel] += by

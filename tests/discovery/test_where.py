@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from fibrefit.core.roles import LOADING, PHASES, SLACK
 from fibrefit.discovery.residuals.chance import WRONGLY, loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
-from fibrefit.discovery.residuals.residuals import Remains, strands
+from fibrefit.discovery.residuals.residuals import strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import in_words, phase_shares, places
 from fibrefit.fitting.result import Identification
@@ -169,12 +169,10 @@ def test_a_gap_that_belongs_to_a_moving_drive_is_said_to() -> None:
     assert "drive" not in in_words(with_gap(left, np.where(INTO < 0, 3.0, 0.0)))
 
 
-def test_an_identification_is_something_left(task: object) -> None:
-    from fibrefit.discovery.residuals.residuals import ResidualSet
+def test_an_identification_tells_what_it_left(task: object) -> None:
     from tests.discovery.made import identified
 
     found: Identification = identified(task, wrong=5.0)  # type: ignore[arg-type]
-    left: ResidualSet = found
-    same = Remains(left.problem, left.residuals, left.motion, left.noise)
-    assert in_words(same) == in_words(found)
-    assert places(same) == places(found) != ()
+    assert found.left.residuals is found.residuals
+    assert in_words(found.left)
+    assert places(found.left) != ()

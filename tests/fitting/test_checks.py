@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +14,19 @@ from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
-from fibrefit.fitting.misfit.structure import Residuals, structure_checks
+from fibrefit.fitting.misfit.structure import structure_checks
 from fibrefit.fitting.result import ChannelGap, Identification, InputError, Starts
 from fibrefit.fitting.uncertainty import sandwich
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.transform import Range
+from fibrefit.simulation.model import Experiment
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
+CHANNELS = ("force", "position")
 
 
 def starts(basin: list[int], cost: list[float]) -> Starts:
@@ -125,11 +131,11 @@ def test_an_estimate_is_at_a_bound_within_a_tenth_of_its_error(value: float, err
 
 
 @pytest.fixture(scope="module")
-def clean() -> Residuals:
+def clean() -> ResidualSet:
     """Residuals of a perfect model: noise and nothing else, over motions that have every phase."""
     random = np.random.default_rng(12)
     noise = Noise(0.75 / 1000.0, 0.25 / np.log(1000.0 * SAMPLES / RATE), 0.0, 4000)
-    scaled = np.stack([[noise.draw(SAMPLES, RATE, random) for _ in range(2)] for _ in range(RECORDS)])
+    residuals = np.stack([[noise.draw(SAMPLES, RATE, random) for _ in range(2)] for _ in range(RECORDS)])
     phase = np.full((RECORDS, SAMPLES), REST)
     phase[:, :400] = HELD
     for begin, which in zip(range(400, 1600, 100), (SLACK, LOADING, UNLOADING) * 4, strict=True):
@@ -140,31 +146,27 @@ def clean() -> Residuals:
         "speed": np.tile(np.exp(-2.0 * t) * np.sin(30.0 * t), (RECORDS, 1)),
     }
     motion = Motion(phase, states, np.zeros(RECORDS, dtype=bool), {})
-    return Residuals(
-        scaled=scaled,
-        counted=np.ones(scaled.shape, dtype=bool),
-        counts=np.full(RECORDS, SAMPLES),
-        rate=RATE,
-        channels=("force", "position"),
-        sigma=np.ones((RECORDS, 2)),
-        noise={"force": noise, "position": noise},
-        fitted={"force": noise, "position": noise},
-        rests={},
-        motion=motion,
+    data = Observations(
+        Experiment(np.tile(t, (RECORDS, 1)), np.full(RECORDS, SAMPLES), {}, {}),  # type: ignore[arg-type]
+        {channel: np.zeros((RECORDS, SAMPLES)) for channel in CHANNELS},  # type: ignore[misc]
+        {channel: np.ones((RECORDS, SAMPLES)) for channel in CHANNELS},  # type: ignore[misc]
     )
+    problem: Any = SimpleNamespace(observations=data, model=SimpleNamespace(rig=SimpleNamespace(channels=CHANNELS)))
+    each = dict.fromkeys(CHANNELS, noise)
+    return ResidualSet(problem, residuals, motion, each, each)
 
 
-def changed(clean: Residuals, channel: int, by: np.ndarray) -> list[Check]:
-    scaled = clean.scaled.copy()
-    scaled[:, channel] += by
-    return list(structure_checks(dataclasses.replace(clean, scaled=scaled)))
+def changed(clean: ResidualSet, channel: int, by: np.ndarray) -> list[Check]:
+    residuals = clean.residuals.copy()
+    residuals[:, channel] += by
+    return list(structure_checks(dataclasses.replace(clean, residuals=residuals)))
 
 
-def test_noise_alone_passes_all_checks_of_structure(clean: Residuals) -> None:
+def test_noise_alone_passes_all_checks_of_structure(clean: ResidualSet) -> None:
     assert [check.passed for check in structure_checks(clean)] == [True] * 3
 
 
-def test_a_tone_is_seen_in_the_spectrum(clean: Residuals) -> None:
+def test_a_tone_is_seen_in_the_spectrum(clean: ResidualSet) -> None:
     tone = 0.5 * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
     spectrum, _, states = changed(clean, 1, tone)
     assert not spectrum.passed
@@ -172,36 +174,36 @@ def test_a_tone_is_seen_in_the_spectrum(clean: Residuals) -> None:
     assert states.passed
 
 
-def test_a_phase_that_is_explained_badly_is_named(clean: Residuals) -> None:
+def test_a_phase_that_is_explained_badly_is_named(clean: ResidualSet) -> None:
     slow = 1.5 * np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / RATE)
     _, phases, _ = changed(clean, 0, np.where(clean.motion.phase == UNLOADING, slow, 0.0))
     assert not phases.passed
     assert "force while taut, unloading" in phases.says
 
 
-def test_noise_that_is_louder_in_a_phase_is_noise(clean: Residuals) -> None:
+def test_noise_that_is_louder_in_a_phase_is_noise(clean: ResidualSet) -> None:
     """The other one: what is louder at all frequencies alike is no lack of the model."""
-    scaled = clean.scaled.copy()
-    scaled[:, 0] *= np.where(clean.motion.phase == UNLOADING, 1.4, 1.0)
-    _, phases, _ = structure_checks(dataclasses.replace(clean, scaled=scaled))
+    residuals = clean.residuals.copy()
+    residuals[:, 0] *= np.where(clean.motion.phase == UNLOADING, 1.4, 1.0)
+    _, phases, _ = structure_checks(dataclasses.replace(clean, residuals=residuals))
     assert phases.passed
 
 
-def test_slow_noise_that_rests_show_passes_and_that_they_do_not_fails(clean: Residuals) -> None:
+def test_slow_noise_that_rests_show_passes_and_that_they_do_not_fails(clean: ResidualSet) -> None:
     random = np.random.default_rng(3)
     slow = Noise(0.5 / 1000.0, 0.0, 0.0, 4000, ((8.0, 0.5),))
-    scaled = np.stack([[slow.draw(SAMPLES, RATE, random) for _ in range(2)] for _ in range(RECORDS)])
+    residuals = np.stack([[slow.draw(SAMPLES, RATE, random) for _ in range(2)] for _ in range(RECORDS)])
     rests = [(slow.draw(1000, RATE, random), RATE) for _ in range(2 * RECORDS)]
     quiet = [(Noise(0.5 / 1000.0, 0.0, 0.0, 4000).draw(1000, RATE, random), RATE) for _ in range(2 * RECORDS)]
     known = dict.fromkeys(clean.channels, slow)
-    held = {"scaled": scaled, "noise": known, "fitted": known}
+    held = {"residuals": residuals, "noise": known, "fitted": known}
     same = dataclasses.replace(clean, rests=dict.fromkeys(clean.channels, rests), **held)
     other = dataclasses.replace(clean, rests=dict.fromkeys(clean.channels, quiet), **held)
     assert structure_checks(same)[0].passed
     assert not structure_checks(other)[0].passed
 
 
-def test_a_force_that_depends_on_speed_is_named(clean: Residuals) -> None:
+def test_a_force_that_depends_on_speed_is_named(clean: ResidualSet) -> None:
     _, _, states = changed(clean, 0, 2.0 * clean.motion.states["speed"])
     assert not states.passed
     assert "force residual depends on the speed" in states.says

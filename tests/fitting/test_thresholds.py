@@ -12,8 +12,8 @@ from fibrefit.core.roles import UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.misfit import structure
-from fibrefit.fitting.misfit.structure import Residuals
 from fibrefit.fitting.result import ChannelGap, InputError
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.statement.transform import Range
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
@@ -69,24 +69,24 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
     case.test(monkeypatch)
 
 
-def tone(clean: Residuals, size: float) -> bool:
+def tone(clean: ResidualSet, size: float) -> bool:
     wave = size * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
     return changed(clean, 1, wave)[0].passed
 
 
-def in_a_phase(clean: Residuals, size: float) -> bool:
+def in_a_phase(clean: ResidualSet, size: float) -> bool:
     slow = size * np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / RATE)
     return changed(clean, 0, np.where(clean.motion.phase == UNLOADING, slow, 0.0))[1].passed
 
 
-def with_speed(clean: Residuals, size: float) -> bool:
+def with_speed(clean: ResidualSet, size: float) -> bool:
     return changed(clean, 0, size * clean.motion.states["speed"])[2].passed
 
 
-def louder(clean: Residuals, factor: float) -> bool:
-    scaled = clean.scaled.copy()
-    scaled[:, 0] *= np.where(clean.motion.phase == UNLOADING, factor, 1.0)
-    return structure.structure_checks(dataclasses.replace(clean, scaled=scaled))[1].passed
+def louder(clean: ResidualSet, factor: float) -> bool:
+    residuals = clean.residuals.copy()
+    residuals[:, 0] *= np.where(clean.motion.phase == UNLOADING, factor, 1.0)
+    return structure.structure_checks(dataclasses.replace(clean, residuals=residuals))[1].passed
 
 
 OF_STRUCTURE = {
@@ -99,7 +99,7 @@ OF_STRUCTURE = {
 
 @pytest.mark.parametrize("name", sorted(OF_STRUCTURE))
 def test_a_verdict_on_structure_turns_at_the_threshold(
-    name: str, clean: Residuals, monkeypatch: pytest.MonkeyPatch
+    name: str, clean: ResidualSet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     passes, inside, outside = OF_STRUCTURE[name]
     Bracket(name, structure, lambda size: passes(clean, size), inside, outside).test(monkeypatch)

@@ -25,6 +25,7 @@ from fibrefit.discovery.engine.thresholds import gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
+from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
 from fibrefit.simulation.inputs import Signals
@@ -306,14 +307,11 @@ def changed_values(
 
 def projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrix of the effects' columns, base parameters and nuisances projected off, and without projection."""
-    n = shared + own
-    records = len(grams)
+    n, records = shared + own, len(grams)
+    each = shared + np.arange(records * own).reshape(records, own)
+    places = np.concatenate([np.broadcast_to(np.arange(shared), (records, shared)), each], axis=1)
     size = shared + records * own
-    base, cross = np.zeros((size, size)), np.zeros((size, grams.shape[1] - n))
-    for r, gram in enumerate(grams):
-        place = np.r_[np.arange(shared), shared + r * own + np.arange(own)]
-        base[np.ix_(place, place)] += gram[:n, :n]
-        cross[place] += gram[:n, n:]
+    base, cross = assembled(grams[:, :n, :n], places, size), gathered(grams[:, :n, n:], places, size)
     whole = grams[:, n:, n:].sum(axis=0)
     scale = np.sqrt(np.where(np.diag(base) > 0.0, np.diag(base), 1.0))
     solved = np.linalg.lstsq(base / np.outer(scale, scale), cross / scale[:, None], rcond=1e-10)[0]

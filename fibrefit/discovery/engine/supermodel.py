@@ -82,17 +82,9 @@ class Supermodel:
     @cached_property
     def samples(self) -> np.ndarray:
         """Number of samples that count of each record, ``(n_record,)``."""
-        return self._counted.sum(axis=1)
-
-    @cached_property
-    def _counted(self) -> np.ndarray:
-        """How much each instant of a record counts, ``(n_record, n_time)``: by the number of channels read then."""
-        return counted(self.problem, 1.0 if self.sensitivities is None else self.sensitivities.downweight)
-
-    def samples_before(self, counts: np.ndarray) -> np.ndarray:
-        """Number of samples that count of each record before a horizon, ``(n_record,)``."""
-        early = np.arange(self._counted.shape[1]) < counts[:, None]
-        return np.sum(self._counted, axis=1, where=early)
+        # Each instant counts by the number of channels read then.
+        weight = 1.0 if self.sensitivities is None else self.sensitivities.downweight
+        return counted(self.problem, weight).sum(axis=1)
 
     @cached_property
     def effects(self) -> tuple[type[Effect], ...]:

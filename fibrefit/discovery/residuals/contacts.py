@@ -8,7 +8,8 @@ import numpy as np
 
 from fibrefit.core.roles import SLACK, TAUT
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import ResidualSet, Strand
+from fibrefit.discovery.residuals.residuals import Strand
+from fibrefit.problem.diagnose.residuals import ResidualSet
 
 SOON = 2.0 / 3.0
 """Share of the gap that makes most of it."""

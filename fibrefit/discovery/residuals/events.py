@@ -13,7 +13,8 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import ResidualSet, Strand, strands
+from fibrefit.discovery.residuals.residuals import Strand, strands
+from fibrefit.problem.diagnose.residuals import ResidualSet
 
 FEWEST = 10
 """Windows of motion there must be before an event and after it."""

@@ -1,15 +1,15 @@
-"""What a fit leaves: all that is needed to say where model and measurement part."""
+"""What a fit leaves, channel by channel and record by record."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.diagnose.phases import Motion, motion
+from fibrefit.problem.diagnose.phases import motion
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 
@@ -17,38 +17,7 @@ WINDOW = 0.010
 """Length in s of the shortest windows whose gap is compared: a fraction of a contact."""
 
 
-class ResidualSet(Protocol):
-    """Residuals of a fit, with the motion and the noise behind them; an Identification is one.
-
-    Attributes
-    ----------
-    problem : Problem
-    residuals : (n_record, n_channel, n_time) in units of the noise
-    motion : Motion
-    noise : mapping of channel to Noise
-    """
-
-    @property
-    def problem(self) -> Problem: ...  # noqa: D102
-    @property
-    def residuals(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def motion(self) -> Motion: ...  # noqa: D102
-    @property
-    def noise(self) -> Mapping[str, Noise]: ...  # noqa: D102
-
-
-@dataclass(frozen=True)
-class Remains:
-    """The same, of any values of any problem; see `ResidualSet`."""
-
-    problem: Problem
-    residuals: np.ndarray
-    motion: Motion
-    noise: Mapping[str, Noise]
-
-
-def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, Noise]) -> Remains:
+def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, Noise]) -> ResidualSet:
     """What values leave of a problem whose inputs are taken as they are.
 
     Parameters
@@ -62,7 +31,7 @@ def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, No
     residuals = np.stack(
         [np.asarray(data.weight[c]) * (moved.readings[c] - np.asarray(data.measured[c])) for c in channels], axis=1
     )
-    return Remains(problem, residuals, moved, noise)
+    return ResidualSet(problem, residuals, moved, noise)
 
 
 class Strand(NamedTuple):
@@ -107,20 +76,18 @@ class Strand(NamedTuple):
 
 def strands(found: ResidualSet) -> list[Strand]:
     """All channels of all records, without the padding."""
-    data, channels = found.problem.observations, found.problem.model.rig.channels
-    times, counts = np.asarray(data.experiment.times), np.asarray(data.experiment.count)
-    weights = [np.asarray(data.weight[channel]) for channel in channels]
+    counted, sigma = found.counted, found.sigma
     return [
         Strand(
             r,
             c,
             found.residuals[r, c, :count],
-            weights[c][r, :count] > 0.0,
-            times[r, :count],
+            counted[r, c, :count],
+            found.times[r, :count],
             found.motion.phase[r, :count],
-            float(1.0 / max(weights[c][r].max(), 1e-300)),
+            float(sigma[r, c]),
             found.noise[channel],
         )
-        for r, count in enumerate(counts)
-        for c, channel in enumerate(channels)
+        for r, count in enumerate(found.counts)
+        for c, channel in enumerate(found.channels)
     ]

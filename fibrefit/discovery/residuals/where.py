@@ -8,8 +8,9 @@ from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.residuals import WINDOW, ResidualSet, Strand, strands
+from fibrefit.discovery.residuals.residuals import WINDOW, Strand, strands
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.study.summaries.discovery import Place
 
 SPANS = (1, 4, 16)
@@ -38,7 +39,7 @@ def places(found: ResidualSet) -> tuple[Place, ...]:
     tuple of Place
         At most `MOST`; none where the residuals are noise, but for one series in a hundred.
     """
-    records, channels = found.problem.layout.records, found.problem.model.rig.channels
+    records, channels = found.problem.layout.records, found.channels
     pieces = strands(found)
     looks = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
     listed = []
@@ -81,7 +82,7 @@ def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:
 
 def phase_shares(found: ResidualSet) -> dict[tuple[str, str], float]:
     """Share of the gap beyond noise in each channel and phase."""
-    channels, excess = found.problem.model.rig.channels, _by_phase(strands(found))
+    channels, excess = found.channels, _by_phase(strands(found))
     shares = {
         (channel, phase): excess.get((c, p), 0.0)
         for c, channel in enumerate(channels)
@@ -117,7 +118,7 @@ def in_words(found: ResidualSet) -> str:
     if not sure:
         return "No channel is louder than its noise in any phase of the motion"
     c, phase = max(sure, key=lambda key: excess[key])
-    channel, own = found.problem.model.rig.channels[c], [piece for piece in pieces if piece.channel == c]
+    channel, own = found.channels[c], [piece for piece in pieces if piece.channel == c]
     share = excess[c, phase] / sum(excess.values())
     said = f"{100 * share:.0f} % of the gap lies in the {channel} while {PHASES[phase]}{_besides(found, c, phase)}"
     more = []
@@ -147,7 +148,7 @@ def _besides(found: ResidualSet, channel: int, phase: int) -> str:
         ways += [(f"sliding {up}", moved.sliding == 1), (f"sliding {down}", moved.sliding == -1)]
     if moved.driven is not None and phase != HELD:
         ways += [("the drive moves", moved.driven), ("the drive is at rest", ~moved.driven)]
-    counted = np.asarray(found.problem.observations.weight[found.problem.model.rig.channels[channel]]) > 0.0
+    counted = np.asarray(found.problem.observations.weight[found.channels[channel]]) > 0.0
     inside = counted & (moved.phase == phase)
     excess = np.where(inside, found.residuals[:, channel] ** 2 - 1.0, 0.0)
     said = [

@@ -6,8 +6,7 @@ records' own rests, with each other across the phases of the motion, and with th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import fdtri
@@ -15,7 +14,7 @@ from scipy.special import fdtri
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, PHASES
 from fibrefit.fitting.thresholds import CHANCE, FEWEST, LOUDEST, PHASE_RATIO, RARE_POWER, SPECTRUM_RATIO, STATE_SHARE
-from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
 HATS = 12
@@ -26,63 +25,31 @@ SHORTEST = 16
 """Samples of a piece that has a spectrum."""
 
 
-@dataclass(frozen=True)
-class Residuals:
-    """Residuals with what is needed to judge them.
-
-    Parameters
-    ----------
-    scaled : (n_record, n_channel, n_time) in units of the noise
-    counted : (n_record, n_channel, n_time) bool
-    counts : (n_record,) samples
-    rate : float, in Hz
-    channels : tuple of str
-    sigma : (n_record, n_channel) noise rms in SI units
-    noise : dict of channel to Noise
-        At rest.
-    fitted : dict of channel to Noise
-        Of the residuals.
-    rests : dict of channel to readings at rest in SI units and their rates in Hz
-    motion : Motion
-    """
-
-    scaled: np.ndarray
-    counted: np.ndarray
-    counts: np.ndarray
-    rate: float
-    channels: tuple[str, ...]
-    sigma: np.ndarray
-    noise: Mapping[str, Noise]
-    fitted: Mapping[str, Noise]
-    rests: Mapping[str, Sequence[tuple[np.ndarray, float]]]
-    motion: Motion
-
-
-def structure_checks(residuals: Residuals) -> tuple[Check, ...]:
+def structure_checks(residual_set: ResidualSet) -> tuple[Check, ...]:
     """Checks of spectrum, phases and states, in this order."""
-    return (_spectrum(residuals), _phases(residuals), _states(residuals))
+    return (_spectrum(residual_set), _phases(residual_set), _states(residual_set))
 
 
-def loudness(residuals: Residuals, channel: int, inside: np.ndarray | None = None) -> float:
+def loudness(residual_set: ResidualSet, channel: int, inside: np.ndarray | None = None) -> float:
     """Fast part of the residuals over that at rest, at least one: noise that grows with the load is louder in motion.
 
     Parameters
     ----------
-    residuals : Residuals
+    residual_set : ResidualSet
     channel : int
     inside : (n_record, n_time) bool, optional
         Samples that are looked at; all that count by default.
     """
-    name, sigma = residuals.channels[channel], residuals.sigma[:, channel, None]
-    noise, pieces = residuals.noise[name], residuals.rests.get(name, ())
-    inside = residuals.counted[:, channel] if inside is None else inside
-    here = _fast(residuals.scaled[:, channel] * sigma, inside)
+    name, sigma = residual_set.channels[channel], residual_set.sigma[:, channel, None]
+    noise, pieces = residual_set.noise[name], residual_set.rests.get(name, ())
+    inside = residual_set.counted[:, channel] if inside is None else inside
+    here = _fast(residual_set.residuals[:, channel] * sigma, inside)
     parts = [(_fast(values[None], np.ones((1, len(values)), dtype=bool)), len(values)) for values, _ in pieces]
     number = sum(size for _, size in parts)
     still = np.sqrt(sum(part**2 * size for part, size in parts) / number) if number else 0.0
     if still == 0.0:
-        still = np.sqrt(noise.white * 0.5 * residuals.rate)
-    return float(np.clip(here / max(still, np.sqrt(noise.floor * 0.5 * residuals.rate), 1e-300), 1.0, LOUDEST))
+        still = np.sqrt(noise.white * 0.5 * residual_set.rate)
+    return float(np.clip(here / max(still, np.sqrt(noise.floor * 0.5 * residual_set.rate), 1e-300), 1.0, LOUDEST))
 
 
 def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
@@ -96,11 +63,11 @@ def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.minimum(size, 4.0 * np.mean(size)) ** 2) / 20.0))
 
 
-def _spectrum(residuals: Residuals) -> Check:
+def _spectrum(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ""
-    for c, channel in enumerate(residuals.channels):
-        loud = loudness(residuals, c) ** 2
-        for low, ratio, chance in _octaves(residuals, c):
+    for c, channel in enumerate(residual_set.channels):
+        loud = loudness(residual_set, c) ** 2
+        for low, ratio, chance in _octaves(residual_set, c):
             # A low octave holds few frequencies: chance alone lifts it.
             excess = ratio / (chance * loud)
             if excess > worst:
@@ -124,16 +91,16 @@ def _spectrum(residuals: Residuals) -> Check:
     )
 
 
-def _octaves(residuals: Residuals, channel: int) -> list[tuple[float, float, float]]:
+def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float, float]]:
     """Of each octave: lower edge [Hz], power over that at rest, and what this ratio is by chance."""
-    name = residuals.channels[channel]
-    fitted, known = residuals.fitted[name], residuals.noise[name]
+    name = residual_set.channels[channel]
+    fitted, known = residual_set.fitted[name], residual_set.noise[name]
     pieces = [
-        (residuals.scaled[r, channel, :count] * residuals.sigma[r, channel], residuals.rate)
-        for r, count in enumerate(residuals.counts)
+        (residual_set.residuals[r, channel, :count] * residual_set.sigma[r, channel], residual_set.rate)
+        for r, count in enumerate(residual_set.counts)
     ]
-    moving, resting = _shares(pieces, fitted), _shares(residuals.rests.get(name, ()), fitted)
-    edges = 0.5 * residuals.rate / 2.0 ** np.arange(1, 11)
+    moving, resting = _shares(pieces, fitted), _shares(residual_set.rests.get(name, ()), fitted)
+    edges = 0.5 * residual_set.rate / 2.0 ** np.arange(1, 11)
     found = []
     for edge in edges:
         left, still = ([share for frequency, share in of if edge <= frequency < 2 * edge] for of in (moving, resting))
@@ -166,15 +133,15 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> list[tu
     return found
 
 
-def _phases(residuals: Residuals) -> Check:
+def _phases(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ""
-    for c, channel in enumerate(residuals.channels):
+    for c, channel in enumerate(residual_set.channels):
         for index, phase in enumerate(PHASES):
-            inside = (residuals.motion.phase == index) & residuals.counted[:, c]
+            inside = (residual_set.motion.phase == index) & residual_set.counted[:, c]
             if inside.sum() >= FEWEST:
-                expected = 1.0 + CHANCE * _scatter(inside, _slow_share(residuals, c))
-                loud = loudness(residuals, c, inside)
-                ratio = float(np.sqrt(np.mean(residuals.scaled[:, c][inside] ** 2) / expected)) / loud
+                expected = 1.0 + CHANCE * _scatter(inside, _slow_share(residual_set, c))
+                loud = loudness(residual_set, c, inside)
+                ratio = float(np.sqrt(np.mean(residual_set.residuals[:, c][inside] ** 2) / expected)) / loud
                 if ratio > worst:
                     worst, where = ratio, f"{channel} while {phase}"
     passed = worst <= PHASE_RATIO
@@ -196,11 +163,11 @@ def _phases(residuals: Residuals) -> Check:
     )
 
 
-def _slow_share(residuals: Residuals, channel: int) -> float:
+def _slow_share(residual_set: ResidualSet, channel: int) -> float:
     """Share of the noise's power at rest that is slow."""
-    noise = residuals.noise[residuals.channels[channel]]
-    duration = float(np.max(residuals.counts)) / residuals.rate
-    return 1.0 - noise.white * 0.5 * residuals.rate / noise.rms(duration, residuals.rate) ** 2
+    noise = residual_set.noise[residual_set.channels[channel]]
+    duration = float(np.max(residual_set.counts)) / residual_set.rate
+    return 1.0 - noise.white * 0.5 * residual_set.rate / noise.rms(duration, residual_set.rate) ** 2
 
 
 def _scatter(inside: np.ndarray, slow: float) -> float:
@@ -214,20 +181,20 @@ def _scatter(inside: np.ndarray, slow: float) -> float:
     return float(np.sqrt(2.0 * ((1.0 - slow) ** 2 / total + slow**2 * np.sum(lengths**2) / total**2)))
 
 
-def _states(residuals: Residuals) -> Check:
+def _states(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ""
-    moving = residuals.motion.phase != HELD
-    for c, channel in enumerate(residuals.channels):
-        inside = residuals.counted[:, c] & moving
-        for name, state in residuals.motion.states.items():
+    moving = residual_set.motion.phase != HELD
+    for c, channel in enumerate(residual_set.channels):
+        inside = residual_set.counted[:, c] & moving
+        for name, state in residual_set.motion.states.items():
             steps = _steps(state[inside])
-            share = _explained(steps, residuals.scaled[:, c][inside])
+            share = _explained(steps, residual_set.residuals[:, c][inside])
             if share > STATE_SHARE:
-                share *= min(1.0, STATE_SHARE / _by_chance(residuals, c, inside, steps))
+                share *= min(1.0, STATE_SHARE / _by_chance(residual_set, c, inside, steps))
             if share > worst:
                 worst, where = share, f"{channel} residual depends on the {name}"
     passed = worst <= STATE_SHARE
-    names = list(residuals.motion.states)
+    names = list(residual_set.motion.states)
     says = (
         f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {100 * STATE_SHARE:.0f} % of what is left."
         if passed
@@ -261,13 +228,13 @@ def _explained(steps: np.ndarray, residual: np.ndarray) -> float:
     return float(np.sum(sums**2 / np.maximum(np.bincount(steps), 1)) / np.sum(residual**2))
 
 
-def _by_chance(residuals: Residuals, channel: int, inside: np.ndarray, steps: np.ndarray) -> float:
+def _by_chance(residual_set: ResidualSet, channel: int, inside: np.ndarray, steps: np.ndarray) -> float:
     """Share that noise alone, with the spectrum of the rests, would have explained, and rarely more."""
     random, shares = np.random.default_rng(0), []
-    noise = residuals.noise[residuals.channels[channel]]
+    noise = residual_set.noise[residual_set.channels[channel]]
     for _ in range(DRAWS):
         drawn = np.zeros(inside.shape)
-        for r, count in enumerate(residuals.counts):
-            drawn[r, :count] = noise.draw(int(count), residuals.rate, random)
+        for r, count in enumerate(residual_set.counts):
+            drawn[r, :count] = noise.draw(int(count), residual_set.rate, random)
         shares.append(_explained(steps, drawn[inside]))
     return float(np.mean(shares) + CHANCE * np.std(shares))

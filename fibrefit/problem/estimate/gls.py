@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.statement.layout import Layout, assembled, gathered
+from fibrefit.problem.statement.layout import Layout, normal_equations
 from fibrefit.problem.statement.problem import Linearised
 
 QUIETEST = 1e-6
@@ -72,11 +72,7 @@ def whitened(
     """
     slopes = np.asarray(innovations(whitening, linear.slopes)) / level[:, None, None]
     residuals = np.asarray(innovations(whitening, linear.residuals)) / level[:, None]
-    columns, size = layout.local_columns, layout.size
-    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
-    gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
-    if belief is not None:
-        normal, gradient = normal + belief[:-1, :-1], gradient + belief[:-1, -1]
+    normal, gradient = normal_equations(layout, slopes, residuals, belief)
     return Whitened(residuals, slopes, normal, inverse(normal), gradient)
 
 

@@ -22,7 +22,7 @@ from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening, innovations
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
-from fibrefit.problem.statement.layout import Layout, assembled, gathered
+from fibrefit.problem.statement.layout import Layout, normal_equations
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 KINDS = ("white", "autoregressive", "coloured")
@@ -170,12 +170,7 @@ def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | 
     belief : (n_free + 1, n_free + 1), optional
         See `Layout.prior_gram`.
     """
-    slopes, residuals = np.asarray(linear.slopes), np.asarray(linear.residuals)
-    columns, size = layout.local_columns, layout.size
-    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
-    pull = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
-    if belief is not None:
-        normal, pull = normal + belief[:-1, :-1], pull + belief[:-1, -1]
+    normal, pull = normal_equations(layout, np.asarray(linear.slopes), np.asarray(linear.residuals), belief)
     scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
     return np.linalg.lstsq(normal / np.outer(scale, scale), -pull / scale, rcond=1e-10)[0] / scale
 

@@ -34,10 +34,29 @@ def assembled(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
 
 
 def gathered(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
-    """Sum of the records' own vectors ``(n_record, n_local)`` in the places of the free values, ``(size,)``."""
-    whole = np.zeros(max(size, int(columns.max(initial=0)) + 1))
+    """Sum of the records' own rows ``(n_record, n_local, ...)`` in the places of the free values, ``(size, ...)``."""
+    whole = np.zeros((max(size, int(columns.max(initial=0)) + 1), *local.shape[2:]))
     np.add.at(whole, columns, local)
     return whole[:size]
+
+
+def normal_equations(
+    layout: Layout, slopes: np.ndarray, residuals: np.ndarray, belief: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal matrix ``(n_free, n_free)`` and gradient ``(n_free,)`` of a linear least-squares problem.
+
+    Parameters
+    ----------
+    layout : Layout
+    slopes : (n_record, n_channel, n_time, n_local_free)
+    residuals : (n_record, n_channel, n_time)
+    belief : (n_free + 1, n_free + 1), optional
+        See `Layout.prior_gram`.
+    """
+    columns, size = layout.local_columns, layout.size
+    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
+    gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
+    return (normal, gradient) if belief is None else (normal + belief[:-1, :-1], gradient + belief[:-1, -1])
 
 
 @dataclass(frozen=True)

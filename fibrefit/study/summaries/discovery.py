@@ -33,9 +33,6 @@ class Candidate(Part):
         default=None,
         description="Probability that the best of all candidates reaches as much although nothing is missing.",
     )
-    gap_foreseen: Known = Field(
-        default=None, description="Leave-one-record-out cross-validation: gap of all records; null where not asked for."
-    )
     parameters: dict[str, ParameterSummary]
 
 

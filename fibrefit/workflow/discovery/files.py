@@ -122,11 +122,6 @@ def _trials(finding: Finding) -> dict[str, Variable]:
             ("trial",),
             doc="Natural logarithm of the Bayes factor against the model before the round.",
         ),
-        "gap_foreseen": Variable(
-            np.array([c.gap_foreseen for _, c in trials], dtype=float),
-            ("trial",),
-            doc="Leave-one-record-out: gap of all records, each predicted from a fit to the others.",
-        ),
         "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
         "parameter": Variable(_text(v[1] for v in values), ("value",)),
         "estimate": Variable(np.array([one.value for *_, one in values], dtype=float), ("value",), doc="In `unit`."),

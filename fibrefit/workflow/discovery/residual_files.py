@@ -97,11 +97,11 @@ def _spectra(finding: Finding) -> Group:
 
 def _spectra_of(found: Identification) -> list:
     channels = range(len(found.problem.model.rig.channels))
-    return [spectrum_of([strand for strand in strands(found) if strand.channel == c]) for c in channels]
+    return [spectrum_of([strand for strand in strands(found.left) if strand.channel == c]) for c in channels]
 
 
 def _shares(found: Identification) -> Group:
-    shares, channels = phase_shares(found), found.problem.model.rig.channels
+    shares, channels = phase_shares(found.left), found.problem.model.rig.channels
     return {
         "channel": _coordinates(found)["channel"],
         "phase": Variable(np.array(PHASES, dtype=object), ("phase",)),
