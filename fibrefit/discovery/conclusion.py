@@ -15,7 +15,7 @@ from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
@@ -216,10 +216,6 @@ def _explained(best: Weighed) -> tuple[Verdict, str]:
         "named" if best.effects else NOTHING,
         f"What is left is {left}: no test of the innovations objects.",
     )
-
-
-TELLS = 0.6
-"""Share of the gap a curve must account for to be what the missing effect looks like."""
 
 
 def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> str:

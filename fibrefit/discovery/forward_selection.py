@@ -13,7 +13,17 @@ from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import coefficients_at
-from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import (
+    APART,
+    BEYOND_DOUBT,
+    CARRIED,
+    ENOUGH,
+    NAMED,
+    PRICE,
+    SIMPLER,
+    false_alarm,
+    occam,
+)
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.residuals import where
@@ -216,10 +226,6 @@ def _worth_following(look: Comparison) -> float:
     return PROMISING * gain
 
 
-ENOUGH = 1.02
-"""Gap above which something is left to be found, whatever slopes say: the noise itself is not known better."""
-
-
 def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
     """Candidates and parent weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
@@ -378,10 +384,6 @@ def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:
     if sensitivities is not None:
         problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
     return residual_set_at(problem, values, search.task.noise)
-
-
-CARRIED = 0.05
-"""Relative change of a base parameter from which it is said to have carried part of a missing effect."""
 
 
 def _changes(parent: Weighed, chosen: Weighed) -> str:

@@ -1,4 +1,4 @@
-"""Chances of a name although nothing is missing, against gains that are drawn."""
+"""Chances of a name although nothing is missing, against gains that are drawn; and every threshold decides."""
 
 from __future__ import annotations
 
@@ -8,7 +8,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.discovery import conclusion, forward_selection
+from fibrefit.discovery.design import distinguish, plan
+from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
+from fibrefit.discovery.residuals import innovations
+from tests.brackets import Bracket
+from tests.brackets import thresholds as names_in
+from tests.discovery.left import noise_alone, with_gap
+from tests.discovery.test_events import SAMPLE
+from tests.discovery.test_innovations import pink, resting
 
 CANDIDATES = ((1, 2.0), (1, 3.5), (2, 4.0), (3, 6.0), (1, 2.5))
 """Parameters each adds, and nats they cost."""
@@ -68,3 +77,92 @@ def test_what_parameters_cost_is_the_gain_less_the_bayes_factor() -> None:
 def test_an_effect_is_expected_to_be_named_at_its_gate() -> None:
     for parameters in (1, 2, 3):
         assert 0.5 * gate(parameters) - PRICE * parameters == pytest.approx(NAMED)
+
+
+def weighed(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
+    """A hypothesis by what is asked of it."""
+    mode = SimpleNamespace(objective=0.0)
+    frame = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
+    return SimpleNamespace(
+        log=log, effects=effects, shared=shared, frame=frame, evidence=SimpleNamespace(log=log, mode=mode),
+        moved_to=lambda other: weighed(other, effects),
+    )  # fmt: skip
+
+
+def effect(parameters: int) -> Any:
+    return SimpleNamespace(name=f"guide.of_{parameters}", parameters=range(parameters), strength=("a",))
+
+
+def chosen(*gains: tuple[float, int]) -> Any:
+    """What is added of candidates of such gains, in nats, and numbers of parameters."""
+    found = [weighed(gain, (effect(number),)) for gain, number in gains]
+    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=weighed(0.0))
+    return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
+
+
+def sobered(gain: float) -> bool:
+    """Whether a gain counts for less in innovations that scatter twice as much as they should."""
+    scales: Any = SimpleNamespace(inflation=lambda one, names: 2.0)
+    return forward_selection._sobered(scales, weighed(0.0), weighed(gain, (effect(1),))).log < gain
+
+
+def nothing_left(gap: float) -> bool:
+    """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
+    search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
+    look: Any = SimpleNamespace(found=(), search=search, parent=weighed(0.0, (effect(1),)))
+    return forward_selection._worth_following(look) == np.inf
+
+
+def an_event(share: float) -> bool:
+    """Whether what is left is told as an event where a curve accounts for such a share of it."""
+    kept, reading = (cast(Any, SimpleNamespace(fit=SimpleNamespace(cost=cost))) for cost in (1e3, 1e3 * (1.0 - share)))
+    step = np.where(SAMPLE >= 1130, 6.0 * np.sin(0.7 * SAMPLE), 0.0)
+    found: Any = SimpleNamespace(left=with_gap(noise_alone(0, records=1), step))
+    found.problem = found.left.problem
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(conclusion, "described", lambda reading: "a curve")
+        readings: Any = [SimpleNamespace(hypothesis=reading)]
+        said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, readings)
+    return said.startswith("an event")
+
+
+def visible(share: float) -> bool:
+    """Whether two effects of which the base parameter imitates all but such a share are compared at all."""
+    like = np.sqrt(1.0 - share**2)
+    grams = np.array([[[1.0, like, like], [like, 1.0, 1.0], [like, 1.0, 1.0]]])
+    context: Any = SimpleNamespace(base=("stiffness",), each=())
+    return bool(distinguish.likeness(grams, context)[2][0, 1] > 0.5)
+
+
+def told_at_rest(power: float) -> bool:
+    """Whether rests of such a power, in units of the noise in motion, are held against it."""
+    traces = [one._replace(channels={"force": np.sqrt(power) * one.channels["force"]}) for one in resting(0, 0.0)]
+    return innovations.against_rest(traces, "force", pink(0.0)) is not None
+
+
+CASES = (
+    Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
+    Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
+    Bracket("BEYOND_DOUBT", forward_selection, sobered, 90.0, 110.0),
+    Bracket("ENOUGH", forward_selection, nothing_left, 1.01, 1.03),
+    Bracket("CARRIED", forward_selection, lambda x: changes(x) != "", 0.06, 0.04),
+    Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
+    Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
+    Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
+    Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
+)
+#: Chances of what a whole search ends with, whose studies docs/discovery.md tells; `PRICE` is tested above.
+OF_STUDIES = {"NOISE_LIKE", "ALARM", "CONTRADICTED", "PRICE"}
+
+
+def changes(share: float) -> str:
+    return forward_selection._changes(weighed(0.0, friction=4.0), weighed(0.0, friction=4.0 * (1.0 + share)))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.MonkeyPatch) -> None:
+    case.test(monkeypatch)
+
+
+def test_no_threshold_is_without_a_case() -> None:
+    assert names_in(thresholds) == {case.name for case in CASES} | OF_STUDIES

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
-from fibrefit.core.roles import UNLOADING
+from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
-from fibrefit.fitting.misfit import structure
+from fibrefit.fitting.identifiability import weaknesses
+from fibrefit.fitting.misfit import agreement, structure
 from fibrefit.fitting.result import ChannelGap, InputError
+from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
-from tests.fitting.test_checks import COLUMNS, RATE, SAMPLES, changed, clean, gap, said, starts
+from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts
 
 __all__ = ["clean"]
 
@@ -40,6 +45,26 @@ def tied(correlation: float, value: float = 4.0) -> list[str]:
     return said(np.linalg.cholesky(np.linalg.inv(covariance)).T, [value, value, 1.0])
 
 
+def unseen(change: float) -> bool:
+    """Whether a parameter without an error is called invisible, whose typical size changes the readings so much."""
+    scale = LAYOUT.entries[1][0].range.scale
+    covariance, normal = np.diag([1e-6, np.inf, 1e-6]), np.diag([1e6, (change / scale) ** 2, 1e6])
+    return any("not visible" in weak.says for weak in weaknesses(LAYOUT, np.ones(3), covariance, normal))
+
+
+def scattered(ratio: float) -> bool:
+    """Verdict on six records whose values scatter so many times as much as their errors, in squares."""
+    steps = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None] * np.sqrt(ratio * 5.0 / 6.0)
+    slot = SimpleNamespace(name="stiffness", unit="N/m")
+    problem: Any = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),)))
+    scores: Any = SimpleNamespace(columns=range(6))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(agreement, "_steps", lambda scores: (steps, np.ones((6, 1))))
+        check = agreement.records_agree(problem, np.zeros(1), scores)
+    assert check is not None
+    return check.passed
+
+
 CASES = (
     Bracket("GAP", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("SETTLED", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
@@ -60,6 +85,8 @@ CASES = (
     Bracket("AT_BOUND", judge, lambda x: not judge.at_bound(1.0 / x, 1.0, Range(0.0, 100.0, 10.0)), 8.0, 13.0),
     Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
+    Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
+    Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
     Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
 )
 
@@ -89,7 +116,36 @@ def louder(clean: ResidualSet, factor: float) -> bool:
     return structure.structure_checks(dataclasses.replace(clean, residuals=residuals))[1].passed
 
 
+def alone(clean: ResidualSet, number: float, size: float) -> bool:
+    """Verdict on phases of which one lasts so many samples, each so large; the others hold next to nothing."""
+    phase, residuals = np.full_like(clean.motion.phase, HELD), np.full_like(clean.residuals, 1e-3)
+    phase[0, 100 : 100 + int(number)] = STICKING
+    residuals[0, 0, 100 : 100 + int(number)] = size
+    motion = dataclasses.replace(clean.motion, phase=phase)
+    return structure.structure_checks(dataclasses.replace(clean, residuals=residuals, motion=motion))[1].passed
+
+
+def louder_octave(ratio: float) -> bool:
+    """Verdict on 48 samples, whose only octave of more than a few ordinates is so much louder than at rest."""
+    noise, count = Noise(1e-3, 0.0, 0.0, 48), 48
+    rest = noise.draw(count, RATE, np.random.default_rng(0))
+    row = np.zeros((1, count))
+    data: Any = SimpleNamespace(
+        weight={"force": row + 1.0},
+        experiment=SimpleNamespace(times=np.arange(count)[None] / RATE, count=np.array([count])),
+    )
+    problem: Any = SimpleNamespace(observations=data, model=SimpleNamespace(rig=SimpleNamespace(channels=("force",))))
+    motion = Motion(np.full((1, count), HELD), {"position": row, "speed": row}, np.zeros(1, dtype=bool), {})
+    named = {"force": noise}
+    left = ResidualSet(problem, np.sqrt(ratio) * rest[None, None], motion, named, named, {"force": [(rest, RATE)]})
+    return structure.structure_checks(left)[0].passed
+
+
 OF_STRUCTURE = {
+    "FEWEST": (lambda clean, number: alone(clean, number, 50.0), 190.0, 210.0),
+    # A residual that does not change is as rare as its phase is long: 2.2 times the noise's power passes, just.
+    "CHANCE": (lambda clean, size: alone(clean, 240.0, size), 1.6, 1.8),
+    "RARE_POWER": (lambda clean, ratio: louder_octave(ratio), 11.0, 12.0),
     "SPECTRUM_RATIO": (tone, 0.0, 0.4),
     "PHASE_RATIO": (in_a_phase, 0.0, 1.5),
     "STATE_SHARE": (with_speed, 1.2, 1.8),
@@ -105,9 +161,5 @@ def test_a_verdict_on_structure_turns_at_the_threshold(
     Bracket(name, structure, lambda size: passes(clean, size), inside, outside).test(monkeypatch)
 
 
-#: Probabilities and numbers of samples: twice or half of them moves a limit by a few percent of itself.
-OF_CHANCE = {"CHANCE", "RARE_POWER", "RARE_SCATTER", "FEWEST", "SEEN"}
-
-
 def test_no_threshold_is_without_a_case() -> None:
-    assert names_in(thresholds) == ({case.name for case in CASES} - {"GAP"}) | set(OF_STRUCTURE) | OF_CHANCE
+    assert names_in(thresholds) == ({case.name for case in CASES} - {"GAP"}) | set(OF_STRUCTURE)

@@ -21,7 +21,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried
 from fibrefit.discovery.engine.refit import STEP
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import gate
+from fibrefit.discovery.engine.thresholds import UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
@@ -37,8 +37,6 @@ ROUNDS = 4
 """Of looking for the strength that would just be found."""
 LITTLE = 0.01
 """Share of strengths that spoil no motion, for what is compared without a strength that is asked for."""
-UNIQUE = 0.02
-"""Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all."""
 
 
 @dataclass(frozen=True)

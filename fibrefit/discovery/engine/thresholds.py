@@ -28,6 +28,19 @@ ALARM = 1e-4
 """Probability of innovations as strange as these, if the model were complete, below which it is not."""
 CONTRADICTED = 1e-5
 """The same for slow noise that records at rest do not show: rests are short, and their noise may change."""
+ENOUGH = 1.02
+"""Gap above which something is left to be found, whatever slopes say: the noise itself is not known better."""
+TELLS = 0.6
+"""Share of the gap a curve must account for to be what the missing effect looks like: more than half, so that no other
+could account for as much."""
+CARRIED = 0.05
+"""Relative change of a base parameter from which it is said to have carried part of a missing effect: a change that a
+person who compares two tables would see."""
+UNIQUE = 0.02
+"""Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all:
+below it, what is left after projection is the error of the integrator's slopes."""
+QUANTISED = 0.3
+"""Power of the fast noise at rest over that in motion below which it is not noise that is seen at rest but steps."""
 
 
 PRICE = 4.0

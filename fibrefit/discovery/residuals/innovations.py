@@ -18,7 +18,7 @@ from scipy.stats import chi2, gamma
 
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
-from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, QUANTISED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gauss_newton import STEP
 from fibrefit.problem.noise.spectrum import Noise, periodogram
@@ -35,8 +35,6 @@ SLOW, FAST = 40.0, 100.0
 """Frequencies in Hz below and above which the noise at rest is held against that in motion."""
 FEWEST = 8
 """Ordinates at rest that tell anything."""
-QUANTISED = 0.3
-"""Power of the fast noise at rest over that in motion below which it is not noise that is seen at rest but steps."""
 
 
 @dataclass(frozen=True)
