@@ -6,7 +6,7 @@ ones predicted, over the standard deviation of that. A sample that is masked is 
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import equinox as eqx
 import jax
@@ -187,3 +187,34 @@ def _special_rows(covariance: np.ndarray, valid: np.ndarray) -> list[tuple[int, 
 
 def _filled(values: np.ndarray, size: int) -> np.ndarray:
     return np.concatenate([values, np.zeros(size - len(values))])
+
+
+class Levelled(eqx.Module):
+    """A whitening of noise that is louder or quieter than it assumes.
+
+    Parameters
+    ----------
+    whitening : Whitening
+    level : (n_channel,)
+        Noise over what it assumes.
+    """
+
+    whitening: Any
+    level: jax.Array
+
+    @property
+    def log_scale(self) -> jax.Array:
+        """That of the whitening itself: the levels are left out."""
+        return self.whitening.log_scale
+
+    def whiten(self, residuals: jax.Array) -> jax.Array:
+        """Innovations of unit variance; zero where a sample is masked."""
+        return self.whitening.whiten(residuals) / self.level[:, None]
+
+    def whiten_rows(self, rows: jax.Array) -> jax.Array:
+        """Innovations of many residuals at once, ``(n_row, n_record, n_channel, n_time)``."""
+        return jax.vmap(self.whiten)(rows)
+
+    def autocovariance(self, n_lag: int) -> np.ndarray:
+        """That of the whitening times the levels, ``(n_record, n_channel, n_lag)``."""
+        return self.whitening.autocovariance(n_lag) * np.asarray(self.level)[:, None] ** 2
