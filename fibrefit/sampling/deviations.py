@@ -48,6 +48,11 @@ class Differing:
     evidence: MarginalLikelihood | None = None
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters that may differ."""
+        return tuple(self.unknowns.names[column] for column in self.unknowns.scattering)
+
+    @property
     def found(self) -> bool:
         """Whether records differ in any parameter more probably than not."""
         return self.evidence is not None and any(one.found for one in between(self.evidence).values())
@@ -142,32 +147,32 @@ def scatter_of(problem: Problem, where: Differing, whitening: Whitening, level: 
 
 
 def parting_of(
-    layout: Layout, where: Differing, linear: Linearised, whitening: Whitening, level: np.ndarray
+    layout: Layout, where: Differing | None, local: np.ndarray, linear: Linearised, noise: tuple[Whitening, np.ndarray]
 ) -> HausmanTest:
-    """Compare plain and whitened estimates where each record has values of its own in what may differ.
+    """Compare plain and whitened estimates; where records differ, each has values of its own in what may do so.
 
     Parameters
     ----------
     layout : Layout
-    where : Differing
+    where : Differing or None
+    local : (n_record, n_local) in SI units
+        Near the plain estimate, of each record where they differ.
     linear : Linearised
-        Near the plain estimate of each record.
-    whitening : Whitening
-    level : (n_channel,)
-        Noise over what the whitening assumes.
+        There.
+    noise : (Whitening, (n_channel,))
+        And its level over what the whitening assumes.
 
     Returns
     -------
     HausmanTest
-        Such a value has the largest of its records' scores, and their mean efficiency.
+        A value that may differ has the largest of its records' scores, and their mean efficiency.
     """
-    names = {where.unknowns.names[column] for column in where.unknowns.scattering}
+    names = set(where.names) if where is not None and where.found else set()
     slots = tuple(replace(slot, shared=slot.shared and slot.name not in names) for slot in layout.slots)
     apart = Layout(slots, layout.records)
-    values = np.array([where.local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
+    values = np.array([local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
     step = least_squares_step(apart, linear, apart.prior_gram(values))
-    plain = after_step(apart, linear, step)
-    found = parting(apart, plain, whitening, level, apart.prior_gram(values + step))
+    found = parting(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
     scores, efficiency = np.full(layout.size, np.nan), np.empty(layout.size)
     for i, (slot, record) in enumerate(layout.entries):
         own = [k for k, (s, r) in enumerate(apart.entries) if s.name == slot.name and record in (None, r)]

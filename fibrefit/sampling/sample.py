@@ -14,11 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.estimate.hausman import HausmanTest, parting, parting_check
+from fibrefit.problem.estimate.hausman import HausmanTest, parting_check
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
+from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -134,10 +135,10 @@ def _prepare(
     settings: Settings,
 ) -> _Ready:
     known, layout = input_errors(task), task.problem.layout
-    plain, found = cleaned(task, known, start, coefficients) if known else (task, {})
-    linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
     if not known:
-        return _of_exact_inputs(task, start, linear, stated, (noise, heavy, settings))
+        return _of_exact_inputs(_in_steps(task, start), start, stated, (noise, heavy, settings))
+    plain, found = cleaned(task, known, start, coefficients)
+    linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
     model = noise_model_of(plain, linear, noise, heavy, True)
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
@@ -148,22 +149,28 @@ def _prepare(
     return _Ready(linear, model, priors, density, target, there.values, there.widening, there.parting)
 
 
+def _in_steps(task: Task, values: np.ndarray) -> Task:
+    """The task with the likelihood of readings in coarse steps, whose noise before rounding is found once for all."""
+    if not task.steps:
+        return task
+    problem = with_steps(task.problem, dict(task.steps))
+    problem = with_noise_before_rounding(problem, problem.layout.local(values))
+    return replace(task, problem=problem, noise_given=(*task.noise_given, *task.steps))
+
+
 def _of_exact_inputs(
     task: Task,
     start: np.ndarray,
-    linear: Linearised,
     stated: Mapping[str, PriorSetting | Prior],
     asked: tuple[str, bool, Settings],
 ) -> _Ready:
     """The noise is what is left where records may differ; the mode and its deviations are those of a fit."""
     problem, layout, (noise, heavy, settings) = task.problem, task.problem.layout, asked
-    where, plain = differing(task, start, linear), linear
-    if where is not None:
-        plain = _linearised_at(problem, where.local)
-        where, model = _noise_and_mode(task, where, plain, noise, heavy)
-    if where is None:
+    linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(start)))
+    first = differing(task, start, linear)
+    where, model = (None, None) if first is None else _noise_and_mode(task, first, noise, heavy)
+    if where is None or model is None:
         # What the noise is does not hang on where the walkers begin.
-        plain = linear
         model = noise_model_of(task, _at_minimum(problem, start, linear), noise, heavy)
     whitening = model.likelihood.whitening
     here = linear if where is None else _linearised_at(problem, where.local)
@@ -173,27 +180,25 @@ def _of_exact_inputs(
     priors = priors_of(layout, problem.model, start, stated)
     density = replace(density_of(problem, priors, model.likelihood), scatter=scatter)
     target = _target(task, priors, density, settings)
-    compared = (
-        parting_of(layout, where, plain, whitening, level)
-        if where is not None and where.found
-        else parting(layout, linear, whitening, level, layout.prior_gram(start))
-    )
+    plain = first.local if first is not None and where is not None and where.found else layout.local(start)
+    compared = parting_of(layout, where, plain, _linearised_at(problem, plain), (whitening, level))
     still = np.zeros((layout.size, layout.size))
     return _Ready(here, model, priors, density, target, values, still, compared, where)
 
 
 def _noise_and_mode(
-    task: Task, where: Differing | None, linear: Linearised, noise: str, heavy: bool
-) -> tuple[Differing | None, NoiseModel]:
+    task: Task, first: Differing, noise: str, heavy: bool
+) -> tuple[Differing | None, NoiseModel | None]:
     """Noise that is left at a place, and the mode in it; as in a fit, looked for where records may differ broadly."""
-    for turn in range(ROUNDS):
-        assert where is not None
-        linear = _linearised_at(task.problem, where.local) if turn else linear
+    where: Differing | None = first
+    model: NoiseModel | None = None
+    for _ in range(ROUNDS):
+        if where is None:
+            break
+        linear = _linearised_at(task.problem, where.local)
         model = noise_model_of(task, linear, noise, heavy)
         level = level_of(model.likelihood.whitening, linear.residuals, _counts(task))
         where = weighed_in(task.problem, where, model.likelihood.whitening, level)
-        if where is None:
-            break
     return where, model
 
 

@@ -13,12 +13,14 @@ from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.blocks import BLOCK, in_blocks
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
 from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Coloured, bank_of, coloured_of
-from fibrefit.problem.noise.likelihood import Likelihood
+from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, priors_of
+from fibrefit.problem.statement.observations import Trace, stack
 from fibrefit.problem.statement.problem import Linearised
+from fibrefit.problem.statement.steps import Steps, step_residuals
 from fibrefit.problem.task import Task
 from tests.sampling.drops import fitted, series, task_of
 
@@ -281,3 +283,24 @@ def test_samples_that_stray_are_named() -> None:
     struck[0, 0, 100:1000:90] += 12.0
     says = choose_noise_model(task.problem, linear._replace(residuals=struck), "white").says
     assert "Single samples stray further than normal noise does" in says
+
+
+def test_readings_in_coarse_steps_have_the_probability_of_their_steps() -> None:
+    """Against the normal law's integral over each step, by SciPy; densities differ from that by the step."""
+    random, size, noise = np.random.default_rng(2), 0.5, 0.15
+    times = np.arange(80) / 1000.0
+    signal = 4.0 * np.sin(60.0 * times)
+    read = size * np.round((signal + noise * random.standard_normal(len(times))) / size)
+    data = stack([Trace("made", times, {"force": read}, {}, {})], {"force": [0.2]})
+    steps = Steps(*(np.array([number]) for number in (size, noise, 0.2)))
+    likelihood = likelihood_of(
+        White(jnp.asarray(data.weight["force"])[:, None] > 0.0),
+        data._replace(steps={"force": steps}),
+        ("force",),
+        (True,),
+    )
+    residuals = np.zeros((1, 1, data.experiment.times.shape[1]))
+    residuals[0, 0, : len(times)] = step_residuals(jnp.asarray(signal - read), Steps(*(float(s[0]) for s in steps)))
+    ends = (read[:, None] + size * np.array([-0.5, 0.5]) - signal[:, None]) / noise
+    expected = np.log(np.diff(scipy.stats.norm.cdf(ends), axis=1) / size).sum()
+    assert float(likelihood.log_density(jnp.asarray(residuals), jnp.zeros(0))) == pytest.approx(expected, rel=1e-6)

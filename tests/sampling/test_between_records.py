@@ -12,6 +12,7 @@ from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.estimate.population import between, quantiles
 from fibrefit.problem.estimate.unknowns import FLAT
+from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.task import Task
 from fibrefit.sampling import deviations
@@ -22,7 +23,7 @@ from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.sample import place, sample_posterior
 from fibrefit.sampling.settings import Settings
-from tests.sampling.drops import TRUTH, fitted, series, task_of
+from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 AWAY = 0.01 * np.array([-1.2, 0.3, 1.1, -0.5, 0.6])
 LIFTS = (5e-3, 7e-3, 8e-3, 1e-2, 1.2e-2)
@@ -154,6 +155,31 @@ def test_intervals_hold_only_where_the_density_knows_of_deviations(monkeypatch: 
             held[deviating] += low < TRUTH["stiffness"] < high
     assert held[True] >= HELD, held
     assert held[False] <= MISSED, held
+
+
+def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: sampling._Ready) -> None:
+    """As a fit: no level of the noise is unknown, and records do not differ for what rounding does to them."""
+    steps = {"force": 1.5, "position": 5e-5}
+    made = [
+        trace._replace(channels={c: steps[c] * np.round(row / steps[c]) for c, row in trace.channels.items()})
+        for trace in differing_series(np.zeros(5), share=0.0).traces
+    ]
+    task = task_of(made, 0.0)
+    rms = {
+        channel: np.full(len(made), np.hypot(NOISE[channel], size / np.sqrt(12.0))) for channel, size in steps.items()
+    }
+    coarse = replace(task, steps={channel: steps_of(made, channel, rms[channel]) for channel in steps})
+    found = prepared(coarse)
+    assert found.model.likelihood.known == (True, True)
+    assert not found.differing.found
+    before = {channel: float(step.noise[0]) for channel, step in found.density.problem.observations.steps.items()}
+    assert before == pytest.approx(NOISE, rel=0.15)
+    mode = mode_of(found)
+    at = found.target.values(mode.centre[None])[0]
+    for name, value in TRUTH.items():
+        index = found.target.names.index(name)
+        high = found.target.values((mode.centre + np.sqrt(np.diag(mode.covariance)))[None])[0]
+        assert abs(at[index] - value) < SURE * abs(high[index] - at[index]), name
 
 
 @pytest.mark.slow

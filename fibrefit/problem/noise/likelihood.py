@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.steps import Steps, log_probability
 
 TAIL_START = 10.0
 
@@ -140,8 +141,17 @@ def likelihood_of(
     """
     weight = jnp.stack([data.weight[c] for c in channels], axis=1)
     valid = weight > 0.0
-    log_unit = jnp.sum(jnp.where(valid, jnp.log(jnp.where(valid, weight, 1.0)), 0.0))
+    logs = jnp.log(jnp.where(valid, weight, 1.0))
+    for channel, steps in data.steps.items():
+        logs = logs.at[:, channels.index(channel)].set(_log_unit_in_steps(steps)[:, None])
+    log_unit = jnp.sum(jnp.where(valid, logs, 0.0))
     return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
+
+
+def _log_unit_in_steps(steps: Steps) -> jax.Array:
+    """Logarithm of the highest density of a reading in coarse steps, over that of a normal law of variance one."""
+    half = 0.5 * jnp.asarray(steps.size) / jnp.asarray(steps.noise)
+    return log_probability(jnp.zeros(()), half) - jnp.log(jnp.asarray(steps.size)) + 0.5 * math.log(2.0 * math.pi)
 
 
 def unit_of(data: Observations, channels: tuple[str, ...]) -> np.ndarray:
