@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import jax.numpy as jnp
@@ -10,6 +11,9 @@ import pytest
 from scipy.linalg import toeplitz
 
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
+from fibrefit.problem.statement.belief import Belief
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling.mode import inputs
 
@@ -93,6 +97,25 @@ def test_elimination_is_dense_algebra(linear: Linear, small: tuple[Task, np.ndar
     bread = np.linalg.inv(columns.T @ believed)
     plain = bread @ believed.T @ sigma @ believed @ bread
     np.testing.assert_allclose(at.of_plain, plain, rtol=EXACT, atol=EXACT * plain.max())
+
+
+def test_a_stated_prior_is_one_more_residual(linear: Linear, small: tuple[Task, np.ndarray]) -> None:
+    problem, layout, whitening = small[0].problem, linear.layout, whitenings()["coloured"]
+    belief, values = Belief(0.7, 0.02), np.zeros(layout.size)
+    slots = (replace(layout.slots[0], belief=belief), *layout.slots[1:])
+    stated = Problem(problem.model, Layout(slots, layout.records), problem.observations)
+    nil = {"drive": np.zeros((2, WAVES))}
+    at = inputs._evaluate(stated, KNOWN, values, nil, whitening, np.ones(2))
+    columns, first = linear.columns(), np.eye(layout.size)[0]
+    weighed = np.linalg.solve(dense_noise(whitening, linear, with_waves=True), columns)
+    covariance = np.linalg.inv(columns.T @ weighed + np.outer(first, first) / belief.spread**2)
+    np.testing.assert_allclose(at.covariance, covariance, rtol=EXACT, atol=EXACT * covariance.max())
+    step = -covariance @ (weighed.T @ linear.offset.ravel() - first * belief.centre / belief.spread**2)
+    np.testing.assert_allclose(at.step, step, rtol=EXACT, atol=EXACT * np.abs(step).max())
+    assert (
+        at.covariance[0, 0]
+        < 0.9 * inputs._evaluate(problem, KNOWN, values, nil, whitening, np.ones(2)).covariance[0, 0]
+    )
 
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])

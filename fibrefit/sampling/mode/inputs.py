@@ -128,6 +128,8 @@ def settled(
 class _Evaluation(NamedTuple):
     """Step of the values, best coefficients after it, and covariances ``(n_free, n_free)``, all in SI units.
 
+    What a fit believes of the values beforehand counts in all of them.
+
     Parameters
     ----------
     step : (n_free,)
@@ -151,16 +153,16 @@ def _evaluate(
     whitening: Whitening,
     level: np.ndarray,
 ) -> _Evaluation:
-    layout = problem.layout
+    layout, belief = problem.layout, problem.layout.prior_gram(values)
     residuals, slopes, seen = _linearised(problem, known, values, coefficients)
     levelled, channels = Levelled(whitening, jnp.asarray(level)), seen.downweight.shape[1]
     rows = np.concatenate([slopes, residuals + np.asarray(seen.offset)[:, None]], axis=1)
     white = np.asarray(_whitened(levelled, rows.reshape(*rows.shape[:2], channels, -1))).reshape(rows.shape)
     kept, imitated = without_input_errors(whitened_sensitivities(seen, levelled), white)
     first = white[:, :-1]
-    covariance = inverse(_sum(layout, first, kept[:, :-1]))
+    covariance = inverse(_sum(layout, first, kept[:, :-1]) + belief[:-1, :-1])
     pull = np.einsum("rin,rn->ri", first, kept[:, -1])
-    step = -covariance @ gathered(pull, layout.local_columns, layout.size)
+    step = -covariance @ (gathered(pull, layout.local_columns, layout.size) + belief[:-1, -1])
     local = np.concatenate([step, [0.0, 0.0]])[layout.local_columns]
     best = -np.einsum("riw,ri->rw", imitated, np.concatenate([local, np.ones((len(local), 1))], axis=1))
     # What no error of the input can imitate, in the eyes of the plain estimate.
@@ -168,9 +170,9 @@ def _evaluate(
     waved = np.einsum("rin,rwn->riw", plain, np.asarray(seen.rows, dtype=float))
     columns = np.moveaxis(plain.reshape(*plain.shape[:2], channels, -1), 1, -1)
     coloured = np.moveaxis(correlated(columns, whitening, level), -1, 1).reshape(plain.shape)
-    middle = _sum(layout, plain, coloured) + _sum(layout, waved, waved)
-    bread = inverse(_sum(layout, slopes, plain))
-    alone = inverse(_sum(layout, first, first))
+    middle = _sum(layout, plain, coloured) + _sum(layout, waved, waved) + belief[:-1, :-1]
+    bread = inverse(_sum(layout, slopes, plain) + belief[:-1, :-1])
+    alone = inverse(_sum(layout, first, first) + belief[:-1, :-1])
     return _Evaluation(step, _named(known, best), covariance, alone, bread @ middle @ bread)
 
 
