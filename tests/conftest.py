@@ -1,8 +1,24 @@
-"""Property tests meet the same examples at every run: a test that fails must fail for whoever looks at it."""
+"""Property tests meet the same examples at every run, and compiled programs do not pile up from module to module."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import psutil
+import pytest
 from hypothesis import settings
+
+from fibrefit.core.programs.bound import bound_programs
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
+
+LARGEST = 1.5e9
+"""Bytes of a process beyond which it forgets its programs at the end of a module; the next module has others."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _bounded() -> Iterator[None]:
+    yield
+    if psutil.Process().memory_info().rss > LARGEST:
+        bound_programs(0)

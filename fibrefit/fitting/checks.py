@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -191,7 +192,7 @@ def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
-    useless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
+    hopeless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
     passed = share <= UNEXPLAINED
     says = f"Of no signal is more than {100.0 * UNEXPLAINED:g} % of the variance left beyond its noise."
     if not passed:
@@ -199,10 +200,23 @@ def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
             f"{100.0 * share:.2g} % of the variance of the {worst} is left beyond its noise; at most "
             f"{100.0 * UNEXPLAINED:g} % passes. So much may be taken up by the values: they may mislead."
         )
-        if useless:
+        if hopeless:
             says += f" Beyond {100.0 * USELESS:g} % they are of no use: a fault in what the study states is likelier."
     named: dict[str, Any] = {"identifier": EXPLAINED, "quantity": "share of the signal that is explained"}
-    return Check("the signal is explained", passed, says, share, UNEXPLAINED, fatal=useless, **named)
+    return Check("the signal is explained", passed, says, share, UNEXPLAINED, fatal=hopeless, **named)
+
+
+def useless(check: Check, says: str) -> Check:
+    """A signal that is not explained, where what is left outweighs a value.
+
+    Parameters
+    ----------
+    check : Check
+        As `signal_explained` has it.
+    says : str
+        Which value; empty where there is none.
+    """
+    return check if check.passed or check.fatal or not says else replace(check, fatal=True, says=f"{check.says} {says}")
 
 
 def exchanged() -> Check:

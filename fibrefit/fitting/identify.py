@@ -18,6 +18,7 @@ from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settli
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
+from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import reported
 from fibrefit.fitting.result import ChannelGap, Identification, PlainEstimate, Starts
@@ -157,6 +158,8 @@ def _concluded(
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
     explained = judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap})
+    if not explained.passed:
+        explained = judge.useless(explained, outweighed(problem.layout, plain.values, plain.scores))
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (

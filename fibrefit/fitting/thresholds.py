@@ -19,6 +19,12 @@ UNEXPLAINED = 0.005
 """Share of the variance of a signal that may be left beyond its noise: seven per cent of its rms."""
 USELESS = 0.05
 """Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
+OUTWEIGHED = 1.0
+"""What is left of an unexplained signal over what a value does in the readings, both rms, beyond which the value may be
+nothing but a fault that it took up. Stated faults that put values off by factors of 1.4 to 2.9 leave 1.06 to 1.8,
+masses and forces 10 % wrong, which scale all values alike, 0.3 to 0.8: docs/reliability.md."""
+SMALL = 0.1
+"""Share of a parameter's typical size below which a value has no factor to be wrong by."""
 STARTS = 0.8
 """Share of the starts that have to end in the best minimum; where fewer do, a better one may have been missed."""
 FEW_STARTS = 2

@@ -14,7 +14,7 @@ from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, structure
+from fibrefit.fitting.misfit import agreement, outweighed, structure
 from fibrefit.fitting.result import ChannelGap, InputError
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -23,6 +23,7 @@ from fibrefit.problem.statement.transform import Range
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts
+from tests.fitting.test_outweighed import said as said_of_weight
 
 __all__ = ["clean"]
 
@@ -141,6 +142,17 @@ def louder_octave(ratio: float) -> bool:
     return structure.structure_checks(left)[0].passed
 
 
+OF_WEIGHT = {
+    "OUTWEIGHED": (lambda share: said_of_weight(share) == "", 0.8, 1.2),
+    "SMALL": (lambda inverse: said_of_weight(1.5, limits=Range(0.0, np.inf, 1.0 / inverse)) == "", 0.025, 0.045),
+}
+
+
+@pytest.mark.parametrize("name", sorted(OF_WEIGHT))
+def test_a_verdict_on_weight_turns_at_the_threshold(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Bracket(name, outweighed, *OF_WEIGHT[name]).test(monkeypatch)
+
+
 OF_STRUCTURE = {
     "FEWEST": (lambda clean, number: alone(clean, number, 50.0), 190.0, 210.0),
     # A residual that does not change is as rare as its phase is long: 2.2 times the noise's power passes, just.
@@ -162,4 +174,5 @@ def test_a_verdict_on_structure_turns_at_the_threshold(
 
 
 def test_no_threshold_is_without_a_case() -> None:
-    assert names_in(thresholds) == ({case.name for case in CASES} - {"GAP"}) | set(OF_STRUCTURE)
+    known = {case.name for case in CASES} - {"GAP"}
+    assert names_in(thresholds) == known | set(OF_STRUCTURE) | set(OF_WEIGHT)

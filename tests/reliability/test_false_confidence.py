@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import shutil
 from pathlib import Path
@@ -12,12 +13,14 @@ import pytest
 from fibrefit.core.check import status_by
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import ChannelGap
 from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records
+from tests.fitting import made
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 FILE = "drop_10mm_90deg.csv"
@@ -109,3 +112,38 @@ def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
 
 def test_exchanged_channels_fail_a_fit() -> None:
     assert status_by([checks.exchanged()]) == "failed"
+
+
+def lifted(share: float) -> list[made.Made]:
+    """Drops from another height than the one that is stated."""
+    return [dataclasses.replace(one, name=f"drop_{1e3 * lift:g}mm.csv") for lift, one in zip(
+        made.LIFTS, made.records([share * lift for lift in made.LIFTS], **FIBRE), strict=True
+    )]  # fmt: skip
+
+
+def scaled(**factors: float) -> list[made.Made]:
+    """Drops whose channels are read so many times too large."""
+    return [
+        made.replace(one, **{name: factor * one.channels[name] for name, factor in factors.items()})
+        for one in made.records(**FIBRE)
+    ]
+
+
+FIBRE = {"stiffness": 11_150.0, "damping": 9.4, "friction": 2.7}
+FAULTS = {
+    "none": (lambda: made.records(**FIBRE), "ok"),
+    "lifts 10 % larger than stated": (lambda: lifted(1.1), "failed"),
+    "positions 1.2 times too large": (lambda: scaled(position=1.2), "failed"),
+    "force 5 % too large": (lambda: scaled(force=1.05), "suspect"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_values_off_by_a_factor_are_failed(tmp_path: Path, fault: str) -> None:
+    """And those that are a few percent off are not, nor are those of records without a fault."""
+    make, status = FAULTS[fault]
+    found = identify(made.task(tmp_path, make()), starts=made.STARTS)
+    off = max(abs(math.log(max(found.parameters[name].value, 1e-3) / value)) for name, value in FIBRE.items())
+    print(f"\n{fault}: {found.status}, off by {math.exp(off):.2f}")
+    assert found.status == status, [check.says for check in found.checks if not check.passed]
+    assert (off > math.log(1.3)) == (status == "failed")

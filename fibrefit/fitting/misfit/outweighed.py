@@ -1,0 +1,56 @@
+"""Whether what a model leaves unexplained is more than what a value does in the readings at all.
+
+A value is told by its own trace: what the readings would lack without it, and nothing else can imitate. What is left
+beyond the noise shows a fault in the model or in what the study states; of such a fault the values took up as much as
+they could, and nobody knows how much that was. Where what is left is the larger of the two, the value may be nothing
+but that.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.core.units import format_quantity
+from fibrefit.fitting.thresholds import OUTWEIGHED, SMALL
+from fibrefit.fitting.uncertainty import Scores, sandwich
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.thresholds import GAP
+
+
+def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> str:
+    """The value whose trace is outweighed most, in words; empty where none is.
+
+    Parameters
+    ----------
+    layout : Layout
+    values : (n_free,) in SI units
+    scores : Scores
+        At these values.
+
+    Law
+    ---
+    ``sqrt(e (H^-1)_jj) / |θ_j| > 1`` with e the sum of squares beyond the noise: both sums of squares have the same
+    unit, so that neither noise nor number of samples matter. Values that may have either sign are small by accident,
+    and those the records do not see at all are told elsewhere.
+    """
+    variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
+    worst, told = OUTWEIGHED, ""
+    for i, (slot, record) in enumerate(layout.entries):
+        if record is None and slot.range.lower >= 0.0 and np.isfinite(variance[i]):
+            moved = float(np.sqrt(_beyond_noise(scores) * variance[i]))
+            ratio = moved / max(abs(float(values[i])), SMALL * slot.range.scale)
+            if ratio > worst:
+                worst = ratio
+                said = format_quantity(float(values[i]), slot.unit, 2)
+                name = slot.name.rpartition(".")[2].replace("_", " ")
+                told = (
+                    f"What is left is {ratio:.2g} times what the {name} of {said} does in the readings, at most "
+                    f"{OUTWEIGHED:g} passes: this value may be off by a factor, and the fit is of no use."
+                )
+    return told
+
+
+def _beyond_noise(scores: Scores) -> float:
+    """Sum of squared residuals less that of noise, which is known to a few percent."""
+    counted = np.count_nonzero(scores.residuals, axis=(0, 2))
+    return float(np.sum(np.maximum(np.sum(scores.residuals**2, axis=(0, 2)) - GAP**2 * counted, 0.0)))
