@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
+import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,8 +20,7 @@ from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
-from fibrefit.workflow.prepare import read_records
-from tests.fitting import made
+from fibrefit.workflow.prepare import read_records, task_of
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 FILE = "drop_10mm_90deg.csv"
@@ -114,36 +114,42 @@ def test_exchanged_channels_fail_a_fit() -> None:
     assert status_by([checks.exchanged()]) == "failed"
 
 
-def lifted(share: float) -> list[made.Made]:
-    """Drops from another height than the one that is stated."""
-    return [dataclasses.replace(one, name=f"drop_{1e3 * lift:g}mm.csv") for lift, one in zip(
-        made.LIFTS, made.records([share * lift for lift in made.LIFTS], **FIBRE), strict=True
-    )]  # fmt: skip
+TRUTH = {"stiffness": 11150.63, "damping": 9.437, "friction": 2.686}
+"""Of the drop series."""
 
 
-def scaled(**factors: float) -> list[made.Made]:
-    """Drops whose channels are read so many times too large."""
-    return [
-        made.replace(one, **{name: factor * one.channels[name] for name, factor in factors.items()})
-        for one in made.records(**FIBRE)
-    ]
+def mistaken(folder: Path, late: int = 0, force: float = 1.0, position: float = 1.0, **stated: str) -> Path:
+    """A study of one drop whose force is some samples late, whose readings are too large, or that states it wrongly."""
+    times, *readings = np.loadtxt(SERIES / FILE, delimiter=",", skiprows=1).T
+    readings[0] = force * np.concatenate([np.full(late, readings[0][0]), readings[0][: len(times) - late]])
+    readings[1] = position * readings[1]
+    head = (SERIES / FILE).read_text("utf-8").splitlines()[0]
+    np.savetxt(folder / FILE, np.column_stack([times, *readings]), "%.6f", ",", header=head, comments="")
+    study = study_of(folder, FILE) / "study.toml"
+    text = study.read_text("utf-8")
+    for name, value in stated.items():
+        text = re.sub(rf'{name} = "[^"]*"', f'{name} = "{value}"', text)
+    study.write_text(text, "utf-8")
+    return folder
 
 
-FIBRE = {"stiffness": 11_150.0, "damping": 9.4, "friction": 2.7}
-FAULTS = {
-    "none": (lambda: made.records(**FIBRE), "ok"),
-    "lifts 10 % larger than stated": (lambda: lifted(1.1), "failed"),
-    "positions 1.2 times too large": (lambda: scaled(position=1.2), "failed"),
-    "force 5 % too large": (lambda: scaled(force=1.05), "suspect"),
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "none": ({}, "ok"),
+    "lift 11 for 10 mm": ({"lift": "11 mm"}, "failed"),
+    "inclination 60 for 90 deg": ({"inclination": "60 deg"}, "failed"),
+    "force 5 ms late": ({"late": 10}, "failed"),
+    "positions 1.2 times too large": ({"position": 1.2}, "failed"),
+    "mass 10 % too large": ({"weight_mass": "3.406 kg"}, "suspect"),
+    "force 5 % too large": ({"force": 1.05}, "suspect"),
 }
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_values_off_by_a_factor_are_failed(tmp_path: Path, fault: str) -> None:
-    """And those that are a few percent off are not, nor are those of records without a fault."""
-    make, status = FAULTS[fault]
-    found = identify(made.task(tmp_path, make()), starts=made.STARTS)
-    off = max(abs(math.log(max(found.parameters[name].value, 1e-3) / value)) for name, value in FIBRE.items())
-    print(f"\n{fault}: {found.status}, off by {math.exp(off):.2f}")
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_values_off_by_a_factor_are_failed(tmp_path: Path, mistake: str) -> None:
+    """And those that are a few percent off are not, nor are those of a record without a fault."""
+    given, status = MISTAKES[mistake]
+    found = identify(task_of(load_study(mistaken(tmp_path, **given))), starts=4)
+    off = max(abs(math.log(max(found.parameters[name].value, 1e-3) / value)) for name, value in TRUTH.items())
+    print(f"\n{mistake}: {found.status}, off by a factor of {math.exp(off):.3g}")
     assert found.status == status, [check.says for check in found.checks if not check.passed]
     assert (off > math.log(1.3)) == (status == "failed")
