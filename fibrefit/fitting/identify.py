@@ -21,9 +21,9 @@ from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import reported
-from fibrefit.fitting.result import ChannelGap, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import ChannelGap, Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.multistart import scattered, search, table
-from fibrefit.fitting.search.optimum import optimum
+from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import nested
@@ -157,9 +157,7 @@ def _concluded(
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
-    explained = judge.signal_explained(seen.gap if balance is None else {"force": balance, **seen.gap})
-    if not explained.passed:
-        explained = judge.useless(explained, outweighed(problem.layout, plain.values, plain.scores))
+    explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
@@ -206,6 +204,12 @@ def _concluded(
         sharp=best.sharp,
         balance=balance,
     )
+
+
+def _explained(plain: Optimum, gaps: Gap) -> Check:
+    """Whether the signals are explained; where they are not, whether the values are of use all the same."""
+    check = judge.signal_explained(gaps)
+    return check if check.passed else judge.useless(check, outweighed(plain.problem.layout, plain.values, plain.scores))
 
 
 class _Second(NamedTuple):
