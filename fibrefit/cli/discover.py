@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.options import named_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -45,11 +48,10 @@ NOT_TRUSTED = 5
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     seed: int,
@@ -65,7 +67,6 @@ def command(
     kept as the search goes on; --resume goes on from there, and ends with the result of a search that was never
     interrupted.
     """
-    study = study_from(files, rig, overrides)
     from fibrefit.workflow.discovery.discover import Options, discover_study, finished
     from fibrefit.workflow.discovery.journal import journal_folder
 

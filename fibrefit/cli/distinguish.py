@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 
 @click.command("distinguish")
@@ -17,11 +21,10 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     seed: int,
@@ -33,7 +36,6 @@ def command(
     The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
     parameters have initial values.
     """
-    study = study_from(files, rig, overrides)
     from fibrefit.workflow.design.distinguish import confuse_study
 
     place = result_directory(study, out, force, "confuse", repr((only, exclude)))

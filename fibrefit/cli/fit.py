@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import asked_to_stop
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5
@@ -25,11 +29,10 @@ NOT_TRUSTED = 5
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     seed: int,
@@ -38,7 +41,6 @@ def command(
     profile: bool,
 ) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
-    study = study_from(files, rig, overrides)
     place = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study
 

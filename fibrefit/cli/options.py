@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,6 +13,7 @@ import click
 from fibrefit.core.paths import is_folder
 
 if TYPE_CHECKING:
+    from fibrefit.cli.terminal import Terminal
     from fibrefit.study import Study
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -104,6 +106,18 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     study = _named_study(files, rig, overrides)
     check_trust(study, overrides)
     return study
+
+
+def with_study(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the study that its words name in place of them: inside of `with_terminal`, which tells errors."""
+
+    @wraps(command)
+    def with_it(
+        terminal: Terminal, *, files: tuple[str, ...], rig: str | None, overrides: tuple[str, ...], **others: Any
+    ) -> Any:
+        return command(terminal, study_from(files, rig, overrides), **others)
+
+    return with_it
 
 
 def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:

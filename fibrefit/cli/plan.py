@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 
 @click.command("plan")
@@ -25,11 +29,10 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 )
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     **options: object,
 ) -> None:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
@@ -37,7 +40,6 @@ def command(
     Without --for they are ranked by how surely they tell rivals apart, where there are some, else by error bars. The
     folder of a discovery brings the effects that it could not tell apart.
     """
-    study = study_from(files, rig, overrides)
     from fibrefit.workflow.design.plan import Aim, plan_study
 
     costs = _costs(options["costs"])  # type: ignore[arg-type]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from fibrefit.cli.fit import NOT_TRUSTED
-from fibrefit.cli.options import check_trust_of_result, result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import check_trust_of_result, result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 
 @click.command("predict")
@@ -17,12 +21,11 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 @study_options
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
+    study: Study,
     result: Path,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
     out: Path | None,
     force: bool,
     seed: int,
@@ -31,7 +34,6 @@ def command(
 
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
     """
-    study = study_from(files, rig, overrides)
     check_trust_of_result(result)
     from fibrefit.workflow import predict_study
 

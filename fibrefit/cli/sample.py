@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.options import named_directory, result_options, study_from, study_options
+from fibrefit.cli.options import named_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5
@@ -40,11 +43,10 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     resume: bool,
@@ -59,7 +61,6 @@ def command(
     The chains are kept every few seconds; --resume goes on from there, or with a larger budget, and ends with the same
     numbers as a run that was never interrupted.
     """
-    study = study_from(files, rig, overrides)
     from fibrefit.sampling.settings import Settings
     from fibrefit.store import Run
     from fibrefit.workflow.growing import growing_folder

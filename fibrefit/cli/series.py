@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 
 @click.command("series")
 @study_options
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     seed: int,
@@ -30,7 +33,6 @@ def command(
     parameters with a law of speed (a power, an added power, a free curve), parameters of each record's own. Besides:
     the population (mean, scatter, a new record) and the trends over every condition.
     """
-    study = study_from(files, rig, overrides)
     place = result_directory(study, out, force, "series", str(seed))
     from fibrefit.workflow.together.series import series_study
 

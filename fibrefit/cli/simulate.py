@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from, study_options
+from fibrefit.cli.options import result_directory, result_options, study_options, with_study
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
+
+if TYPE_CHECKING:
+    from fibrefit.study import Study
 
 
 @click.command("simulate")
 @study_options
 @result_options
 @with_terminal
+@with_study
 def command(
     terminal: Terminal,
-    files: tuple[str, ...],
-    rig: str | None,
-    overrides: tuple[str, ...],
+    study: Study,
     out: Path | None,
     force: bool,
     seed: int,
@@ -28,7 +31,6 @@ def command(
 
     Parameters take the initial values of the study; those it does not give are suggested by the records.
     """
-    study = study_from(files, rig, overrides)
     from fibrefit.workflow import simulate_study
 
     with result_directory(study, out, force, "simulate") as folder, shown_progress(terminal) as progress:

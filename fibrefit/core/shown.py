@@ -40,5 +40,23 @@ class Card(NamedTuple):
         return f"<div>{''.join(parts)}</div>"
 
 
+class Shown:
+    """An object that shows itself by its card, at a prompt and in a notebook."""
+
+    __slots__ = ()
+
+    def _card(self) -> Card:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return self._card().text()
+
+    def __str__(self) -> str:
+        return self._card().text()
+
+    def _repr_html_(self) -> str:
+        return self._card().html()
+
+
 def _cell(text: str) -> str:
     return f"<td>{escape(text)}</td>"

@@ -12,7 +12,7 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
-from fibrefit.core.shown import Card
+from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import Gap
 from fibrefit.records.table import frozen, frozen_mapping
@@ -21,8 +21,8 @@ from fibrefit.records.table import frozen, frozen_mapping
 _ON_GRID = 0.25
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Record:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Record(Shown):
     """Measured channels of one run.
 
     Arrays cannot be written to; every method returns a new record whose history says what was done.
@@ -231,12 +231,6 @@ class Record:
         if role not in self.channels:
             do = did_you_mean(role, self.channels)
             raise UsageError(self.name, f'no channel "{role}"', f"one of {', '.join(self.channels)}", do)
-
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
 
     def _card(self) -> Card:
         span, rate = format_quantity(self.duration, "s"), format_number(self.rate, 6)

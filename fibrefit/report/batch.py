@@ -25,18 +25,7 @@ MORE = 2.0
 
 
 def batch_report(summary: BatchSummary) -> str:
-    """Report of a batch in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : BatchSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a batch in at most 80 columns; no line break at its end."""
     sections = [
         _title(summary),
         paragraph(VERDICTS[summary.status]),

@@ -29,18 +29,7 @@ EVIDENCE = (
 
 
 def discovery_report(summary: DiscoverySummary) -> str:
-    """Report of a discovery in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : DiscoverySummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a discovery in at most 80 columns; no line break at its end."""
     sections = [
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),

@@ -16,18 +16,7 @@ WORDS = {
 
 
 def plan_report(summary: PlanSummary) -> str:
-    """Report of a plan in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : PlanSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a plan in at most 80 columns; no line break at its end."""
     best = summary.further[: min(MOST, len(summary.further))]
     first = f"{len(summary.further)} records that could be taken next, ranked {WORDS[summary.purpose]}."
     if summary.rivals and summary.told_apart_now is not None:

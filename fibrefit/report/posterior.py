@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
-from fibrefit.report.text import LONGEST_NAME, between_lines, with_error
+from fibrefit.report.text import between_lines, rows_of, with_error
 from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
@@ -50,18 +51,7 @@ REMEDIES = {
 
 
 def posterior_report(summary: PosteriorSummary) -> str:
-    """Report of a posterior in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : PosteriorSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a posterior in at most 80 columns; no line break at its end."""
     sections = [
         _title(summary),
         paragraph(VERDICTS[summary.status]),
@@ -101,7 +91,7 @@ def _title(summary: PosteriorSummary) -> str:
 
 
 def _known(summary: PosteriorSummary) -> list[str]:
-    rows = [row for name, found in summary.parameters.items() for row in _rows(name, found)]
+    rows = [row for name, found in summary.parameters.items() for row in rows_of(name, partial(_row, found=found))]
     interval = f"{100 * summary.interval_probability:g} % interval"
     lines = table(("", "mean", "sd", "unit", interval), rows, right={1, 2})
     kind = KINDS[summary.interval_kind]
@@ -113,14 +103,6 @@ def _known(summary: PosteriorSummary) -> list[str]:
     if own:
         lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))
     return lines + _priors(summary)
-
-
-def _rows(name: str, found: PosteriorParameter) -> list[tuple[str, ...]]:
-    """Row of a parameter; a name that would make the table too wide stands in two rows."""
-    effect, dot, last = name.rpartition(".")
-    if len(name) <= LONGEST_NAME:
-        return [_row(name, found)]
-    return [(f"{effect}{dot}", "", "", "", ""), _row(f"  {last}", found)]
 
 
 def _row(name: str, found: PosteriorParameter) -> tuple[str, ...]:

@@ -20,18 +20,7 @@ EXPECTED = (
 
 
 def prediction_report(summary: PredictionSummary) -> str:
-    """Report of a prediction in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : PredictionSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a prediction in at most 80 columns; no line break at its end."""
     sections = [
         _title(summary),
         paragraph(summary.says),

@@ -22,18 +22,7 @@ LONGEST = 18
 
 
 def series_report(summary: SeriesSummary) -> str:
-    """Report of a series in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : SeriesSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a series in at most 80 columns; no line break at its end."""
     sections = [
         _title(summary),
         paragraph(summary.sentence),

@@ -18,18 +18,7 @@ NO_MORE = 4
 
 
 def sweep_report(summary: SweepSummary) -> str:
-    """Report of a sweep in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : SweepSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a sweep in at most 80 columns; no line break at its end."""
     seconds = summary.provenance.seconds if summary.provenance else None
     took = "" if seconds is None else f" in {seconds:.0f} s"
     first = (

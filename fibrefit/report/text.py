@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
@@ -60,18 +61,7 @@ GAP = (
 
 
 def fit_report(summary: FitResultSummary) -> str:
-    """Report of a fit in at most 80 columns.
-
-    Parameters
-    ----------
-    summary : FitResultSummary
-        Content of ``summary.json``.
-
-    Returns
-    -------
-    str
-        Lines without a final line break.
-    """
+    """Report of a fit in at most 80 columns; no line break at its end."""
     sections = [
         _title(summary),
         paragraph(f"{headline(summary)} {VERDICTS[summary.status]} {_left(summary)}".strip()),
@@ -138,7 +128,11 @@ def _title(summary: FitResultSummary) -> str:
 
 
 def _found(summary: FitResultSummary) -> list[str]:
-    rows = [row for name, parameter in summary.parameters.items() for row in _parameter_rows(name, parameter)]
+    rows = [
+        row
+        for name, parameter in summary.parameters.items()
+        for row in rows_of(name, partial(parameter_row, parameter=parameter))
+    ]
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
@@ -161,12 +155,10 @@ def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:
     return [paragraph("Between records: no difference beyond the errors.")] if found else []
 
 
-def _parameter_rows(name: str, parameter: ParameterSummary) -> list[tuple[str, ...]]:
-    """Row of a parameter; a name that would make the table too wide stands in two rows."""
+def rows_of(name: str, row: Callable[[str], tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The `row` of a name; a name that would make the table too wide stands in two rows."""
     effect, dot, last = name.rpartition(".")
-    if len(name) <= LONGEST_NAME:
-        return [parameter_row(name, parameter)]
-    return [(f"{effect}{dot}", "", "", "", ""), parameter_row(f"  {last}", parameter)]
+    return [row(name)] if len(name) <= LONGEST_NAME else [(f"{effect}{dot}", "", "", "", ""), row(f"  {last}")]
 
 
 def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:

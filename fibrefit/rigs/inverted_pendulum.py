@@ -19,6 +19,7 @@ from fibrefit.rigs.parts.chain import ChainState, End, PointChain
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values
 from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.trace import Trace
 
 
@@ -317,18 +318,17 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
             taut = (force > SURELY_TAUT * np.nanmax(force)) & (force > 0.0)
             rows.append(np.column_stack([stretch, speed])[taut])
             forces.append(force[taut] - trace.conditions["preload"])
-    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
-    if not stiffness > 0.0:
-        raise DataError(
-            traces[0].name,
-            "the forces do not grow as the fibres are stretched",
-            "an angle that grows towards the first fibre, and a drive that draws at it",
-            "Check the signs and units of angle, drive and forces.",
-        )
+    refused = DataError(
+        traces[0].name,
+        "the forces do not grow as the fibres are stretched",
+        "an angle that grows towards the first fibre, and a drive that draws at it",
+        "Check the signs and units of angle, drive and forces.",
+    )
+    stiffness, damping = spring_and_damper(rows, forces, refused)
     begin = np.array([trace.times[0] for trace in traces])
     end = np.array([trace.times[-1] for trace in traces])
     return Starting(
-        shared={"stiffness": float(stiffness), "damping": float(max(damping, 1e-4 * stiffness))},
+        shared={"stiffness": stiffness, "damping": damping},
         each={"start_angle": np.array([s[0] for s in starts]), "start_rate": np.array([s[1] for s in starts])},
         moving=begin,
         settled=np.minimum(begin + HORIZON, end),

@@ -14,7 +14,7 @@ from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.paths import sha256_of
 from fibrefit.core.roles import ROLES
-from fibrefit.core.shown import Card
+from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.files.reading import Files, reading_arguments
@@ -39,7 +39,7 @@ class Model(Table):
     )
 
 
-class Study(Table):
+class Study(Shown, Table):
     """A study as `load_study` returns it: complete, in SI, immutable.
 
     Each record carries the constants of the rig that it did not override, so nothing needs to be looked up under `rig`.
@@ -254,15 +254,6 @@ class Study(Table):
         if not content["model"].get("laws"):
             content["model"].pop("laws", None)
         return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
-
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def __str__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
 
     def _card(self) -> Card:
         number = len(self.records)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
 
 BLOCK = 32
@@ -29,6 +30,14 @@ def rests(trace: Trace) -> list[slice]:
     behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
     found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
+
+
+def first_rest(trace: Trace, got: str, expected: str, do: str) -> slice:
+    """The rest that a record begins with; where it does not, a `DataError` of these words."""
+    found = [rest for rest in rests(trace) if rest.start == 0]
+    if not found:
+        raise DataError(trace.name, got, expected, do)
+    return found[0]
 
 
 def _wander(signal: np.ndarray) -> float:

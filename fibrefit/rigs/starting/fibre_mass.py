@@ -10,7 +10,8 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
-from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.regression import spring_and_damper
+from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHED = 8e-3
@@ -71,15 +72,12 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
 
 
 def _held(trace: Trace) -> slice:
-    found = [rest for rest in rests(trace) if rest.start == 0]
-    if not found:
-        raise DataError(
-            trace.name,
-            "the weight moves from the first sample",
-            "a rest before the release, from which zero and release are found",
-            'Give lift, release = "... s" and position_zero = "... mm" for the record, or let it begin earlier.',
-        )
-    return found[0]
+    return first_rest(
+        trace,
+        "the weight moves from the first sample",
+        "a rest before the release, from which zero and release are found",
+        'Give lift, release = "... s" and position_zero = "... mm" for the record, or let it begin earlier.',
+    )
 
 
 def _onset(trace: Trace, level: float) -> float:
@@ -125,15 +123,13 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
         loaded = (stretch > 0.1 * np.nanmax(stretch)) & (force > 0.1 * np.nanmax(force)) & np.isfinite(rate)
         rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
         forces.append(force[loaded])
-    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
-    if not stiffness > 0.0:
-        raise DataError(
-            traces[0].name,
-            "the force does not grow as the fibre is stretched",
-            "a force that grows with position",
-            "Check the sign and unit of the force and position channels.",
-        )
-    return float(stiffness), float(max(damping, 1e-4 * stiffness))
+    refused = DataError(
+        traces[0].name,
+        "the force does not grow as the fibre is stretched",
+        "a force that grows with position",
+        "Check the sign and unit of the force and position channels.",
+    )
+    return spring_and_damper(rows, forces, refused)
 
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:

@@ -9,7 +9,8 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
-from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.regression import spring_and_damper
+from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHING = 0.020
@@ -49,15 +50,12 @@ def balance(conditions: Mapping[str, float]) -> float:
 
 
 def _rest(trace: Trace) -> slice:
-    found = [rest for rest in rests(trace) if rest.start == 0]
-    if not found:
-        raise DataError(
-            trace.name,
-            "the rig moves from the first sample",
-            "a rest before the drive starts, from which tension and zero are found",
-            "Cut the record so that it begins at rest.",
-        )
-    return found[0]
+    return first_rest(
+        trace,
+        "the rig moves from the first sample",
+        "a rest before the drive starts, from which tension and zero are found",
+        "Cut the record so that it begins at rest.",
+    )
 
 
 def _begins(trace: Trace, rest: slice) -> float:
@@ -81,15 +79,13 @@ def _fibre(traces: Sequence[Trace], still: Sequence[slice], tensions: np.ndarray
         loaded = (trace.channels["force"] > 0.15 * np.nanmax(trace.channels["force"])) & np.isfinite(force + rate)
         rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
         forces.append(force[loaded])
-    (stiffness, damping), *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(forces), rcond=None)
-    if not stiffness > 0.0:
-        raise DataError(
-            traces[0].name,
-            f"force falls as the fibre is stretched ({stiffness:.3g} N/m)",
-            "a force that grows as the drive takes fibre in",
-            "Check the sign and unit of the force, position and drive channels.",
-        )
-    return float(stiffness), float(max(damping, 1e-4 * stiffness))
+    refused = DataError(
+        traces[0].name,
+        "the force does not grow as the fibre is stretched",
+        "a force that grows as the drive takes fibre in",
+        "Check the sign and unit of the force, position and drive channels.",
+    )
+    return spring_and_damper(rows, forces, refused)
 
 
 def _friction(traces: Sequence[Trace]) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.paths import is_folder, printable
-from fibrefit.core.shown import Card
+from fibrefit.core.shown import Card, Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,7 @@ class Seen:
 
 
 @dataclass(frozen=True, repr=False)
-class Inspection:
+class Inspection(Shown):
     """What was understood.
 
     Parameters
@@ -139,12 +139,6 @@ class Inspection:
     def content(self) -> str:
         """Text of ``inspection.json``."""
         return json.dumps(self.document(), indent=1, allow_nan=False) + "\n"
-
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
 
     def _card(self) -> Card:
         rows = [(str(one.understood["file"] or "planned"), one.verdict) for one in self.seen]

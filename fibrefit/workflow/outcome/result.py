@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.shown import Card
+from fibrefit.core.shown import Card, Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ MOST_ROWS = 12
 """Rows a notebook shows; the others are counted."""
 
 
-class AnyResult(ABC):
+class AnyResult(Shown, ABC):
     """A result with a summary and groups of arrays; all else is made of these two."""
 
     @abstractmethod
@@ -133,12 +133,6 @@ class AnyResult(ABC):
 
     def _kind(self) -> str:
         return str(self.summary().schema_name).split("/")[1]
-
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
 
     def _card(self) -> Card:
         summary = self.summary()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.shown import Card
+from fibrefit.core.shown import Card, Shown
 from fibrefit.store.summary import NAME, read_summary
 from fibrefit.study.load import load_study
 from fibrefit.workflow.outcome.result import AnyResult
@@ -118,7 +118,7 @@ class StoredResult(AnyResult):
 
 
 @dataclass(frozen=True, repr=False)
-class StoredDocument:
+class StoredDocument(Shown):
     """A result that is one JSON document: ``distinguish``, ``inspect``.
 
     Parameters
@@ -154,19 +154,13 @@ class StoredDocument:
         """Pictures by name."""
         return _figures(self.folder)
 
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
-
     def _card(self) -> Card:
         frame = self.to_dataframe()
         return Card(f"{self.file.partition('.')[0].capitalize()} in {self.folder}", f"{len(frame)} rows")
 
 
 @dataclass(frozen=True, repr=False)
-class StoredSimulation:
+class StoredSimulation(Shown):
     """Simulated records on disk.
 
     Parameters
@@ -193,12 +187,6 @@ class StoredSimulation:
     def figures(self) -> dict[str, Path]:
         """Pictures by name."""
         return _figures(self.folder)
-
-    def __repr__(self) -> str:
-        return self._card().text()
-
-    def _repr_html_(self) -> str:
-        return self._card().html()
 
     def _card(self) -> Card:
         rows = [(name, str(len(frame))) for name, frame in self.records.items()]
