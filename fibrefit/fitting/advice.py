@@ -11,6 +11,7 @@ from fibrefit.core.check import Check
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.units import format_quantity
 from fibrefit.fitting.identifiability import Weakness, force_alone
+from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Problem
 
 WORTHWHILE = 0.8
@@ -84,7 +85,7 @@ def _shown(value: float, unit: str) -> str:
 
 
 def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    scale = scale_of(normal)
     matrix = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
     errors = np.sqrt(np.diag(np.linalg.inv(matrix))) / scale
     return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)

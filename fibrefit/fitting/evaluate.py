@@ -90,7 +90,7 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
     """Readings at rest of each channel whose noise was taken from there, and their rates in Hz."""
     found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in task.problem.model.rig.channels}
     for trace in task.traces:
-        rate = 1.0 / float(np.diff(trace.times).mean())
+        rate = trace.rate
         for rest in rests(trace):
             for channel in found:
                 values = trace.channels[channel][rest]

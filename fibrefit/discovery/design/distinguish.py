@@ -19,13 +19,13 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried
-from fibrefit.discovery.engine.refit import STEP
+from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
-from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.layout import assembled, gathered, scale_of
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
 from fibrefit.simulation.inputs import Signals
@@ -296,7 +296,7 @@ def changed_values(
     targets = local[:, columns].copy()
     n = len(context.base) + len(context.each)
     scale = np.array([abs(frame.declared[name].typical) for name in names[:n]])
-    targets[:, :n] += STEP * np.maximum(np.abs(targets[:, :n]), 0.01 * scale)
+    targets[:, :n] += difference_steps(targets[:, :n], scale)
     for i, (_, parameter) in enumerate(strengths):
         sign = np.sign(parameter.typical - parameter.null)
         targets[:, n + i] = 1.0 / sizes[i] if parameter.reciprocal else parameter.null + sign * sizes[i]
@@ -311,6 +311,6 @@ def projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.
     size = shared + records * own
     base, cross = assembled(grams[:, :n, :n], places, size), gathered(grams[:, :n, n:], places, size)
     whole = grams[:, n:, n:].sum(axis=0)
-    scale = np.sqrt(np.where(np.diag(base) > 0.0, np.diag(base), 1.0))
+    scale = scale_of(base)
     solved = np.linalg.lstsq(base / np.outer(scale, scale), cross / scale[:, None], rcond=1e-10)[0]
     return whole - (cross / scale[:, None]).T @ solved, whole

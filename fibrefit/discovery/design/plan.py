@@ -31,7 +31,7 @@ from fibrefit.discovery.design.distinguish import (
     strengths_of,
 )
 from fibrefit.discovery.engine.candidates import absent_values
-from fibrefit.discovery.engine.refit import STEP, refit
+from fibrefit.discovery.engine.refit import difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
@@ -196,7 +196,7 @@ def _missed(
     names = (*subset.shared, *subset.each)
     columns = np.array([frame.names.index(name) for name in names])
     size = np.array([abs(frame.declared[name].typical) for name in names])
-    targets = found[:, columns] + STEP * np.maximum(np.abs(found[:, columns]), 0.01 * size)
+    targets = found[:, columns] + difference_steps(found[:, columns], size)
     grams = at_hand.grams(found, columns, targets, context.whole)
     shared, own = len(subset.shared), len(subset.each)
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from fibrefit.discovery.design.distinguish import menu_of, records_of
 from fibrefit.discovery.engine.candidates import Hypothesis, alone
-from fibrefit.discovery.engine.refit import STEP
+from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.model.finding import Choice, separating
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.statement.observations import Observations
@@ -96,7 +96,7 @@ def _moved(task: Task, local: np.ndarray, each: tuple[str, ...]) -> list[np.ndar
     for name in each:
         changed, j = local.copy(), declared.index(name)
         scale = task.problem.layout.slots[j].range.scale
-        changed[:, j] += STEP * np.maximum(np.abs(changed[:, j]), 0.01 * scale)
+        changed[:, j] += difference_steps(changed[:, j], scale)
         moved.append(changed)
     return moved
 

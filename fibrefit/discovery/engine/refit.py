@@ -19,6 +19,11 @@ STEP = 1e-6
 """Difference step, as a share of a value's size."""
 
 
+def difference_steps(values: np.ndarray, typical: np.ndarray | float) -> np.ndarray:
+    """Difference steps of values, by their size and no less than a hundredth of the `typical` one would have."""
+    return STEP * np.maximum(np.abs(values), 0.01 * typical)
+
+
 @dataclass(frozen=True)
 class Subset:
     """Which values of a frame are active.
@@ -89,7 +94,7 @@ class _Map:
     def normal(self, unknowns: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Normal matrix, gradient and cost."""
         local = self.local(unknowns)
-        steps = STEP * np.maximum(np.abs(local[:, self.columns]), 0.01 * self.size)
+        steps = difference_steps(local[:, self.columns], self.size)
         changes = self.frame.grams(local, self.columns, local[:, self.columns] + steps, counts)
         per = np.concatenate([1.0 / steps, np.ones((len(steps), 1))], axis=1)
         grams = changes * per[:, :, None] * per[:, None, :]

@@ -21,7 +21,9 @@ from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, QUANTISED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gauss_newton import STEP
+from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.noise.spectrum import Noise, periodogram
+from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 
@@ -108,7 +110,7 @@ def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
     total, freedom = 0.0, 0
     for i, g in zip(information, score, strict=True):
         whole = i.sum(axis=0)
-        scale = np.sqrt(np.where(np.diag(whole) > 0.0, np.diag(whole), 1.0))
+        scale = scale_of(whole)
         progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
         part = np.minimum((WINDOWS * progress / max(progress[-1], 1e-300)).astype(int), WINDOWS - 1)
         each = [_gain(i[part == w].sum(axis=0), g[part == w].sum(axis=0), scale) for w in range(WINDOWS)]
@@ -136,16 +138,16 @@ def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) 
     normal, pull = np.zeros((WAVES * p, WAVES * p)), np.zeros(WAVES * p)
     for i, g in zip(information, score, strict=True):
         whole = i.sum(axis=0)
-        scale = np.sqrt(np.where(np.diag(whole) > 0.0, np.diag(whole), 1.0))
+        scale = scale_of(whole)
         progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
         moment = progress / max(progress[-1], 1e-300)
         coefficients = np.cos(np.pi * np.arange(1, WAVES + 1)[:, None] * moment)
         inside = np.einsum("js,ks,spq->jpkq", coefficients, coefficients, i).reshape(WAVES * p, WAVES * p)
         cross = np.einsum("js,spq->jpq", coefficients, i).reshape(WAVES * p, p)
-        held = np.linalg.pinv(whole / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
+        held = inverse(whole)
         normal += inside - cross @ held @ cross.T
         pull += np.einsum("js,sp->jp", coefficients, g).ravel() - cross @ held @ g.sum(axis=0)
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    scale = scale_of(normal)
     gain, rank = _gain(normal, pull, scale)
     probability = float(chi2.sf(gain, rank)) if rank else 1.0
     each = [_gain(normal[j::p, j::p], pull[j::p], scale[j::p])[0] for j in range(p)]
@@ -170,7 +172,7 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
     """
     slow, fast, number = 0.0, [], 0
     for trace in traces:
-        rate = 1.0 / float(np.diff(trace.times).mean())
+        rate = trace.rate
         for rest in rests(trace):
             values = trace.channels[channel][rest]
             if not np.isfinite(values).all() or np.ptp(values) == 0.0:

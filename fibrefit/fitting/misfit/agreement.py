@@ -13,6 +13,7 @@ from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import MEMORY, Scores, newey_west_of, sandwich
+from fibrefit.problem.statement.layout import least_squares
 from fibrefit.problem.statement.problem import Problem
 
 
@@ -76,8 +77,7 @@ def _steps(scores: Scores) -> tuple[np.ndarray, np.ndarray]:
         normal = np.einsum("cti,ctj->ij", slopes, slopes)
         covariance = sandwich(normal, newey_west_of(score))
         there = columns < scores.size
-        size = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
-        step = -np.linalg.lstsq(normal / np.outer(size, size), score.sum(axis=0) / size, rcond=1e-10)[0] / size
+        step = -least_squares(normal, score.sum(axis=0))
         steps[r, columns[there]] = step[there]
         errors[r, columns[there]] = np.sqrt(np.diag(covariance))[there]
     return steps, errors

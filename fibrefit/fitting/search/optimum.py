@@ -16,6 +16,7 @@ from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.inputs.sensitivities import without_input_errors
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 
@@ -105,10 +106,7 @@ def _scores(found: WithInputErrors, counts: np.ndarray, shares: np.ndarray) -> t
 
 
 def _mean_rms(noise: Noise, task: Task) -> float:
-    squares = [
-        noise.rms(float(trace.times[-1] - trace.times[0]), float(1.0 / np.diff(trace.times).mean())) ** 2
-        for trace in task.traces
-    ]
+    squares = [noise.rms(trace.duration, trace.rate) ** 2 for trace in task.traces]
     return float(np.sqrt(np.mean(squares)))
 
 
@@ -116,6 +114,6 @@ def _promised(scores: uncertainty.Scores, moving: np.ndarray) -> float:
     normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
     if not moving.any():
         return 0.0
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+    scale = scale_of(normal)
     step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
     return float(step @ (gradient / scale) / max(scores.variance(), 1e-300))

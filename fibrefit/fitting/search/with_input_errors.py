@@ -171,7 +171,7 @@ def noise_left(task: Task, found: WithInputErrors, seed: int = 0) -> np.ndarray:
     seen = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)
     noise = np.zeros((DRAWS, *seen.shape))
     for r, trace in enumerate(task.traces):
-        size, rate = len(trace.times), 1.0 / float(np.diff(trace.times).mean())
+        size, rate = len(trace.times), trace.rate
         for c, channel in enumerate(channels):
             for draw in noise:
                 wave = task.noise[channel].draw(2 * size, rate, random)[:size]

@@ -87,7 +87,7 @@ def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple
     """Residual and force ``(n_time,)`` in N, slow parts."""
     from scipy.signal import butter, sosfiltfilt
 
-    rate = 1.0 / float(np.diff(trace.times).mean())
+    rate = trace.rate
 
     def low(signal: np.ndarray, limit: float) -> np.ndarray:
         return sosfiltfilt(butter(4, min(limit, 0.2 * rate), fs=rate, output="sos"), signal)

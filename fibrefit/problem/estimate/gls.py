@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.statement.layout import Layout, normal_equations
+from fibrefit.problem.statement.layout import Layout, normal_equations, scale_of
 from fibrefit.problem.statement.problem import Linearised
 
 QUIETEST = 1e-6
@@ -92,5 +92,5 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
     """Pseudo-inverse of a symmetric matrix whose rows may have any units; nil where there is nothing."""
-    scale = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+    scale = scale_of(matrix)
     return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)

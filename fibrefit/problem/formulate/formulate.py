@@ -106,7 +106,7 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
     if model.rig.anchor is None:
         return model
     said = [record.window for record in study.records if record.window is not None]
-    step = float(np.diff(traces[0].times).mean())
+    step = traces[0].step
     window = max(round((said[0] if said else WINDOW) / step), 16)
     return WindowedModel(model.rig, model.effects, model.tension_law, window)
 
@@ -132,14 +132,14 @@ def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tu
         if said is None:
             noise[channel] = estimate_noise(traces, channel)
         else:
-            rate = 1.0 / np.diff(traces[0].times).mean()
+            rate = traces[0].rate
             noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
             given.append(channel)
     return noise, tuple(given)
 
 
 def _rms(noise: Noise, trace: Trace) -> float:
-    return noise.rms(float(trace.times[-1] - trace.times[0]), float(1.0 / np.diff(trace.times).mean()))
+    return noise.rms(trace.duration, trace.rate)
 
 
 def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:

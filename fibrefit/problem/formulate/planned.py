@@ -50,11 +50,8 @@ def formulate_planned(study: Study, model: Model) -> Task:
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
     traces = tuple(in_order([_trace(record, model) for record in study.records]))
     layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
-    noise = {channel: _noise(study, channel, record_rate(traces[0])) for channel in model.rig.channels}
-    rms = {
-        channel: [noise[channel].rms(float(t.times[-1]), record_rate(t)) for t in traces]
-        for channel in model.rig.channels
-    }
+    noise = {channel: _noise(study, channel, traces[0].rate) for channel in model.rig.channels}
+    rms = {channel: [noise[channel].rms(float(t.times[-1]), t.rate) for t in traces] for channel in model.rig.channels}
     whole = np.array([[[len(trace.times) for trace in traces]]], dtype=np.int32)
     return Task(
         problem=Problem(model, layout, stack(traces, rms)),
@@ -67,11 +64,6 @@ def formulate_planned(study: Study, model: Model) -> Task:
         noise_given=model.rig.channels,
         units={channel: ROLES[channel] for channel in model.rig.channels},
     )
-
-
-def record_rate(trace: Trace) -> float:
-    """Sampling rate of a trace, in Hz."""
-    return float(1.0 / np.diff(trace.times).mean())
 
 
 def _trace(record: Any, model: Model) -> Trace:

@@ -22,7 +22,7 @@ from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening, innovations
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
-from fibrefit.problem.statement.layout import Layout, normal_equations
+from fibrefit.problem.statement.layout import Layout, least_squares, normal_equations
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 KINDS = ("white", "autoregressive", "coloured")
@@ -171,8 +171,7 @@ def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | 
         See `Layout.prior_gram`.
     """
     normal, pull = normal_equations(layout, np.asarray(linear.slopes), np.asarray(linear.residuals), belief)
-    scale = np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
-    return np.linalg.lstsq(normal / np.outer(scale, scale), -pull / scale, rcond=1e-10)[0] / scale
+    return least_squares(normal, -pull)
 
 
 def _as_known(

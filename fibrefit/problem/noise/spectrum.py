@@ -114,7 +114,7 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
     """
     pieces = []
     for trace in traces:
-        rate = 1.0 / np.diff(trace.times).mean()
+        rate = trace.rate
         for rest in rests(trace):
             values = trace.channels[channel][rest]
             if np.isfinite(values).all() and np.ptp(values) > 0.0:
@@ -142,7 +142,7 @@ def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
 
 
 def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
-    rate = np.mean([1.0 / np.diff(trace.times).mean() for trace in traces])
+    rate = np.mean([trace.rate for trace in traces])
     variance = np.mean([hiss(trace.channels[channel]) ** 2 for trace in traces])
     floor = float(min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate))
     return Noise(max(float(variance / (0.5 * rate)), floor), 0.0, 0.0, 0, floor=floor)

@@ -59,6 +59,17 @@ def normal_equations(
     return (normal, gradient) if belief is None else (normal + belief[:-1, :-1], gradient + belief[:-1, -1])
 
 
+def scale_of(normal: np.ndarray) -> np.ndarray:
+    """Scale of each row of a normal matrix, by which rows of any units become alike; 1 where nothing is seen."""
+    return np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
+
+
+def least_squares(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution ``(n,)`` of normal equations whose rows may have any units; the smallest where several solve them."""
+    scale = scale_of(normal)
+    return np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-10)[0] / scale
+
+
 @dataclass(frozen=True)
 class Slot:
     """What is known of one parameter before the data speak.

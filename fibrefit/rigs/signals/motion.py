@@ -30,7 +30,7 @@ def along_motion(trace: Trace) -> Trace:
         If the mass hardly moves.
     """
     force, raw = trace.channels["force"], trace.inputs["position"][:, 2]
-    step = float(np.diff(trace.times).mean())
+    step = trace.step
     windows = sorted({max(round(length / step) | 1, ORDER + 3) for length in LENGTHS if length < len(raw) * step / 4.0})
     motions = {window: _motion(raw, window, step) for window in windows or [ORDER + 3]}
     window = min(motions, key=lambda window: _left(motions[window], force))

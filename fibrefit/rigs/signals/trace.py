@@ -26,3 +26,18 @@ class Trace(NamedTuple):
     channels: dict[str, np.ndarray]
     inputs: dict[str, np.ndarray]
     conditions: dict[str, float]
+
+    @property
+    def step(self) -> float:
+        """Mean time in s from one sample to the next."""
+        return float(np.diff(self.times).mean())
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, in Hz."""
+        return 1.0 / self.step
+
+    @property
+    def duration(self) -> float:
+        """From the first sample to the last, in s."""
+        return float(self.times[-1] - self.times[0])
