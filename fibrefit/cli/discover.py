@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import named_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -48,13 +44,10 @@ NOT_TRUSTED = 5
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
-    out: Path | None,
-    force: bool,
-    seed: int,
+    asked: Asked,
     seconds: float,
     interactive: bool,
     resume: bool,
@@ -70,8 +63,9 @@ def command(
     from fibrefit.workflow.discovery.discover import Options, discover_study, finished
     from fibrefit.workflow.discovery.journal import journal_folder
 
+    study, seed, force = asked.study, asked.seed, asked.force
     options = Options(seed=seed, seconds=seconds, **tried)
-    folder = named_directory(study, out, "discover", repr(replace(options, seconds=0.0)), str(interactive))
+    folder = asked.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)

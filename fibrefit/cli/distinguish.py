@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 
 @click.command("distinguish")
@@ -21,13 +15,10 @@ if TYPE_CHECKING:
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
-    out: Path | None,
-    force: bool,
-    seed: int,
+    asked: Asked,
     only: tuple[str, ...],
     exclude: tuple[str, ...],
 ) -> None:
@@ -38,9 +29,8 @@ def command(
     """
     from fibrefit.workflow.design.distinguish import confuse_study
 
-    place = result_directory(study, out, force, "confuse", repr((only, exclude)))
-    with place as folder, shown_progress(terminal) as progress:
-        found = confuse_study(study, only=only, exclude=exclude, progress=progress)
-        found.save(folder, force=force)
+    with asked.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
+        found = confuse_study(asked.study, only=only, exclude=exclude, progress=progress)
+        found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.told())
     terminal.remark(f"\nWritten to {folder}: summary.json, figures.")

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
 from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import asked_to_stop
-from fibrefit.cli.options import result_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5
@@ -29,28 +23,25 @@ NOT_TRUSTED = 5
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
-    out: Path | None,
-    force: bool,
-    seed: int,
+    asked: Asked,
     starts: int,
     robust: bool,
     profile: bool,
 ) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
-    place = result_directory(study, out, force, "fit", f"{seed} {starts} {robust} {profile}")
+    place = asked.reserved("fit", f"{asked.seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study
 
-    asked = {"starts": starts, "seed": seed, "robust": robust, "profile": profile}
+    settings = {"starts": starts, "seed": asked.seed, "robust": robust, "profile": profile}
     with place as folder, asked_to_stop(terminal) as stop:
         with shown_progress(terminal) as progress:
-            fit = fit_study(study, **asked, progress=progress, stop=stop)  # type: ignore[arg-type]
+            fit = fit_study(asked.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
         # What was found is told before the figures are drawn, which takes as long again.
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
-        fit.save(folder, force=force, stop=stop)
+        fit.save(folder, force=asked.force, stop=stop)
         interrupted = stop()
     figures = "no or not all figures" if interrupted else "figures"
     terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, {figures}.")

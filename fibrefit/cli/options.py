@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
@@ -108,14 +108,66 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     return study
 
 
-def with_study(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the study that its words name in place of them: inside of `with_terminal`, which tells errors."""
+class Asked(NamedTuple):
+    """What every command on a study is asked for.
+
+    Parameters
+    ----------
+    study : Study
+        Complete and in SI.
+    out : pathlib.Path or None
+        Value of ``--out``.
+    force : bool
+        Whether an earlier result may be replaced.
+    seed : int
+    """
+
+    study: Study
+    out: Path | None
+    force: bool
+    seed: int = 0
+
+    def folder(self, *settings: str) -> Path:
+        """`out`, or ``results/<study>-<hash>`` by the study and the `settings`, which are all else it depends on."""
+        from fibrefit.core.paths import sha256_of
+        from fibrefit.store.directory import default_directory
+
+        digests = [sha256_of(path) for path in self.study.input_files() if path.is_file()]
+        return self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
+
+    @contextmanager
+    def reserved(self, *settings: str) -> Iterator[Path]:
+        """Block in which the folder of a result is kept for this run, refused before any work is done for it.
+
+        Parameters
+        ----------
+        settings : str
+            As for `folder`.
+
+        Yields
+        ------
+        pathlib.Path
+
+        Raises
+        ------
+        UsageError
+            If it may not be replaced, cannot be written, or another run is writing it.
+        """
+        from fibrefit.store import ResultDirectory, Run
+
+        folder = self.folder(*settings)
+        with ResultDirectory(folder, force=self.force, run=Run(tuple(self.study.input_files()))).reserved():
+            yield folder
+
+
+def with_asked(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command what it is `Asked` in place of the options: inside of `with_terminal`, which tells errors."""
 
     @wraps(command)
-    def with_it(
-        terminal: Terminal, *, files: tuple[str, ...], rig: str | None, overrides: tuple[str, ...], **others: Any
-    ) -> Any:
-        return command(terminal, study_from(files, rig, overrides), **others)
+    def with_it(terminal: Terminal, **options: Any) -> Any:
+        study = study_from(options.pop("files"), options.pop("rig"), options.pop("overrides"))
+        asked = Asked(study, options.pop("out"), options.pop("force"), options.pop("seed"))
+        return command(terminal, asked, **options)
 
     return with_it
 
@@ -171,57 +223,3 @@ def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]
 def is_study(file: str) -> bool:
     """Whether a word of the command line names a study rather than a record."""
     return is_folder(Path(file)) or Path(file).suffix.lower() == ".toml"
-
-
-@contextmanager
-def result_directory(study: Study, out: Path | None, force: bool, *settings: str) -> Iterator[Path]:
-    """Block in which the folder of a result is kept for this run, refused before any work is done for it.
-
-    Parameters
-    ----------
-    study : Study
-        What is worked on; the default folder is named after it.
-    out : pathlib.Path or None
-        Value of ``--out``.
-    force : bool
-        Whether an earlier result may be replaced.
-    settings : str
-        All else the result depends on.
-
-    Yields
-    ------
-    pathlib.Path
-        `out`, or ``results/<study>-<hash>``.
-
-    Raises
-    ------
-    UsageError
-        If it may not be replaced, cannot be written, or another run is writing it.
-    """
-    from fibrefit.store import ResultDirectory, Run
-
-    folder = named_directory(study, out, *settings)
-    with ResultDirectory(folder, force=force, run=Run(tuple(study.input_files()))).reserved():
-        yield folder
-
-
-def named_directory(study: Study, out: Path | None, *settings: str) -> Path:
-    """Folder of the result, whether or not it may be written.
-
-    Parameters
-    ----------
-    study : Study
-    out : pathlib.Path or None
-    settings : str
-        As for `result_directory`.
-
-    Returns
-    -------
-    pathlib.Path
-        `out`, or ``results/<study>-<hash>``.
-    """
-    from fibrefit.core.paths import sha256_of
-    from fibrefit.store.directory import default_directory
-
-    digests = [sha256_of(path) for path in study.input_files() if path.is_file()]
-    return out or default_directory(study.name, study.resolved_toml(), *digests, *settings)

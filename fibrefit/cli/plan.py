@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 
 @click.command("plan")
@@ -29,10 +23,10 @@ if TYPE_CHECKING:
 )
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
+    asked: Asked,
     **options: object,
 ) -> None:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
@@ -45,12 +39,9 @@ def command(
     costs = _costs(options["costs"])  # type: ignore[arg-type]
     rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))
     aim = Aim(options["purpose"], rivals, costs)  # type: ignore[arg-type]
-    out, force = options["out"], bool(options["force"])
-    assert out is None or isinstance(out, Path)
-    place = result_directory(study, out, force, "plan", repr(aim))
-    with place as folder, shown_progress(terminal) as progress:
-        found = plan_study(study, aim, progress=progress)
-        found.save(folder, force=force)
+    with asked.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
+        found = plan_study(asked.study, aim, progress=progress)
+        found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.remark(f"\nWritten to {folder}: summary.json, figures.")
 

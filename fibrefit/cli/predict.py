@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from fibrefit.cli.fit import NOT_TRUSTED
-from fibrefit.cli.options import check_trust_of_result, result_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, check_trust_of_result, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 
 @click.command("predict")
@@ -21,14 +17,11 @@ if TYPE_CHECKING:
 @study_options
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
+    asked: Asked,
     result: Path,
-    out: Path | None,
-    force: bool,
-    seed: int,
 ) -> int:
     """Predict the records of STUDY with the model and the values of RESULT, the folder of an earlier result.
 
@@ -37,11 +30,10 @@ def command(
     check_trust_of_result(result)
     from fibrefit.workflow import predict_study
 
-    place = result_directory(study, out, force, "predict", str(result.resolve()))
-    with place as folder, shown_progress(terminal) as progress:
-        prediction = predict_study(result, study, progress=progress)
+    with asked.reserved("predict", str(result.resolve())) as folder, shown_progress(terminal) as progress:
+        prediction = predict_study(result, asked.study, progress=progress)
         progress("drawing and writing", None)
-        prediction.save(folder, force=force)
+        prediction.save(folder, force=asked.force)
     summary = prediction.summary()
     terminal.answer(prediction.report(), summary.model_dump(mode="json", by_alias=True))
     terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, figures.")

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from fibrefit.cli.options import named_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 NOT_TRUSTED = 5
@@ -43,12 +39,10 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
-    out: Path | None,
-    force: bool,
+    asked: Asked,
     resume: bool,
     noise: str,
     heavy: bool,
@@ -67,12 +61,12 @@ def command(
     from fibrefit.workflow.sampling.sample import Options, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
-    settings, options = Settings(**budget), Options(noise, heavy, nuts, compare)
+    settings, options = Settings(seed=asked.seed, **budget), Options(noise, heavy, nuts, compare)
     fixed = identity(options, settings)
-    folder = named_directory(study, out, "sample", fixed)
-    place = growing_folder(folder, KEPT, force=force, resume=resume, run=Run.of("sample", study, fixed))
+    folder = asked.folder("sample", fixed)
+    place = growing_folder(folder, KEPT, force=asked.force, resume=resume, run=Run.of("sample", asked.study, fixed))
     with place as directory, shown_progress(terminal) as progress:
-        found = sample_study(study, settings=settings, options=options, folder=directory.path, progress=progress)
+        found = sample_study(asked.study, settings=settings, options=options, folder=directory.path, progress=progress)
         progress("drawing and writing", None)
         found.write(directory)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))

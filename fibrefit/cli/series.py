@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_options, with_study
+from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
-
-if TYPE_CHECKING:
-    from fibrefit.study import Study
 
 
 @click.command("series")
 @study_options
 @result_options
 @with_terminal
-@with_study
+@with_asked
 def command(
     terminal: Terminal,
-    study: Study,
-    out: Path | None,
-    force: bool,
-    seed: int,
+    asked: Asked,
 ) -> int:
     """Ask the records of STUDY whether one set of parameters serves all speeds.
 
@@ -33,13 +24,13 @@ def command(
     parameters with a law of speed (a power, an added power, a free curve), parameters of each record's own. Besides:
     the population (mean, scatter, a new record) and the trends over every condition.
     """
-    place = result_directory(study, out, force, "series", str(seed))
+    place = asked.reserved("series", str(asked.seed))
     from fibrefit.workflow.together.series import series_study
 
     with place as folder, shown_progress(terminal) as progress:
-        found = series_study(study, seed=seed, progress=progress)
+        found = series_study(asked.study, seed=asked.seed, progress=progress)
         progress("drawing and writing", None)
-        found.save(folder, force=force)
+        found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.remark(
         f"\nWritten to {folder}: summary.json, result.h5, table.csv, table.parquet, figures, and study.toml of the "

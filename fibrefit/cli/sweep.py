@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import result_directory, result_options, study_from, trust_option
+from fibrefit.cli.options import Asked, result_options, study_from, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -31,7 +31,7 @@ def command(
     loaded = study_from((study,), None, overrides)
     from fibrefit.workflow.sweep import sweep_study
 
-    with result_directory(loaded, out, force, "sweep") as folder, shown_progress(terminal) as progress:
+    with Asked(loaded, out, force).reserved("sweep") as folder, shown_progress(terminal) as progress:
         swept = sweep_study(loaded, progress=progress)
         progress("drawing and writing", None)
         swept.save(folder, force=force)
