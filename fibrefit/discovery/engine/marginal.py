@@ -240,12 +240,10 @@ class Scales:
         found_all = []
         for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            start = {f"{effect.name}.{name}": starting_strength(frame, f"{effect.name}.{name}", value, share)}
-            weak = {
-                f"{effect.name}.{name}": starting_strength(
-                    frame, f"{effect.name}.{name}", value, float(np.sign(share) or 1.0)
-                )
-            }
+            whole = f"{effect.name}.{name}"
+            start = {whole: starting_strength(frame, whole, value, share)}
+            little = there[effect].strengths[0][1] if effect.singular else value
+            weak = {whole: starting_strength(frame, whole, little, float(np.sign(share) or 1.0))}
             found_all.append((effect, Promise(float(gain), shapes | start, shapes | weak)))
         return found_all
 

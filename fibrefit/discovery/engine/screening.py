@@ -14,6 +14,9 @@ from fibrefit.effects.law import Effect
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
+LADDER = (1.0, 5.0, 25.0)
+"""Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of them,
+a resonance that passes through the motion's own, tells little of what it does at another."""
 
 
 class Promise(NamedTuple):
@@ -56,8 +59,10 @@ def directions(effect: type[Effect]) -> list[Approach]:
     for parameter in effect.parameters:
         if parameter.name in effect.strength:
             weak = _weak(effect, parameter)
-            # A negative strength does the opposite of a positive one, but each frequency something of its own.
-            strengths += [(parameter.name, value) for value in (weak if parameter.unit == "Hz" else weak[:1])]
+            # A negative strength does the opposite of a positive one, but each frequency something of its own, and so
+            # does each size of what changes a model's kind.
+            several = parameter.unit == "Hz" or effect.singular
+            strengths += [(parameter.name, value) for value in (weak if several else weak[:1])]
     found = []
     for sizes in product(*(_weak(effect, parameter) for parameter in others)):
         shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
@@ -70,7 +75,7 @@ def starting_strength(frame: Supermodel, name: str, weak: float, share: float) -
     declared = frame.declared[name]
     if declared.reciprocal or declared.unit == "Hz":
         return weak
-    most = abs(1.0 / WEAK)
+    most = max(abs((declared.typical - declared.null) / (weak - declared.null)), 1.0)
     least = 1.0 if declared.lower >= declared.null or declared.upper <= declared.null else -most
     return float(
         np.clip(declared.null + np.clip(share, least, most) * (weak - declared.null), declared.lower, declared.upper)
@@ -85,9 +90,11 @@ def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
     elif parameter.unit == "Hz":
         sizes = list(FREQUENCIES * parameter.typical)
     elif parameter.reciprocal:
-        sizes = [parameter.typical / WEAK**0.5]
+        sizes = [parameter.typical / WEAK**0.5 / times for times in (LADDER if effect.singular else LADDER[:1])]
     else:
-        step = max(WEAK, effect.singular) * (parameter.typical - parameter.null)
+        steps = [max(WEAK, effect.singular) * times for times in (LADDER if effect.singular else LADDER[:1])]
+        whole = parameter.typical - parameter.null
         both = parameter.lower < parameter.null < parameter.upper
-        sizes = [parameter.null + step, *([parameter.null - step] if both else [])]
+        sizes = [parameter.null + step * whole for step in steps if step <= max(LADDER[1], steps[0])]
+        sizes += [parameter.null - steps[0] * whole] if both else []
     return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 from fibrefit.core.errors import DataError
@@ -14,21 +17,28 @@ DRIFT = 0.003
 """Share of its travel by which an input or a reading may move while the rig is at rest."""
 FIRST, WANDER = 4, 4.0
 """First blocks that show how noise moves their means, and how many standard deviations of those are still rest."""
+SLOW = 6.0
+"""Largest move of a block's mean that is taken for slow noise, in standard deviations of the fast noise."""
 
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
-    # within one block.
-    signals = [
-        (signal, max(1.2 * hiss(signal), _wander(signal), resolution(signal))) for signal in trace.channels.values()
+    signals = [_of_reading(signal) for signal in trace.channels.values()]
+    signals += [
+        _Signal(_means(values[:, 0]), DRIFT * float(np.ptp(values[:, 0])), 0.0) for values in trace.inputs.values()
     ]
-    signals += [(values[:, 0], DRIFT * float(np.ptp(values[:, 0]))) for values in trace.inputs.values()]
     # Before the motion a block by itself may be damaged or loud; after it, one may look like rest at a turning point.
-    ahead = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in signals]), 1) * BLOCK
-    turned = [(signal[::-1], limit) for signal, limit in signals]
-    behind = _run_length(np.logical_and.reduce([_like_the_first(signal, limit) for signal, limit in turned])) * BLOCK
-    found = [slice(0, ahead), slice(len(trace.times) - behind, len(trace.times))]
+    seen, ahead = FIRST, _run_length(_still(signals, FIRST), 1)
+    # What is at rest shows how noise wanders, and that what follows is at rest too.
+    while ahead > seen:
+        seen, ahead = ahead, _run_length(_still(signals, ahead), 1)
+    if ahead < FIRST:
+        # What does not even agree with itself says nothing of slow noise.
+        seen, ahead = 0, _run_length(_still(signals, 0), 1)
+    limits = [signal.limit(seen) for signal in signals]
+    turned = [_near(signal.means[::-1], FIRST, limit) for signal, limit in zip(signals, limits, strict=True)]
+    behind = _run_length(np.logical_and.reduce(turned)) * BLOCK
+    found = [slice(0, ahead * BLOCK), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
 
 
@@ -40,22 +50,43 @@ def first_rest(trace: Trace, got: str, expected: str, do: str) -> slice:
     return found[0]
 
 
-def _wander(signal: np.ndarray) -> float:
-    """How far slow noise may move a block's mean, by the first ones; at most a small share of the travel."""
-    first = signal[: FIRST * BLOCK]
-    if len(first) < FIRST * BLOCK or not np.isfinite(first).all():
-        return 0.0
-    moved = WANDER * float(np.std(first.reshape(FIRST, BLOCK).mean(axis=1)))
-    return min(moved, DRIFT * float(np.nanmax(signal) - np.nanmin(signal)))
+class _Signal(NamedTuple):
+    """Means of the blocks of a signal, how far they part at rest in any case, and at the most where noise is slow."""
+
+    means: np.ndarray
+    least: float
+    most: float
+
+    def limit(self, seen: int) -> float:
+        """How far noise moves a block's mean, as the first ones show it; the fewest show little of slow noise."""
+        first = self.means[:seen]
+        if seen < FIRST or len(first) < seen or not np.isfinite(first).all():
+            return self.least
+        return max(self.least, self.most if seen == FIRST else min(WANDER * float(np.std(first)), self.most))
 
 
-def _like_the_first(signal: np.ndarray, limit: float) -> np.ndarray:
-    """Whether each block's mean agrees with the first ones' within `limit`."""
+def _of_reading(signal: np.ndarray) -> _Signal:
+    # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
+    # within one block.
+    white, travel = hiss(signal), float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
+    return _Signal(_means(signal), max(1.2 * white, resolution(signal)), max(DRIFT * travel, SLOW * white))
+
+
+def _means(signal: np.ndarray) -> np.ndarray:
     blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
     number = np.isfinite(blocks).sum(axis=1)
-    means = np.where(number > 0, np.nansum(blocks, axis=1) / np.maximum(number, 1), np.nan)
+    return np.where(number > 0, np.nansum(blocks, axis=1) / np.maximum(number, 1), np.nan)
+
+
+def _still(signals: Sequence[_Signal], seen: int) -> np.ndarray:
+    """Which blocks are like the first ones in all signals."""
+    return np.logical_and.reduce([_near(signal.means, seen, signal.limit(seen)) for signal in signals])
+
+
+def _near(means: np.ndarray, seen: int, limit: float) -> np.ndarray:
+    """Which blocks' means agree with those of the first ones within `limit`."""
     known = means[np.isfinite(means)]
-    return ~(np.abs(means - known[:3].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
+    return ~(np.abs(means - known[: max(seen, FIRST)].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
 
 
 def _run_length(flags: np.ndarray, spared: int = 0) -> int:

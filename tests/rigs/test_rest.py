@@ -1,0 +1,50 @@
+"""Rest before a motion is found whatever the band of the noise, and no motion is taken for rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.trace import Trace
+
+RATE, LEAD, LENGTH = 2000.0, 600, 3000
+
+
+def trace_of(force: np.ndarray, position: np.ndarray) -> Trace:
+    times = np.arange(LENGTH) / RATE
+    return Trace("a.csv", times, {"force": force, "position": position}, {}, {})
+
+
+def moved() -> tuple[np.ndarray, np.ndarray]:
+    """Force and position of a weight that rests, is driven and stays where it came to."""
+    along = np.clip((np.arange(LENGTH) - LEAD) / 1200.0, 0.0, 1.0)
+    return 15.0 + 20.0 * along, 0.06 * along
+
+
+def slow(random: np.random.Generator, share: float) -> np.ndarray:
+    """Unit noise, a share of its power of first order with a corner at 8 Hz."""
+    pole = np.exp(-2.0 * np.pi * 8.0 / RATE)
+    wandering = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], random.standard_normal(LENGTH + 4000))[4000:]
+    return np.sqrt(share) * wandering + np.sqrt(1.0 - share) * random.standard_normal(LENGTH)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7])
+@pytest.mark.parametrize("seed", range(8))
+def test_the_rest_before_a_motion_is_found_in_noise_of_any_colour(share: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    force, position = moved()
+    found = rests(trace_of(force + 0.3 * slow(random, share), position + 2e-5 * slow(random, share)))
+    first = [rest for rest in found if rest.start == 0]
+    assert len(first) == 1
+    assert 0.75 * LEAD < first[0].stop <= LEAD + 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_record_that_moves_from_its_first_sample_has_no_rest_there(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    force, position = (np.roll(values, -LEAD) for values in moved())
+    force[-LEAD:], position[-LEAD:] = force[-LEAD - 1], position[-LEAD - 1]
+    found = rests(trace_of(force + 0.3 * slow(random, 0.7), position + 2e-5 * slow(random, 0.7)))
+    assert not [rest for rest in found if rest.start == 0]
