@@ -15,8 +15,8 @@ from fibrefit.effects.law import Effect
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
 LADDER = (1.0, 5.0, 25.0)
-"""Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of them,
-a resonance that passes through the motion's own, tells little of what it does at another."""
+"""Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of
+them, a resonance that passes through the motion's own, tells little of what it does at another."""
 
 
 class Promise(NamedTuple):

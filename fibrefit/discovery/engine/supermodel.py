@@ -228,12 +228,13 @@ def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> j
     return _rows(frame._bare, jnp.asarray(local), *varied, horizon, frame._offset)[:, 0]
 
 
-def group_of(effect: type[Effect], effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
     """Those of `effects` that share a frame with one of them: its kind, as a model with all effects takes long to run.
 
-    One that makes the equations of motion stiff would slow down all others, and stays alone.
+    One that makes the equations of motion stiff would slow down all others, and stays alone. So does a law of the fibre
+    where they are `stiff` already: its memory is a state of each segment, and a step solves for all of them together.
     """
-    if effect.stiff:
+    if effect.stiff or (stiff and effect.name.startswith("fibre.")):
         return (effect,)
     return tuple(other for other in effects if not other.stiff and _kind(other) == _kind(effect))
 

@@ -165,8 +165,11 @@ class Search:
         """
         # What changes with time would slow down all others.
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
-        reused = kin and not effect.stiff and not extends(effect) and self.base.frame.sensitivities is None
-        group = kept if reused else group_of(effect, self.effects)
+        stiff = any(other.stiff for other in kin)
+        reused = (
+            kin and not stiff and not effect.stiff and not extends(effect) and self.base.frame.sensitivities is None
+        )
+        group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*kin, *group))
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:

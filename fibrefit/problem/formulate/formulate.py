@@ -12,7 +12,8 @@ from fibrefit.core.roles import ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.rounding import steps_of
-from fibrefit.problem.noise.spectrum import Noise, estimate_noise
+from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
+from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import stack
@@ -121,7 +122,8 @@ def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[st
         trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
         for trace in traces
     ]
-    return _noise(study, raw, inputs)[0]
+    found, given = _noise(study, raw, inputs)
+    return {n: noise if n in given else with_lines(noise, at_rest(raw, n)) for n, noise in found.items()}
 
 
 def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:

@@ -12,6 +12,13 @@ import numpy as np
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.simulation.inputs import Signals
 
+FASTEST = 60.0
+"""Highest frequency in Hz of an error that is looked for, lines apart: beyond it the smoother and the rig let little
+through."""
+MOST = 1024
+"""Most cosines for a record; a longer one has a lower highest frequency."""
+CHUNK = 16
+"""Cosines whose effects are found in one pass along the motion."""
 LINE_WIDTH = 1.0
 """Half width in Hz of the band in which the line of the mains may lie."""
 
@@ -21,6 +28,8 @@ class InputErrors(NamedTuple):
 
     Parameters
     ----------
+    numbers : (n_record, n_wave)
+        Half periods of each cosine over the record; consecutive ones within each `CHUNK`.
     size : (n_record, n_wave)
         Amplitude of each cosine, in SI units, for a coefficient of one.
     duration : (n_record,) in s
@@ -28,19 +37,20 @@ class InputErrors(NamedTuple):
         Of the smoother.
     """
 
+    numbers: Any
     size: Any
     duration: Any
     weights: Any
 
 
-def smoothed_cosines(times: jax.Array, known: InputErrors, numbers: jax.Array) -> Signals:
-    """Cosines with consecutive numbers, after the smoother, ``(n_number, n_time)``; nil where there is no such.
+def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) -> Signals:
+    """Cosines at some places of one `CHUNK`, after the smoother, ``(n_place, n_time)``; nil where there is no such.
 
     A cosine shifted in time is a sum of two that are not: the smoother's weights are multiplied once for all instants.
     Each cosine is the one before it, turned on, as the functions themselves take most of the time.
     """
-    there = (numbers >= 0) & (numbers < known.size.size)
-    size = jnp.where(there, known.size[jnp.clip(numbers, 0, known.size.size - 1)], 0.0)
+    there, inside = (places >= 0) & (places < known.size.size), jnp.clip(places, 0, known.size.size - 1)
+    size, numbers = jnp.where(there, known.size[inside], 0.0), known.numbers[inside]
     near = known.weights.shape[1]
     pace = jnp.pi / known.duration
     shift = (times[1] - times[0]) * (jnp.arange(near) - near // 2) * pace * numbers[:, None]
@@ -76,21 +86,37 @@ def taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, coeff
 
 def error_signal(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
     """Error of an input at each instant, before the smoother, ``(n_time,)``."""
-    angle = jnp.pi * jnp.arange(known.size.size)[:, None] * (times - times[0]) / known.duration
+    angle = jnp.pi * known.numbers[:, None] * (times - times[0]) / known.duration
     return (known.size * wave) @ jnp.cos(angle)
 
 
-def amplitudes(noise: Noise, duration: float, number: int) -> np.ndarray:
-    """Amplitudes of cosines of 0, 1, 2 ... half periods over a record."""
+def amplitudes(noise: Noise, duration: float, numbers: np.ndarray) -> np.ndarray:
+    """Amplitudes of cosines of so many half periods over a record, ``(n_wave,)``."""
     spacing = 0.5 / duration
-    frequency = spacing * np.arange(number)
+    frequency = spacing * numbers
     density = noise.density(np.maximum(frequency, 0.5 * spacing))
-    # At which of the mains frequencies the line lies is not kept: both are allowed it.
-    near = np.min([np.abs(frequency - mains) for mains in MAINS], axis=0) <= LINE_WIDTH
-    density = density + near * noise.line / max(2.0 * LINE_WIDTH, spacing)
-    sizes = np.sqrt(2.0 * density * spacing)
-    sizes[0] /= np.sqrt(2.0)
-    return sizes
+    # At which of the mains frequencies an unnamed line lies is not kept: both are allowed it.
+    for places, variance in ((MAINS, noise.line), *(((place,), power) for place, power in noise.lines)):
+        near = np.min([np.abs(frequency - place) for place in places], axis=0) <= LINE_WIDTH
+        density = density + near * variance / max(2.0 * LINE_WIDTH, spacing)
+    return np.where(numbers == 0, np.sqrt(0.5), 1.0) * np.sqrt(2.0 * density * spacing)
+
+
+def wave_numbers(noise: Noise, durations: np.ndarray) -> np.ndarray:
+    """Half periods over each record of the cosines its error is made of, ``(n_record, n_wave)``: slow ones, and lines.
+
+    Parameters
+    ----------
+    noise : Noise
+    durations : (n_record,) in s
+    """
+    number = max(min(int(2.0 * FASTEST * durations.max()), MOST) // CHUNK, 1) * CHUNK
+    runs = [np.tile(np.arange(number), (len(durations), 1))]
+    width = -(-int(4.0 * LINE_WIDTH * durations.max()) // CHUNK) * CHUNK
+    for place in (place for place, _ in noise.lines if 2.0 * place * durations.min() > number):
+        middle = np.round(2.0 * place * durations).astype(int)
+        runs.append(np.maximum(middle - width // 2, number)[:, None] + np.arange(width))
+    return np.concatenate(runs, axis=1)
 
 
 def stacked_weights(weights: list[np.ndarray], size: int) -> np.ndarray:

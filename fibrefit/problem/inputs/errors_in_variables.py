@@ -30,12 +30,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.inputs.error_signals import (
+    CHUNK,
     InputErrors,
     amplitudes,
     error_signal,
     smoothed_cosines,
     stacked_weights,
     taken_off,
+    wave_numbers,
 )
 from fibrefit.problem.inputs.smoothing import smoother
 from fibrefit.problem.statement.layout import Layout
@@ -46,12 +48,6 @@ from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 
 InputCoefficients = Mapping[str, Any]
-FASTEST = 60.0
-"""Highest frequency in Hz of an error that is looked for: beyond it the smoother and the rig let little through."""
-MOST = 1024
-"""Most cosines for a record; a longer one has a lower highest frequency."""
-CHUNK = 16
-"""Cosines whose effects are found in one pass along the motion."""
 THREADS = os.cpu_count() or 1
 
 
@@ -61,12 +57,12 @@ def input_errors(task: Task) -> dict[str, InputErrors]:
     known = {}
     for name in task.problem.model.rig.inputs:
         noise = task.input_noise.get(name)
-        if noise is not None and noise.white + noise.pink + noise.line > 0.0:
+        if noise is not None and not noise.silent:
             durations = np.array([float(trace.times[-1] - trace.times[0]) for trace in task.traces])
-            number = min(int(2.0 * FASTEST * durations.max()), MOST) // CHUNK * CHUNK
-            sizes = np.array([amplitudes(noise, duration, max(number, CHUNK)) for duration in durations])
+            numbers = wave_numbers(noise, durations)
+            sizes = np.array([amplitudes(noise, *of) for of in zip(durations, numbers, strict=True)])
             weights = stacked_weights([_smoother(trace, name) for trace in task.traces], size)
-            known[name] = InputErrors(sizes, durations, weights)
+            known[name] = InputErrors(numbers, sizes, durations, weights)
     return known
 
 

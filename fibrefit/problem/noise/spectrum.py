@@ -59,6 +59,11 @@ class Noise:
         parts = sum(variance for _, variance in (*self.slow, *self.lines))
         return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line + parts))
 
+    @property
+    def silent(self) -> bool:
+        """Whether there is none."""
+        return not self.density(np.ones(1))[0] + self.line + sum(variance for _, variance in self.lines) > 0.0
+
     def density(self, frequency: np.ndarray) -> np.ndarray:
         """One-sided power density at `frequency` [Hz] > 0, without the lines, in unit^2/Hz."""
         parts = [variance * (2.0 / np.pi) * corner / (corner**2 + frequency**2) for corner, variance in self.slow]
@@ -112,18 +117,23 @@ def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
     -------
     Noise
     """
-    pieces = []
-    for trace in traces:
-        rate = trace.rate
-        for rest in rests(trace):
-            values = trace.channels[channel][rest]
-            if np.isfinite(values).all() and np.ptp(values) > 0.0:
-                pieces.append((values, rate))
+    pieces = at_rest(traces, channel)
     if not pieces:
         return _from_differences(traces, channel)
     found, rate = noise_of(pieces), float(np.mean([rate for _, rate in pieces]))
     floor = min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate)
     return replace(found, white=max(found.white, floor), floor=floor)
+
+
+def at_rest(traces: Sequence[Trace], channel: str) -> list[tuple[np.ndarray, float]]:
+    """Readings of one channel in the rests of all records, and their rates in Hz."""
+    pieces = []
+    for trace in traces:
+        for rest in rests(trace):
+            values = trace.channels[channel][rest]
+            if np.isfinite(values).all() and np.ptp(values) > 0.0:
+                pieces.append((values, trace.rate))
+    return pieces
 
 
 def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:

@@ -13,15 +13,15 @@ Whittle, Ark. Mat. 2 (1953); expectation of the periodogram instead of the densi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, coloured_of
+from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
-from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.spectrum import Noise, whittle
 from fibrefit.problem.statement.problem import Problem
 
 BINS_PER_OCTAVE = 12
@@ -107,6 +107,33 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
     )
 
 
+def with_lines(noise: Noise, pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
+    """Noise of readings at rest with the lines they hold at frequencies of their own, in place of that of the mains.
+
+    Parameters
+    ----------
+    noise : Noise
+        As `noise_of` finds it.
+    pieces : sequence of ((n,), float)
+        Readings in SI units, and their rate in Hz.
+    """
+    counts = np.array([len(values) for values, _ in pieces], dtype=int)
+    if not len(counts):
+        return noise
+    valid = np.arange(counts.max()) < counts[:, None]
+    values = np.zeros(valid.shape)
+    values[valid] = np.concatenate([part - part.mean() for part, _ in pieces])
+    rates = [rate for _, rate in pieces]
+    draws = _Draws(values[None], valid, counts, bank_of(rates, float(np.max(counts / np.array(rates)))))
+    whole = periodograms(*draws)
+    found, _ = _lines(draws, whole)
+    if not found:
+        return noise
+    clear = _clear(whole, found, draws)
+    white, pink = whittle(whole.frequency[clear], whole.power[clear])
+    return replace(noise, white=max(white, noise.floor), pink=pink, line=0.0, lines=tuple(found))
+
+
 def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
     """Innovations filter of a problem's residuals for noise of known spectra.
 
@@ -134,11 +161,7 @@ def _noise(draws: _Draws, lines: bool) -> Noise:
     if samples < len(draws.valid) or not np.any(draws.values):
         return Noise(1.0, 0.0, 0.0, 0)
     whole = periodograms(*draws)
-    found: list[tuple[float, float]] = []
-    weights = fitted(whole)
-    while lines and len(found) < LINES and (line := _line(draws, whole, weights, found)):
-        found.append(line)
-        weights = fitted(whole.where(_clear(whole, found, draws)))
+    found, weights = _lines(draws, whole) if lines else ([], fitted(whole))
     variances, rate = weights[:-1], float(np.mean(np.asarray(bank.rate)))
     share = variances > NEGLIGIBLE * weights.sum()
     slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
@@ -203,6 +226,16 @@ def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], draws: _Dr
     return np.logical_and.reduce([np.ones(len(whole.frequency), dtype=bool), *far])
 
 
+def _lines(draws: _Draws, whole: Periodograms) -> tuple[list[tuple[float, float]], np.ndarray]:
+    """Frequencies and variances of what stands out, and the variances of the parts that make the rest most likely."""
+    found: list[tuple[float, float]] = []
+    weights = fitted(whole)
+    while len(found) < LINES and (line := _line(draws, whole, weights, found)):
+        found.append(line)
+        weights = fitted(whole.where(_clear(whole, found, draws)))
+    return found, weights
+
+
 def _line(
     draws: _Draws, whole: Periodograms, weights: np.ndarray, found: Sequence[tuple[float, float]]
 ) -> tuple[float, float] | None:
@@ -245,4 +278,4 @@ def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodogram
     return float(frequency[best]), float(total[best] / max(valid.sum(), 1))
 
 
-__all__ = ["LINE_WIDTH", "Periodograms", "fitted", "noise_of_residuals", "periodograms", "whitening_of"]
+__all__ = ["LINE_WIDTH", "Periodograms", "fitted", "noise_of_residuals", "periodograms", "whitening_of", "with_lines"]

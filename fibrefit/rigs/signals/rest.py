@@ -86,7 +86,9 @@ def _still(signals: Sequence[_Signal], seen: int) -> np.ndarray:
 def _near(means: np.ndarray, seen: int, limit: float) -> np.ndarray:
     """Which blocks' means agree with those of the first ones within `limit`."""
     known = means[np.isfinite(means)]
-    return ~(np.abs(means - known[: max(seen, FIRST)].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
+    return (
+        ~(np.abs(means - known[: max(seen, FIRST)].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
+    )
 
 
 def _run_length(flags: np.ndarray, spared: int = 0) -> int:
