@@ -115,7 +115,7 @@ def test_what_slopes_promise_and_no_step_finds_is_no_evidence() -> None:
 
     stuck = weigh(of, begun(of), gram_of(turned))
     assert stuck.mode.place.z[2] == pytest.approx(0.0, abs=1e-3)
-    assert stuck.log < -0.5 * stuck.mode.objective
+    assert stuck.log < -0.5 * stuck.mode.objective + 5.0
     glanced = laplace(replace(stuck.mode, promised=np.inf))
     assert glanced.log > -0.5 * stuck.mode.objective + 10.0
 

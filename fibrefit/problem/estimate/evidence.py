@@ -160,13 +160,18 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
 
 
 def _stationary(found: PosteriorMode) -> Arrowhead:
-    """Normal equations without a gradient at the place a descent ended at, save towards a bound that ended it."""
-    normal = found.normal
+    """Normal equations that ask for no step where a descent ended, save beyond a bound.
+
+    What is asked of values that deviate stays: shared and deviation are moved by the same readings, and a small rest of
+    the one is all of the other.
+    """
     if not np.isfinite(found.promised):
-        return normal
+        return found.normal
     whole = with_priors(found)
-    left = np.where(stuck(found.unknowns, found.place.z, whole.pull), 0.0, whole.pull)
-    return normal._replace(pull=normal.pull - left, pulls=normal.pulls - whole.pulls)
+    asked = eliminated(whole.shared, whole.cross, whole.blocks, whole.pull, whole.pulls)[1]
+    kept = stuck(found.unknowns, found.place.z, whole.pull)
+    kept[found.unknowns.scattering] = True
+    return found.normal._replace(pull=found.normal.pull - np.where(kept, 0.0, asked))
 
 
 def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -122,10 +122,7 @@ def _products(
     grams = jnp.einsum("rin,rjn->rij", rows, rows)
     if sensitivities is None:
         return grams
-    # Rows differ by many orders of magnitude: single precision is that of each row.
-    size = jnp.sqrt(jnp.einsum("rii->ri", grams))
-    size = jnp.where(size > 0.0, size, 1.0)[..., None]
-    pulled = jnp.einsum("rin,rwn->riw", (rows / size).astype(jnp.float32), sensitivities.rows).astype(float) * size
+    pulled = jax.lax.map(lambda part: part[0] @ part[1].T.astype(float), (rows, sensitivities.rows))
     return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
 
 
