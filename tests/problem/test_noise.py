@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.spectrum import Noise, estimate_noise, periodogram, whittle
+from fibrefit.problem.noise.spectrum import Noise, estimate_noise, noise_of, periodogram, whittle
+from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 from tests.fitting import made
@@ -103,3 +104,16 @@ def test_spectrum_and_total_agree() -> None:
     frequency = np.linspace(1.0, 1000.0, 400_000)
     total = np.trapezoid(noise.density(frequency), frequency) + noise.line
     assert noise.rms(1.0, 2000.0) ** 2 == pytest.approx(total, rel=3e-3)
+
+
+def test_lines_of_a_rest_are_found_at_their_frequencies_and_none_where_there_is_none() -> None:
+    random, times = np.random.default_rng(5), np.arange(1000) / RATE
+    quiet = [(random.standard_normal(1000), RATE) for _ in range(5)]
+    assert with_lines(noise_of(quiet), quiet) == noise_of(quiet)
+    hum = [np.sqrt(2.0) * np.sin(2.0 * np.pi * f * times + random.uniform(0.0, 6.0, (5, 1))) for f in (50.1, 150.3)]
+    loud = [(values + two, rate) for (values, rate), two in zip(quiet, sum(hum), strict=True)]
+    found = with_lines(noise_of(loud), loud)
+    assert sorted(f for f, _ in found.lines) == pytest.approx([50.1, 150.3], abs=0.3)
+    assert [variance for _, variance in found.lines] == pytest.approx([1.0, 1.0], rel=0.15)
+    assert found.line == 0.0
+    assert found.white * 0.5 * RATE == pytest.approx(1.0, rel=0.15)

@@ -50,7 +50,8 @@ def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) ->
     Each cosine is the one before it, turned on, as the functions themselves take most of the time.
     """
     there, inside = (places >= 0) & (places < known.size.size), jnp.clip(places, 0, known.size.size - 1)
-    size, numbers = jnp.where(there, known.size[inside], 0.0), known.numbers[inside]
+    size, first = jnp.where(there, known.size[inside], 0.0), jnp.argmax(there)
+    numbers = known.numbers[inside[first]] + jnp.arange(len(places)) - first
     near = known.weights.shape[1]
     pace = jnp.pi / known.duration
     shift = (times[1] - times[0]) * (jnp.arange(near) - near // 2) * pace * numbers[:, None]
@@ -63,8 +64,8 @@ def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) ->
         after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
         return after, size * (even * cosine - odd * sine)
 
-    first = jnp.cos(numbers[0] * angle), jnp.sin(numbers[0] * angle)
-    return Signals(*jnp.moveaxis(jax.lax.scan(on, first, (size, even, odd))[1], 1, 0))
+    begun = jnp.cos(numbers[0] * angle), jnp.sin(numbers[0] * angle)
+    return Signals(*jnp.moveaxis(jax.lax.scan(on, begun, (size, even, odd))[1], 1, 0))
 
 
 def _smoothed(error: jax.Array, weights: jax.Array) -> jax.Array:
