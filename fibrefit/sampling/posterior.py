@@ -113,6 +113,12 @@ def _share_left(prior: Prior, draws: np.ndarray) -> float:
     return float(min(np.sqrt(12.0) * np.std(prior.cdf(draws)), 1.0))
 
 
+ALIKE = (
+    "Records are taken for alike, as the drive of this rig was measured: where fibrefit fit finds that they differ, "
+    "these intervals are too narrow and values may be off by several of them.",
+)
+
+
 @dataclass(frozen=True)
 class Posterior:
     """The joint posterior of a problem's free values and its noise.
@@ -188,6 +194,7 @@ class Posterior:
         return (
             "The noise of the measured inputs widens the posterior: "
             f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
+            *(ALIKE if len(self.density.problem.layout.records) > 1 and self.density.scatter is None else ()),
         )
 
     def _of_autocorrelation(self) -> tuple[str, ...]:

@@ -115,6 +115,15 @@ def test_draws_of_records_leave_noise_alone(posterior: Posterior) -> None:
     assert left(records_at(replace(density, scatter=None), points)) > 1.3
 
 
+def test_where_drives_were_measured_it_is_told_that_records_count_as_alike(posterior: Posterior) -> None:
+    size = posterior.density.problem.layout.size
+    driven = replace(posterior, widening=1e-6 * np.eye(size), density=replace(posterior.density, scatter=None))
+    assert any(remark.startswith("Records are taken for alike") for remark in driven.remarks)
+    # The negative control: a posterior with deviations in it says nothing of the kind.
+    told = replace(posterior, widening=1e-6 * np.eye(size)).remarks
+    assert not any("alike" in remark for remark in told)
+
+
 def test_where_records_agree_nothing_widens(ready: sampling._Ready) -> None:
     index = ready.target.names.index("stiffness")
     same = prepared(differing_series(np.zeros(5)))
