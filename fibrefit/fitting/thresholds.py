@@ -21,8 +21,8 @@ USELESS = 0.05
 """Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
 OUTWEIGHED = 1.0
 """What is left of an unexplained signal over what a value does in the readings, both rms, beyond which the value may be
-nothing but a fault that it took up. Stated faults that put values off by factors of 1.4 to 2.9 leave 1.06 to 1.8,
-masses and forces 10 % wrong, which scale all values alike, 0.3 to 0.8: docs/reliability.md."""
+nothing but a fault that it took up. Stated faults that put a value off by a factor of 1.5 or more leave 0.5 to 2.2,
+most of them more than 1; masses and forces 5 to 10 % wrong leave 0.1 to 0.8: docs/reliability.md."""
 SMALL = 0.1
 """Share of a parameter's typical size below which a value has no factor to be wrong by."""
 STARTS = 0.8

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import sys
+from contextlib import suppress
 
 MOST_PROGRAMS = 300
 """Programs kept: several studies' worth. Each takes some 10 MB; one that is wanted again comes from the disk cache."""
@@ -34,4 +36,11 @@ def bound_programs(most: int = MOST_PROGRAMS) -> bool:
     if kept := sys.modules.get("fibrefit.core.programs.kept"):
         kept.forget_programs()
     gc.collect()
+    _give_back()
     return True
+
+
+def _give_back() -> None:
+    """Return what is free to the system: the allocator of the GNU library would keep nearly all of it."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
