@@ -88,6 +88,17 @@ def test_a_clean_result_raises_no_doubt() -> None:
     assert "What to do next" not in text
 
 
+def test_a_fit_within_its_noise_is_not_said_to_leave_more_than_noise() -> None:
+    """A check of the model that failed for another reason than the size of what is left."""
+    level = s.CheckSummary(
+        name="noise level", passed=False, says="The records hold no rest.", about="model", identifier="noise_level"
+    )
+    size = level.model_copy(update={"name": "the gap is noise", "identifier": "residual_size"})
+    for lacking, says in (((level,), "no larger than the noise"), ((level, size), "more than the noise")):
+        text = fit_report(FIT.model_copy(update={"checks": (*FIT.checks, *lacking)}))
+        assert f"What is left is {says}" in " ".join(text.split())
+
+
 def test_a_result_that_failed_says_so_first() -> None:
     text = fit_report(FIT.model_copy(update={"status": "failed"}))
     assert text.splitlines()[3].startswith("Do not use these numbers")
