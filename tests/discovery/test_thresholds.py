@@ -13,6 +13,9 @@ from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
 from fibrefit.discovery.residuals import innovations
+from fibrefit.fitting.result import ChannelGap
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.discovery.left import noise_alone, with_gap
@@ -140,7 +143,29 @@ def told_at_rest(power: float) -> bool:
     return innovations.against_rest(traces, "force", pink(0.0)) is not None
 
 
+def steady(size: float) -> bool:
+    """Whether a parameter that is off by so much one way, and then the other, passes for one that is constant."""
+    score = size * np.where(np.arange(400) < 200, 1.0, -1.0)[None, :, None]
+    return not innovations._windows(np.ones((1, 400, 1, 1)), score).raised
+
+
+def as_at_rest(slow: float) -> bool:
+    """Whether noise of variance one passes for that at rest with so much more variance below 15 Hz."""
+    noise, parts = pink(0.0), ((4.0, slow), (15.0, slow))
+    found = innovations.against_rest(resting(0, 0.0), "force", Noise(noise.white, 0.0, 0.0, 1000, slow=parts))
+    return found is not None and not found.raised
+
+
+def unremarked(gap: float) -> bool:
+    """Whether such a gap is taken for noise where detection limits are told."""
+    fit: Any = SimpleNamespace(gap={"force": ChannelGap(gap, 1.0, "N")}, expected_gap=1.0, inflation=1.0)
+    return limits._beyond_noise(fit) == ((), 1.0)
+
+
 CASES = (
+    Bracket("ALARM", innovations, steady, 0.2512, 0.2589),
+    Bracket("CONTRADICTED", innovations, as_at_rest, 0.0076, 0.0082),
+    Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
     Bracket("BEYOND_DOUBT", forward_selection, sobered, 90.0, 110.0),
@@ -151,8 +176,6 @@ CASES = (
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
 )
-#: Chances of what a whole search ends with, whose studies docs/discovery.md tells; `PRICE` is tested above.
-OF_STUDIES = {"NOISE_LIKE", "ALARM", "CONTRADICTED", "PRICE"}
 
 
 def changes(share: float) -> str:
@@ -165,4 +188,5 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 
 def test_no_threshold_is_without_a_case() -> None:
-    assert names_in(thresholds) == {case.name for case in CASES} | OF_STUDIES
+    """`PRICE` is no verdict of its own: it makes the gate, which is tested above."""
+    assert names_in(thresholds) == {case.name for case in CASES} | {"PRICE"}
