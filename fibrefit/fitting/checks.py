@@ -15,6 +15,7 @@ from fibrefit.fitting.thresholds import (
     AGREEMENT,
     ASTRAY,
     AT_BOUND,
+    DECIDED,
     FEW_STARTS,
     INPUT_ERROR,
     SETTLED,
@@ -100,21 +101,40 @@ def interrupted(starts: Starts) -> Check:
     )
 
 
-def starts_agree(starts: Starts, noise: bool = False) -> Check:
+def undecided(starts: Starts, noise: bool) -> bool:
+    """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum."""
+    few = FEW_STARTS <= starts.agreeing < STARTS * starts.tried
+    return noise and few and _excess(starts) <= WORSE
+
+
+def _excess(starts: Starts) -> float:
+    """Residuals of the next minimum over those of the best."""
+    others = starts.basin > 0
+    return float(np.sqrt(starts.cost[others].min() / starts.cost.min())) if others.any() else np.inf
+
+
+def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Check:
     """Whether most starts end in the best minimum, and what became of the others.
 
     A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it.
+
+    Parameters
+    ----------
+    starts : Starts
+    noise : bool
+    nats : float
+        By how many the next minimum is less probable, errors of measured inputs taken off both; 0 where not known.
     """
     share = starts.agreeing / starts.tried
     says = f"{starts.agreeing} of {starts.tried} starts ended in the best minimum."
-    others, excess = starts.basin > 0, np.inf
-    if others.any():
-        excess = float(np.sqrt(starts.cost[others].min() / starts.cost.min()))
-        says += f" {others.sum()} ended in others, the nearest with residuals {excess:.3g} times as large"
+    excess = _excess(starts)
+    if np.isfinite(excess):
+        others = int(np.sum(starts.basin > 0))
+        says += f" {others} ended in others, the nearest with residuals {excess:.3g} times as large"
         says += ": bounces matched in the wrong order are such minima."
     if (lost := int(np.sum(starts.basin < 0))) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
-    few = noise and starts.agreeing >= FEW_STARTS and excess > WORSE
+    few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > DECIDED)
     if few and share < STARTS:
         says += " The best one leaves only noise: none can lie below it."
     elif share < STARTS:

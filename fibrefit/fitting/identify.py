@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
@@ -15,6 +16,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
+from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
@@ -164,7 +166,7 @@ def _concluded(
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.pop("converged"),
         _agreed(second, settling_unit(problem, bars)),
-        judge.starts_agree(starts, sound["gap"].passed),
+        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound["gap"].passed)),
         sound.pop("inside"),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
@@ -210,6 +212,34 @@ def _explained(plain: Optimum, gaps: Gap) -> Check:
     """Whether the signals are explained; where they are not, whether the values are of use all the same."""
     check = judge.signal_explained(gaps)
     return check if check.passed else judge.useless(check, outweighed(plain.problem.layout, plain.values, plain.scores))
+
+
+FURTHER = 2
+"""Minima beside the best that errors of measured inputs are taken off in, too."""
+
+
+def _left_open(task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise: bool) -> tuple[bool, float]:
+    """Whether the best minimum leaves only noise, and by how many nats the next is less probable, if that is open.
+
+    As measured, an input leaves residuals in every minimum: what tells them apart shows once its errors are taken off.
+    """
+    if not best.input_errors or not judge.undecided(starts, noise):
+        return noise, 0.0
+    for label in range(1, FURTHER + 1):
+        there = np.where(starts.basin == label, starts.cost, np.inf)
+        if not np.isfinite(there).any():
+            break
+        other = optimum(task, starts.values[int(np.argmin(there))])
+        # Ends that differ by less than their error bars say the same.
+        if np.any(np.abs(other.values - best.values) > bars.errors[bars.method]):
+            return noise, 0.5 * (_objective(other) - _objective(best)) / settling_unit(best.problem, bars) ** 2
+    return noise, np.inf
+
+
+def _objective(end: Optimum) -> float:
+    """Sum of squares of what is left and of the errors that were taken off the inputs, each in units of its own."""
+    errors = sum(float(np.sum(np.square(waves))) for waves in end.coefficients.values())
+    return float(np.nansum(np.square(end.problem.residuals(jnp.asarray(end.values))))) + errors
 
 
 class _Second(NamedTuple):

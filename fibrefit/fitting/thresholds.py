@@ -31,6 +31,9 @@ FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise: one may be an accident."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
+DECIDED = 10.0
+"""Nats by which the next one has to be less probable instead, where errors of measured inputs hide how much it leaves:
+odds of twenty thousand to one."""
 AT_BOUND = 0.1
 """Distance from a bound, in standard errors, below which an estimate is stopped by it."""
 

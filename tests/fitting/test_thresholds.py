@@ -33,10 +33,10 @@ def left(share: float) -> Check:
     return judge.signal_explained({"force": ChannelGap(1.0, 1e-6, "N", 1.0 - share)})
 
 
-def ended(agreeing: float, excess: float = 1.0, noise: bool = False) -> bool:
+def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float = 0.0) -> bool:
     """Verdict on ten starts of which some ended in the best minimum."""
     basin = [0] * int(agreeing) + [1] * (10 - int(agreeing))
-    return judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise).passed
+    return judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise, nats).passed
 
 
 def tied(correlation: float, value: float = 4.0) -> list[str]:
@@ -83,6 +83,7 @@ CASES = (
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),
+    Bracket("DECIDED", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),
     Bracket("AT_BOUND", judge, lambda x: not judge.at_bound(1.0 / x, 1.0, Range(0.0, 100.0, 10.0)), 8.0, 13.0),
     Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
