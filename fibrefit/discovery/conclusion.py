@@ -15,7 +15,7 @@ from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
-from fibrefit.discovery.engine.thresholds import NAMED, TELLS
+from fibrefit.discovery.engine.thresholds import NAMED, TELLS, widens
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
@@ -29,6 +29,7 @@ from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.catalogue import look_alikes
+from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.study.summaries.discovery import Separation, Unexplained, Verdict
@@ -84,11 +85,12 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if not complete and best.effects:
         instead = parts.take("free curves in place of effects", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
-    law: tuple[Weighed, ProposedLaw] | None = None
-    if readings:
-        law = parts.take("a law for the free curves", partial(proposed, search, best, readings), None)
+    propose = partial(proposed, search, best, readings)
+    law = parts.take("a law for the free curves", propose, None) if readings else None
     search.tell("fitting the final model", None)
-    after = before if not best.effects else _final(search, best, limits.seed, budget)
+    found, (best, after, refused) = best, _confirmed(search, best, before, limits, budget)
+    alarms = alarms if best is found else _alarms(search, best)
+    complete = not alarms and not readings
     kept, untried = search.plain(best), _left_out(at)
     verdict, reason = _verdict(best, alarms, readings, bool(untried or at.cut_short or parts.undone))
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
@@ -96,7 +98,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=" ".join([reason, *_taken_out(at, best)]),
+        reason=" ".join([reason, *(refused or _taken_out(at, best))]),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -120,6 +122,29 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+
+
+def _confirmed(
+    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget
+) -> tuple[Weighed, Identification, list[str]]:
+    """What was found and its fit, without what makes the gap larger once it is in the model; and what is said of that.
+
+    A search weighs all hypotheses by reactions to errors of inputs as one model has them. An effect that changes these,
+    such as a play of the size of the errors, may gain there what no fit finds again.
+    """
+    said: list[str] = []
+    while best.effects:
+        after = _final(search, best, limits.seed, budget)
+        gaps = total(before.gap), total(after.gap)
+        cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
+        if cut or limits.choose is not None or not widens(*gaps):
+            return best, after, said
+        says = (
+            f"With {best.names[-1]} in the model the normalised residual RMS rises from {gaps[0]:.3g} to {gaps[1]:.3g}"
+        )
+        said.append(f"{says}: it is not what is missing.")
+        best = search.scales.without(best, best.effects[:-1])
+    return best, before, said
 
 
 NOTHING: Verdict = "nothing_missing"

@@ -29,6 +29,7 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP
 
 CONVERGED = "convergence"
+COMPLETION = "completion"
 EXPLAINED = "explained_share"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
@@ -96,7 +97,7 @@ def interrupted(starts: Starts) -> Check:
         says,
         float(starts.tried),
         float(planned),
-        identifier="completion",
+        identifier=COMPLETION,
         quantity="completion of the fit",
     )
 
