@@ -22,7 +22,7 @@ from fibrefit.problem.estimate.evidence import (
     weigh,
 )
 from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, mode
-from tests.problem.toys import REFERENCE, SIZE, Linear, begun, bounded, gram_of, unknowns
+from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
 EXACT = 1e-4
@@ -102,22 +102,6 @@ def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
     assert away.log == pytest.approx(found.log, abs=0.01)
     np.testing.assert_allclose(away.mean, found.mean, atol=1e-4)
     np.testing.assert_allclose(away.spread, found.spread, rtol=1e-3)
-
-
-def test_what_slopes_promise_and_no_step_finds_is_no_evidence() -> None:
-    """A kink: slopes lead where the readings want to be, and the model turns back."""
-    of, linear = unknowns(), Linear.drawn(2, TRUTH - np.array([0.0, 0.0, 1.0]), loud=10.0)
-
-    def turned(local: np.ndarray) -> np.ndarray:
-        there = local.copy()
-        there[:, 2] = REFERENCE[2] + np.abs(local[:, 2] - REFERENCE[2])
-        return linear.residuals(there)
-
-    stuck = weigh(of, begun(of), gram_of(turned))
-    assert stuck.mode.place.z[2] == pytest.approx(0.0, abs=1e-3)
-    assert stuck.log < -0.5 * stuck.mode.objective + 5.0
-    glanced = laplace(replace(stuck.mode, promised=np.inf))
-    assert glanced.log > -0.5 * stuck.mode.objective + 10.0
 
 
 def test_a_nuisance_that_is_held_is_not_integrated() -> None:

@@ -2,7 +2,6 @@
 
 Law
 ---
-A place that a descent ended at is the mode: what slopes promise beyond it, and no step found, is no evidence.
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
 of the priors; ``Z`` is the mean of that over a grid of the standard deviations between records. With probability one
 half records agree in all parameters. What makes them differ in one hardly leaves the others alone: each standard
@@ -23,17 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import (
-    RIGID,
-    Arrowhead,
-    Gram,
-    Place,
-    PosteriorMode,
-    Unknowns,
-    mode,
-    stuck,
-    with_priors,
-)
+from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Place, PosteriorMode, Unknowns, mode
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
@@ -129,7 +118,7 @@ def weigh(
 
 def laplace(found: PosteriorMode) -> MarginalLikelihood:
     """MarginalLikelihood from the matrices at a mode."""
-    unknowns, place, normal = found.unknowns, found.place, _stationary(found)
+    unknowns, place, normal = found.unknowns, found.place, found.normal
     grid, prior = grid_of(len(unknowns.scattering))
     n = len(unknowns.each)
     # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
@@ -157,21 +146,6 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
     peak = log.max()
     weight = np.exp(log - peak)
     return MarginalLikelihood(found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), inside, inverse)
-
-
-def _stationary(found: PosteriorMode) -> Arrowhead:
-    """Normal equations that ask for no step where a descent ended, save beyond a bound.
-
-    What is asked of values that deviate stays: shared and deviation are moved by the same readings, and a small rest of
-    the one is all of the other.
-    """
-    if not np.isfinite(found.promised):
-        return found.normal
-    whole = with_priors(found)
-    asked = eliminated(whole.shared, whole.cross, whole.blocks, whole.pull, whole.pulls)[1]
-    kept = stuck(found.unknowns, found.place.z, whole.pull)
-    kept[found.unknowns.scattering] = True
-    return found.normal._replace(pull=found.normal.pull - np.where(kept, 0.0, asked))
 
 
 def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -347,8 +347,9 @@ def mode(
 def _trial(found: PosteriorMode, damping: float) -> tuple[Place, float]:
     """Place after a damped step inside the bounds, and the fall of Q it promises."""
     unknowns, place = found.unknowns, found.place
-    whole = with_priors(found)
-    free = ~stuck(unknowns, place.z, whole.pull) & (np.diag(whole.shared) > 0.0)
+    whole = _with_priors(found)
+    stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
+    free = ~stuck & (np.diag(whole.shared) > 0.0)
     held = np.zeros(len(place.z))
     for _ in range(len(free) + 1):
         dz, own = _solved(whole, damping, free, held)
@@ -366,12 +367,7 @@ def _trial(found: PosteriorMode, damping: float) -> tuple[Place, float]:
     return way, float(-2.0 * linear - bend)
 
 
-def stuck(unknowns: Unknowns, z: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Which shared coordinates are at a bound that their gradient leads beyond, ``(n_shared,)`` bool."""
-    return ((z <= unknowns.lower) & (pull > 0.0)) | ((z >= unknowns.upper) & (pull < 0.0))
-
-
-def with_priors(found: PosteriorMode) -> Arrowhead:
+def _with_priors(found: PosteriorMode) -> Arrowhead:
     """Normal equations of Q at a place."""
     unknowns, place, normal = found.unknowns, found.place, found.normal
     precision, n = 1.0 / np.maximum(found.sigma, RIGID) ** 2, len(unknowns.each)
@@ -392,7 +388,12 @@ def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
         inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
         dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
-    return dz, -solved(blocks, (whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))[..., None])[..., 0]
+    return dz, _own_step(whole, dz, damping)
+
+
+def _own_step(whole: Arrowhead, dz: np.ndarray, damping: float) -> np.ndarray:
+    right = -(whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))
+    return solved(_damped(whole.blocks, damping), right[..., None])[..., 0]
 
 
 def _damped(matrix: np.ndarray, damping: float) -> np.ndarray:
