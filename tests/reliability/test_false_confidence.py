@@ -148,7 +148,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
 def test_values_off_by_a_factor_are_failed(tmp_path: Path, mistake: str) -> None:
     """And those that are a few percent off are not, nor are those of a record without a fault."""
     given, status = MISTAKES[mistake]
-    found = identify(task_of(load_study(mistaken(tmp_path, **given))), starts=4)
+    found = identify(task_of(load_study(mistaken(tmp_path, **given))), starts=8)
     off = max(abs(math.log(max(found.parameters[name].value, 1e-3) / value)) for name, value in TRUTH.items())
     print(f"\n{mistake}: {found.status}, off by a factor of {math.exp(off):.3g}")
     assert found.status == status, [check.says for check in found.checks if not check.passed]
