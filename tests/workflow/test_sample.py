@@ -209,7 +209,9 @@ def test_arviz_compares_models_by_it(sampled: Sampled, kept: Path) -> None:
     live = sampled.to_datatree()
     assert live["log_likelihood"]["readings"].equals(tree["log_likelihood"]["readings"])
     assert tree["posterior"].sizes["draw"] == tree["log_likelihood"].sizes["draw"] >= 200
-    found = arviz_stats.loo(tree)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Estimated shape parameter")  # a short example: one block in many is unsure
+        found = arviz_stats.loo(tree)
     ours = sampled.cross_validation
     assert float(found.elpd) == pytest.approx(ours.total, abs=0.2 * ours.error)
     assert found.n_data_points == len(ours.blocks)
