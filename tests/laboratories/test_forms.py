@@ -27,6 +27,7 @@ def near(told: dict[str, Any], truth: float, share: float) -> None:
     assert abs(told["value"] - truth) <= max(FEW_ERRORS * (told["std_error"] or 0.0), share * truth), told
 
 
+@pytest.mark.slow
 def test_a_carriage_in_volts_at_2_khz(tmp_path: Path) -> None:
     """The export of a National Instruments logger: an interval, and a column of times before each channel."""
     rows = made.cart(1.0, 2000.0, lambda t: 30.0 * np.sin(2.0 * np.pi * 4.0 * t), (0.012, 0.0))

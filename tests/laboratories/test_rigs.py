@@ -73,6 +73,7 @@ def test_two_free_decays_of_a_cart_tell_its_mass_by_the_one_that_was_added(tmp_p
     assert not fit.parameters["force_offset"].free
 
 
+@pytest.mark.slow
 def test_an_added_mass_calibrates_a_force_in_volts(tmp_path: Path) -> None:
     def drive(t: float) -> float:
         return 12.0 * np.sin(2.0 * np.pi * 0.7 * t) + 8.0 * np.sin(2.0 * np.pi * 1.9 * t)

@@ -67,6 +67,7 @@ def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior)
     assert found.log_value == pytest.approx(posterior.modes[0].approximation.log_evidence, abs=0.3)
 
 
+@pytest.mark.slow
 def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     white = sample_posterior(task, values, noise="white", settings=Settings(seed=3))

@@ -108,6 +108,7 @@ def test_windows_begin_where_the_mass_was_and_not_where_its_smoothed_position_is
     assert np.abs(residuals @ times / (times @ times)).max() * 25.0 < 0.5
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_residuals(tmp_path: Path) -> None:
     problem, true = short(tmp_path)
     exact = np.asarray(jax.jacfwd(problem.residuals)(jnp.asarray(true)))[0, 0]
