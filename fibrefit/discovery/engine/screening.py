@@ -94,6 +94,7 @@ def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
     else:
         steps = [max(WEAK, effect.singular) * times for times in (LADDER if effect.singular else LADDER[:1])]
         whole = parameter.typical - parameter.null
+        # Nothing is looked at beyond five times the typical size.
         both = parameter.lower < parameter.null < parameter.upper
         sizes = [parameter.null + step * whole for step in steps if step <= max(LADDER[1], steps[0])]
         sizes += [parameter.null - steps[0] * whole] if both else []
