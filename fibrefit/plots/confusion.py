@@ -4,27 +4,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.figures import Figures
 
 if TYPE_CHECKING:
-    from fibrefit.discovery.design.distinguish import Confusion
+    from fibrefit.study.summaries.design import DistinguishSummary
 
 
-def confusion_figures(found: Confusion) -> Figures:
+def confusion_figures(summary: DistinguishSummary) -> Figures:
     """The |cosine| of the sensitivities of any two effects.
 
     Parameters
     ----------
-    found : Confusion
+    summary : DistinguishSummary
 
     Returns
     -------
     Figures
     """
-    names = tuple(direction.effect for direction in found.directions)
-    worst = max(found.pairs(0.0), key=lambda pair: pair[2], default=None)
+    names, cosine = tuple(one.effect for one in summary.effects), np.array(summary.cosine)
     heading = "No two effects can be compared"
-    if worst is not None:
-        heading = f"{worst[0]} and {worst[1]} are told apart least: |cosine| of sensitivities {worst[2]:.2f}"
-    return Figures({"confusion": correlation_figure(names, found.cosine, heading)})
+    below = np.tril(np.nan_to_num(cosine), -1) if len(names) > 1 else np.zeros((0, 0))
+    if below.any():
+        worst = np.unravel_index(int(np.argmax(below)), below.shape)
+        pair = " and ".join(names[i] for i in sorted(worst))
+        heading = f"{pair} are told apart least: |cosine| of sensitivities {below[worst]:.2f}"
+    return Figures({"confusion": correlation_figure(names, cosine, heading)})

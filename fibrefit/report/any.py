@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -44,3 +45,32 @@ def report_of(summary: Part) -> str:
         Content of a ``summary.json``.
     """
     return REPORTS[type(summary)](summary)
+
+
+def sentence_of(summary: Part) -> str:
+    """What a result says whose records share no parameters, in a line; ``no parameters`` where it is of another kind.
+
+    Parameters
+    ----------
+    summary : Part
+        Content of a ``summary.json``.
+    """
+    return LINES[type(summary)](summary) if type(summary) in LINES else "no parameters"
+
+
+def _compared(summary: DistinguishSummary) -> str:
+    seen = sum(one.smallest_detectable is not None for one in summary.effects)
+    return f"{seen} of {len(summary.effects)} effects would show; {len(summary.cannot_tell_apart)} pairs look alike"
+
+
+def _counted(summary: BatchSummary) -> str:
+    found = Counter(item.status or "not possible" for item in summary.items.values())
+    return ", ".join(f"{number} {status}" for status, number in found.items())
+
+
+LINES: dict[type[Part], Callable[[Any], str]] = {
+    PlanSummary: lambda summary: f"next: {summary.further[0].says}",
+    DistinguishSummary: _compared,
+    BatchSummary: _counted,
+    SeriesSummary: lambda summary: summary.sentence,
+}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.shown import Card, Shown
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
@@ -19,6 +20,8 @@ from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from fibrefit.plots import Figures
 
 PRINTED = {
@@ -32,8 +35,8 @@ PRINTED = {
 """Header, factor from SI, and format of each channel as written."""
 
 
-@dataclass(frozen=True)
-class Simulation(Saved):
+@dataclass(frozen=True, repr=False)
+class Simulation(Shown, Saved):
     """Simulated records.
 
     Parameters
@@ -73,6 +76,25 @@ class Simulation(Saved):
             headers.append(header)
             columns.append(np.asarray(inputs[name].values)[record, : len(trace.times)] * factor)
         return headers, np.column_stack(columns)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """All records below one another, as they are written.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``record``, ``time [s]`` and the channels, with their units in the headers.
+        """
+        import pandas as pd
+
+        tables = {trace.name: self.table(r) for r, trace in enumerate(self.task.traces)}
+        frames = {name: pd.DataFrame(columns, columns=headers) for name, (headers, columns) in tables.items()}
+        return pd.concat(frames, names=["record"]).reset_index("record").reset_index(drop=True)
+
+    def _card(self) -> Card:
+        rows = [(trace.name, str(len(trace.times))) for trace in self.task.traces]
+        line = f"{len(rows)} record{'s' * (len(rows) != 1)}: {', '.join(self.readings)}"
+        return Card(f'Simulation of "{self.study.name}"', line, ("record", "samples"), rows)
 
     def plot(self) -> Figures:
         """One figure a record."""

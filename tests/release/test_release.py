@@ -62,6 +62,39 @@ def test_shells_complete_its_words(installed: Path, tmp_path: Path, shell: str, 
     assert holds in script
 
 
+def test_pipx_runs_it_without_installing(tmp_path: Path) -> None:
+    venv.create(tmp_path / "env", with_pip=True)
+    python = str(tmp_path / "env" / ("Scripts" if sys.platform == "win32" else "bin") / "python")
+    said([python, "-m", "pip", "install", "--quiet", "pipx"], tmp_path)
+    places = {"PIPX_HOME": str(tmp_path / "home"), "PIPX_BIN_DIR": str(tmp_path / "programs")}
+    words = [python, "-m", "pipx", "run", "--spec", str(BUILT[0]), "fibrefit"]
+    assert said([*words, "--version"], tmp_path, **places).startswith("fibrefit ")
+    said([*words, "init", "demo"], tmp_path, **places)
+    assert (tmp_path / "demo" / "study.toml").is_file()
+
+
+DRAWN = """
+import warnings
+import arviz_stats, fibrefit
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", FutureWarning)
+    import arviz_plots
+tree = fibrefit.load_result("posterior").to_datatree()
+print("elpd", arviz_stats.loo(tree).elpd)
+for plot in (arviz_plots.plot_trace_dist, arviz_plots.plot_forest, arviz_plots.plot_ess):
+    plot(tree, var_names=["stiffness", "friction"], backend="matplotlib").savefig(f"{plot.__name__}.png")
+"""
+
+
+def test_arviz_draws_a_posterior_by_the_extra(installed: Path, tmp_path: Path) -> None:
+    said([str(installed / "python"), "-m", "pip", "install", "--quiet", f"{BUILT[0]}[arviz]"], tmp_path)
+    said([str(installed / "fibrefit"), "init", "demo"], tmp_path)
+    said([str(installed / "fibrefit"), "sample", "demo", "--out", "posterior", "--figures", "none"], tmp_path)
+    assert "elpd" in said([str(installed / "python"), "-c", DRAWN], tmp_path)
+    assert all(path.stat().st_size > 5000 for path in tmp_path.glob("*.png"))
+    assert len(list(tmp_path.glob("*.png"))) == 3
+
+
 def test_the_suite_passes_against_it(installed: Path, tmp_path: Path) -> None:
     python = str(installed / "python")
     said([python, "-m", "pip", "install", "--quiet", f"{BUILT[0]}[test]"], tmp_path)

@@ -62,19 +62,20 @@ def filtered(tab: Any) -> None:
     tab.wait_for_timeout(400)
 
 
-#: Name of a picture: page, what is done to it, width, scheme, medium.
-SHOTS: dict[str, tuple[str, Callable[[Any], None], int, str, str]] = {
-    "search_1280_light": ("search", first, 1280, "light", "screen"),
-    "search_1280_dark": ("search", first, 1280, "dark", "screen"),
-    "search_400_light": ("search", first, 400, "light", "screen"),
-    "records_1280_light": ("search", zoomed, 1280, "light", "screen"),
-    "records_400_light": ("search", zoomed, 400, "light", "screen"),
-    "moments_1280_dark": ("search", moments, 1280, "dark", "screen"),
-    "batch_1280_light": ("batch", filtered, 1280, "light", "screen"),
-    "batch_400_dark": ("batch", first, 400, "dark", "screen"),
-    "search_print": ("search", first, PRINTED, "light", "print"),
-    "batch_print": ("batch", first, PRINTED, "light", "print"),
-}
+WIDE, NARROW = 1280, 400
+
+
+def _shots() -> dict[str, tuple[str, Callable[[Any], None], int, str, str]]:
+    """Name of a picture: page, what is done to it, width, scheme, medium."""
+    seen = {"search": ("search", first), "records": ("search", zoomed), "batch": ("batch", filtered)}
+    shots = {
+        f"{name}_{width}_{scheme}": (page, act, width, scheme, "screen")
+        for name, (page, act) in seen.items()
+        for width in (WIDE, NARROW)
+        for scheme in ("light", "dark")
+    }
+    printed = {f"{page}_print": (page, first, PRINTED, "light", "print") for page in ("search", "batch")}
+    return shots | {"moments_1280_dark": ("search", moments, WIDE, "dark", "screen")} | printed
 
 
 def main() -> None:
@@ -84,12 +85,13 @@ def main() -> None:
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        for name, (page, act, width, scheme, medium) in SHOTS.items():
+        for name, (page, act, width, scheme, medium) in _shots().items():
             tab = browser.new_page(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
             tab.emulate_media(media=medium, color_scheme=scheme)
             tab.goto(pages[page].resolve().as_uri())
             act(tab)
-            keep(tab.screenshot(full_page=medium == "print"), folder / f"{name}.png")
+            # A sheet, or the long page of a telephone, is one picture; else what is seen without scrolling.
+            keep(tab.screenshot(full_page=width != WIDE and act is not zoomed), folder / f"{name}.png")
             tab.close()
         browser.close()
 

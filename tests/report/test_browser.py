@@ -212,7 +212,9 @@ def test_the_readout_tells_the_sample_under_the_cursor(seen: Tab) -> None:
     assert told("time") == pytest.approx(0.3 * TIMES[-1], abs=0.01)
     at, (_, speed, phase) = round(told("time") * RATE), motion()
     force = search().groups["observed_data"]["force"].values[0, at]
-    assert told("force measured") == pytest.approx(force, abs=0.01)
+    rows = seen.page.locator(".readout tbody tr")
+    assert float(rows.first.locator("td").first.inner_text()) == pytest.approx(force, abs=0.01)
+    assert rows.locator("th").all_inner_texts() == ["measured", "first model", "final model"]
     assert told("speed") == pytest.approx(1e3 * speed[0, at], rel=0.02, abs=0.1)
     assert ("slack", "taut, loading", "taut, unloading")[phase[0, at] - 1] in said
 

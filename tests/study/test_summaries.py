@@ -8,10 +8,10 @@ import math
 import pytest
 from pydantic import ValidationError
 
+from fibrefit.study.summaries import design, series, sweep
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import prediction as p
 from fibrefit.study.summaries import summaries as s
-from fibrefit.study.summaries import sweep
 from fibrefit.study.summaries.files import SUMMARIES
 
 GAP = s.Gap.model_validate(
@@ -127,7 +127,67 @@ EXAMPLES: dict[str, s.Part] = {
         },
         checks=(CHECK,),
     ),
+    "fibrefit/distinguish/1": design.DistinguishSummary(
+        study="drops",
+        rig="fibre_mass",
+        records=("a.csv",),
+        planned=False,
+        effects=(
+            d.Detectable(
+                effect="guide.viscous_friction",
+                parameter="viscous_coefficient",
+                unit="N s/m",
+                smallest_detectable=0.02,
+                unique=0.4,
+            ),
+            d.Detectable(
+                effect="fibre.mass", parameter="mass", unit="kg", smallest_detectable=float("inf"), unique=0.0
+            ),
+        ),
+        cosine=((1.0, 0.3), (0.3, 1.0)),
+        cannot_see=("fibre.mass",),
+    ),
+    "fibrefit/plan/1": design.PlanSummary(
+        study="drops",
+        rig="fibre_mass",
+        records=("a.csv",),
+        purpose="errors",
+        further=(
+            design.FurtherRecord(
+                like="a.csv",
+                conditions={"lift": 0.02},
+                pace=1.0,
+                size=1.0,
+                minutes=3.0,
+                errors={"stiffness": 0.7},
+                limits={"guide.viscous_friction": 0.8},
+                says="A record like a.csv with lift 20 mm (3 min): the standard error of stiffness falls by 30 %.",
+            ),
+        ),
+    ),
+    "fibrefit/series/1": series.SeriesSummary(
+        status="ok",
+        study="drops",
+        rig="fibre_mass",
+        answer="constant",
+        sentence="One set of parameters serves all speeds.",
+        models={"constant": series.RivalSummary(log_bayes_factor=0.0, gap=1.0, gap_left_out=1.0, foresight=0.0)},
+        laws=(),
+        records={
+            "a.csv": series.SeriesRecord(
+                speeds={"damping": (0.1, 0.6)},
+                conditions={"lift": 0.005},
+                parameters={"stiffness": series.OwnSummary(value=11150.0, std_error=4.0, unit="N/m")},
+                gap_left_out={"constant": 1.0},
+            )
+        },
+        checks=(CHECK,),
+    ),
 }
+
+
+def test_there_is_an_example_of_every_kind() -> None:
+    assert set(EXAMPLES) == set(SUMMARIES)
 
 
 @pytest.mark.parametrize("schema", EXAMPLES)

@@ -15,6 +15,7 @@ from fibrefit.core.errors import DataError, UsageError
 from fibrefit.study import Study
 from fibrefit.workflow import Fit
 from fibrefit.workflow.outcome.stored import StoredDocument, StoredResult, StoredSimulation
+from tests.study.test_summaries import EXAMPLES
 
 COLUMNS = ["name", "record", "value", "std_error", "low", "high", "unit"]
 
@@ -133,6 +134,10 @@ def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path
     simulated = fibrefit.load_result(tmp_path / "simulated")
     assert isinstance(simulated, StoredSimulation)
     assert set(simulated.to_dataframe().columns) == {"record", "time [s]", "force [N]", "position [mm]"}
+    made = fibrefit.simulate(folder)
+    assert list(made.to_dataframe().columns) == list(simulated.to_dataframe().columns)
+    assert len(made.to_dataframe()) == len(simulated.to_dataframe())
+    assert len(repr(made).splitlines()) == 2
     seen = fibrefit.inspect(folder)
     assert seen.to_dataframe()["si"].tolist() == ["N", "m"] * len(seen.seen)
     assert not seen.refusals
@@ -165,6 +170,39 @@ def test_a_batch_is_a_table(folder: Path, tmp_path: Path) -> None:
         found.to_datatree()
     with pytest.raises(UsageError, match="a result of kind batch"):
         found.residuals  # noqa: B018
+
+
+@pytest.mark.parametrize("schema", sorted(EXAMPLES))
+def test_every_kind_is_loaded_shown_and_told_again(schema: str, tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text(EXAMPLES[schema].model_dump_json(by_alias=True), encoding="utf-8")
+    found = fibrefit.load_result(tmp_path)
+    assert isinstance(found, StoredResult)
+    assert found.kind == schema.split("/")[1]
+    title, line = repr(found).splitlines()
+    assert title.endswith(found.status) or f"{found.status}," in title
+    assert line.strip() not in ("", "no parameters")
+    assert found._repr_html_().startswith("<div><strong>")
+    assert found.report().strip()
+    assert len(found.to_dataframe()) > 0
+
+
+def test_effects_and_further_records_are_tables(folder: Path, tmp_path: Path) -> None:
+    from fibrefit.workflow.design.plan import Aim
+
+    told = fibrefit.distinguish(folder, only=["guide.viscous_friction", "fibre.hardening"])
+    assert told.to_dataframe()["effect"].tolist() == [one.effect for one in told.confusion.directions]
+    planned = fibrefit.plan(folder, Aim(only=("guide.viscous_friction",)))
+    assert len(planned.to_dataframe()) == len(planned.further)
+    assert {"like", "minutes", "error of stiffness"} <= set(planned.to_dataframe())
+    for one in (told, planned):
+        again = fibrefit.load_result(one.save(tmp_path / type(one).__name__))
+        assert isinstance(again, StoredResult)
+        assert repr(again) == repr(one)
+        assert len(repr(one).splitlines()) == 2
+        pd.testing.assert_frame_equal(again.to_dataframe(), one.to_dataframe())
+        assert set(again.plot()) == set(one.plot())
+        with pytest.raises(UsageError, match="a result of kind"):
+            one.residuals  # noqa: B018
 
 
 def test_what_is_no_result_is_refused(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.statement.layout import assembled
@@ -19,8 +18,8 @@ NEAR, EXACT = 1.0, 1e-3
 """What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
 STRIDE = 10.0
 """Unit of the solver's variables in widths: its first damping is one part in a hundred of the curvature."""
-SEARCH: Any = optx.ClassicalTrustRegion(high_cutoff=0.75, low_cutoff=0.1, high_constant=10.0, low_constant=0.1)
-"""Boldness: measured on drops, a third fewer steps than with what the solver brings."""
+BOLDNESS = {"high_cutoff": 0.75, "low_cutoff": 0.1, "high_constant": 10.0, "low_constant": 0.1}
+"""Of the trust region: measured on drops, a third fewer steps than with what the solver brings."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""
 
@@ -170,6 +169,8 @@ def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: 
 
 def _descend(problem: Problem, start: Any, width: Any, count: Any, near: Any, max_steps: int) -> Descent:
     """One horizon; where that ends nowhere, the start is kept."""
+    import optimistix as optx  # a program that was compiled before does without
+
     stride = STRIDE * width
     solution: Any = optx.least_squares(
         lambda step, part: compressed_residuals(start + stride * step, part),
@@ -187,4 +188,7 @@ def _descend(problem: Problem, start: Any, width: Any, count: Any, near: Any, ma
 
 
 def _solver(rtol: Any, atol: Any) -> Any:
-    return eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), SEARCH)
+    import optimistix as optx
+
+    search: Any = optx.ClassicalTrustRegion(**BOLDNESS)
+    return eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), search)

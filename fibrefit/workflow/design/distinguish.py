@@ -22,6 +22,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -32,8 +33,8 @@ ALIKE = 0.9
 """Absolute cosine of two sensitivities above which a pair is listed."""
 
 
-@dataclass(frozen=True)
-class Confused(Saved):
+@dataclass(frozen=True, repr=False)
+class Confused(AnyResult, Saved):
     """What the records of a study can show and distinguish.
 
     Parameters
@@ -70,6 +71,10 @@ class Confused(Saved):
             provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
         )
 
+    def groups(self) -> dict[str, dict[str, Any]]:
+        """None: all of it is in the summary."""
+        return {}
+
     def told(self) -> dict[str, Any]:
         """The same as a document for programs."""
         return self.summary().model_dump(mode="json", by_alias=True)
@@ -82,7 +87,7 @@ class Confused(Saved):
         """The matrix of absolute cosines."""
         from fibrefit.plots import confusion_figures
 
-        return confusion_figures(self.confusion)
+        return confusion_figures(self.summary())
 
     def write(self, directory: ResultDirectory) -> None:
         """Write ``summary.json`` and the figure."""

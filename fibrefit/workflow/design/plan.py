@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
+from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved, write_figures
 
@@ -65,8 +66,8 @@ class Aim:
     exclude: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class RecordPlan(Saved):
+@dataclass(frozen=True, repr=False)
+class RecordPlan(AnyResult, Saved):
     """The next records, the most useful first.
 
     Parameters
@@ -126,6 +127,10 @@ class RecordPlan(Saved):
             nats=worth.nats if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
+
+    def groups(self) -> dict[str, dict[str, Any]]:
+        """None: all of it is in the summary."""
+        return {}
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""

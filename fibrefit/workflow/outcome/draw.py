@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import read_result, read_summary
+from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ def draw_result(result: Path | str) -> Figures:
     Parameters
     ----------
     result : pathlib.Path or str
-        Folder of a fit, a discovery, a posterior or a batch.
+        Folder of a fit, a discovery, a posterior, a batch, a series, a plan or a comparison of effects.
 
     Returns
     -------
@@ -62,17 +64,31 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
     """
     figures = figures_of(summary, groups)
     if figures is None:
-        kinds = "a fit, a discovery, a posterior or a batch with all of its files"
+        kinds = "a fit, a discovery, a posterior, a batch, a series, a plan or a comparison, with all of its files"
         raise UsageError(result, "cannot be drawn from what was saved", kinds, "Run it again: figures come with it.")
     return figures
 
 
-def figures_of(summary: Part, groups: Any) -> Figures | None:
-    """Figures of a result as it was read; None where they cannot be drawn from it."""
-    from fibrefit.plots import batch_figures, discovery_figures, fit_figures, saved_posterior_figures
+def _of_summary(summary: Part) -> Figures | None:
+    """Figures of a kind of which the summary holds all; None for others."""
+    from fibrefit.plots import batch_figures, confusion_figures, plan_figures
+    from fibrefit.plots.series import series_figures
 
     if isinstance(summary, BatchSummary):
         return batch_figures(summary)
+    if isinstance(summary, SeriesSummary):
+        return series_figures(summary)
+    if isinstance(summary, PlanSummary):
+        return plan_figures(summary)
+    return confusion_figures(summary) if isinstance(summary, DistinguishSummary) else None
+
+
+def figures_of(summary: Part, groups: Any) -> Figures | None:
+    """Figures of a result as it was read; None where they cannot be drawn from it."""
+    from fibrefit.plots import discovery_figures, fit_figures, saved_posterior_figures
+
+    if (drawn := _of_summary(summary)) is not None:
+        return drawn
     if not any(name in groups for name in NEEDED):
         return None
     if isinstance(summary, FitSummary):

@@ -20,6 +20,9 @@ KINDS = {
     "batch": "Batch",
     "sweep": "Sweep",
     "series": "Series",
+    "prediction": "Prediction",
+    "distinguish": "Comparison of effects",
+    "plan": "Plan",
 }
 """Word for each kind of result, by the middle of its schema."""
 
@@ -45,7 +48,7 @@ class AnyResult(Shown, ABC):
         return report_of(self.summary())
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Every parameter, one row a value.
+        """Every parameter, one row a value; of a plan the further records, of ``distinguish`` the effects.
 
         Returns
         -------
@@ -53,9 +56,9 @@ class AnyResult(Shown, ABC):
             Columns ``name``, ``record`` (missing where all records share it), ``value``, ``std_error``, ``low``,
             ``high``, ``unit``. Of a posterior they are mean, standard deviation and ends of the interval.
         """
-        from fibrefit.tables.frames import parameter_frame
+        from fibrefit.tables.kinds import result_frame
 
-        return parameter_frame(self.summary())
+        return result_frame(self.summary())
 
     @property
     def covariance(self) -> pd.DataFrame:
@@ -135,11 +138,13 @@ class AnyResult(Shown, ABC):
         return str(self.summary().schema_name).split("/")[1]
 
     def _card(self) -> Card:
+        from fibrefit.report.any import sentence_of
+
         summary = self.summary()
         named = getattr(summary, "study", None) or getattr(summary, "name", "")
         title = f'{KINDS.get(self._kind(), self._kind().capitalize())} of "{named}": {_verdict(summary)}'
         rows = _rows(summary)
-        line = "; ".join(" ".join(_spoken(row)) for row in rows[:MOST_ROWS]) or "no parameters"
+        line = "; ".join(" ".join(_spoken(row)) for row in rows[:MOST_ROWS]) or sentence_of(summary)
         return Card(title, line, ("name", "value", "+/-", "unit", "interval"), rows[:MOST_ROWS])
 
 

@@ -27,7 +27,7 @@ DOCUMENTS = ("confusion.json", "inspection.json", "plan.json")
 
 @dataclass(frozen=True, repr=False)
 class StoredResult(AnyResult):
-    """A result on disk: ``fit``, ``discover``, ``sample``, ``batch``, ``sweep``, ``predict``.
+    """A result on disk, of any command that ends with a ``summary.json``.
 
     Parameters
     ----------
@@ -100,6 +100,14 @@ class StoredResult(AnyResult):
         """Pictures by name."""
         return _figures(self.folder)
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """As of the result that was saved; of a series its ``table.parquet``, whose columns carry their units."""
+        if (table := self.folder / "table.parquet").is_file() and self.kind == "series":
+            import pandas as pd
+
+            return pd.read_parquet(table)
+        return super().to_dataframe()
+
     def plot(self) -> Figures:
         """Figures by name, drawn again from what was saved.
 
@@ -119,7 +127,7 @@ class StoredResult(AnyResult):
 
 @dataclass(frozen=True, repr=False)
 class StoredDocument(Shown):
-    """A result that is one JSON document: ``distinguish``, ``inspect``.
+    """A result that is one JSON document: that of ``inspect``.
 
     Parameters
     ----------
@@ -205,8 +213,9 @@ def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimul
     -------
     StoredResult, StoredDocument or StoredSimulation
         Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
-        ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``. Of
-        ``distinguish`` and ``inspect``: ``document`` and ``to_dataframe()``. Of ``simulate``: ``records``.
+        ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``,
+        ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``document`` and ``to_dataframe()``.
+        Of ``simulate``: ``records``.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 // Moments that records have in common, laid over one another: time is counted from the moment in each record.
 "use strict";
 
-const { element: make, css } = fibrefit;
+const { element: make, axes: { across, upwards } } = fibrefit;
 const MOST = 8;  // records that can be told apart
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#b8860b"];
 
@@ -55,11 +55,10 @@ fibrefit.overlay = (records) => {
       ];
     });
     plot?.destroy();
-    const both = { stroke: css("--quiet"), grid: { stroke: css("--line"), width: 0.5 }, ticks: { stroke: css("--line") }, font: "12px system-ui", labelFont: "12px system-ui" };
     plot = new uPlot({
       width: records.width, height: 260, legend: { show: false }, padding: [8, 14, 0, 0],
       scales: { x: { time: false } }, cursor: { drag: { x: true, y: false } },
-      axes: [{ ...both, label: `time after ${chosen} / ms`, labelSize: 18 }, { ...both, label: `${channel.value} / ${unit}`, size: 46, labelSize: 18 }],
+      axes: [across(`time after ${chosen} / ms`), upwards(`${channel.value} / ${unit}`)],
       series: [{}, ...series],
     }, uPlot.join(tables), place);
     legend.replaceChildren(...told.map((one, i) => {

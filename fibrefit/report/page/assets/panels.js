@@ -19,13 +19,23 @@ function dashOf(model, models) {
   return models.filter((one) => one.role === "tried").indexOf(model) < 3 ? [6, 3] : [2, 3];
 }
 
-function axes(label, last) {
-  const ink = css("--quiet"), line = css("--line");
-  const both = { stroke: ink, grid: { stroke: line, width: 0.5 }, ticks: { stroke: line, width: 0.5 }, font: "12px system-ui" };
+// An axis of any chart of the page: short ticks, and as much room as its numbers need.
+function axis(label, more = {}) {
+  const line = css("--line"), font = "12px system-ui", thin = { stroke: line, width: 0.5 };
+  return { stroke: css("--quiet"), grid: thin, ticks: { ...thin, size: 4 }, gap: 3, font, label, labelFont: font, labelSize: 18, ...more };
+}
+
+const LETTER = 7;  // width of a digit
+const across = (label) => axis(label, { size: 24 });
+const upwards = (label, more = {}) => axis(label, {
+  size: (u, shown) => Math.max(LEFT - 18, 12 + LETTER * Math.max(...(shown ?? []).map((one) => one?.length ?? 0))), ...more,
+});
+
+// Panels keep their left edges in line; those between others have no numbers below.
+function axes(label, { last, residual }) {
   return [
-    { ...both, show: true, size: last ? 40 : 6, values: last ? undefined : () => [], label: last ? "time / s" : undefined,
-      labelSize: 18, labelFont: "12px system-ui", gap: 2 },
-    { ...both, size: LEFT - 18, label, labelSize: 18, labelFont: "12px system-ui", gap: 3 },
+    last ? across("time / s") : axis(undefined, { size: 6, values: () => [] }),
+    upwards(label, { size: LEFT - 18, space: residual ? 18 : 30 }),
   ];
 }
 
@@ -89,7 +99,7 @@ function panel(element, options, levels, own) {
   const u = new uPlot({
     width: own.width(), height: options.height, padding: [options.top ?? 6, RIGHT, 0, 0], legend: { show: false },
     scales: { x: { time: false, auto: false, range: (_, low, high) => [low, high] }, y: { range: options.range } },
-    axes: axes(options.label, options.last), series: options.series, bands: options.bands ?? [],
+    axes: axes(options.label, options), series: options.series, bands: options.bands ?? [],
     cursor: {
       // The others follow the cursor; only the panel that was dragged over zooms.
       sync: { key: own.key, filters: { sub: (what) => what === "mousemove" || what === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, y: false,
@@ -147,6 +157,7 @@ fibrefit.strip = (canvas, times, phase, from, to) => {
 
 fibrefit.PHASES = PHASES;
 fibrefit.css = css;
+fibrefit.axes = { across, upwards };
 fibrefit.colourOf = colourOf;
 fibrefit.dashOf = dashOf;
 fibrefit.element = (tag, attributes = {}, ...inside) => {

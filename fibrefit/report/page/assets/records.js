@@ -69,7 +69,8 @@ class Records {
     const dashes = (model) => ({ "6,3": "dashes", "2,3": "dots" })[fibrefit.dashOf(model, this.view.models)] ?? "";
     const models = this.view.models.map((model) => one(this.at.shown.has(model.key), () => this.toggle(model.key),
       key(model.label, swatch(fibrefit.colourOf(model, this.view.models), dashes(model)))));
-    const band = one(this.band, () => { this.band = !this.band; this.redraw(); }, key(this.view.band, swatch("", "area")));
+    const band = one(this.band, () => { this.band = !this.band; this.redraw(); }, key(this.view.band.split(":")[0], swatch("", "area")));
+    band.title = this.view.band;
     this.toggles.replaceChildren(key("measured", swatch(css("--measured"), "dots")), ...models, band);
   }
 
@@ -123,23 +124,26 @@ class Records {
     return [...own.map((one) => [one.from, one.to]), ...this.brushed];
   }
 
+  // What is known of the sample under the cursor: the motion in a line, then a row each for what was measured and each model.
   hover(instant) {
     this.instant = instant;
     const i = fibrefit.indexAt(this.times, instant), samples = this.last;
     const say = (name, text, unit = "") => make("span", {}, `${name} `, make("b", {}, text), unit ? ` ${unit}` : "");
-    const said = [say("time", this.times[i].toFixed(4), "s")];
-    if (samples.phase) said.push(say("", this.view.phases[samples.phase[i]]));
-    const models = this.view.models.filter((model) => this.at.shown.has(model.key));
-    for (const { name, unit } of this.view.channels) {
-      const measured = samples[`measured ${name}`][i];
-      said.push(say(`${name} measured`, number(measured), unit));
-      for (const model of models) {
+    const state = [say("time", this.times[i].toFixed(4), "s")];
+    if (samples.phase) state.push(say("", this.view.phases[samples.phase[i]]));
+    for (const { name, unit } of this.view.states) state.push(say(name, number(samples[`state ${name}`][i]), unit));
+    const { channels } = this.view, measured = channels.map(({ name }) => samples[`measured ${name}`][i]);
+    const rows = [["measured", measured.map(number)]];
+    for (const model of this.view.models.filter((one) => this.at.shown.has(one.key))) {
+      rows.push([model.label, channels.map(({ name }, c) => {
         const value = samples[`${model.key} ${name}`][i];
-        said.push(say(model.label, number(value), unit), say("residual", number((measured - value) / this.record.noise[name]), "noise"));
-      }
+        return `${number(value)} (${number((measured[c] - value) / this.record.noise[name])})`;
+      })]);
     }
-    for (const { name, unit } of this.view.states) said.push(say(name, number(samples[`state ${name}`][i]), unit));
-    this.readout.replaceChildren(...said);
+    const cells = (kind, texts) => texts.map((text) => make(kind, { class: "number" }, text));
+    this.readout.replaceChildren(make("div", { class: "state" }, ...state), make("table", {},
+      make("thead", {}, make("tr", {}, make("td", {}, "(residual / noise)"), ...cells("th", channels.map(({ name, unit }) => `${name} / ${unit}`)))),
+      make("tbody", {}, ...rows.map(([name, texts]) => make("tr", {}, make("th", { scope: "row" }, name), ...cells("td", texts))))));
   }
 
   zoom(from, to) {

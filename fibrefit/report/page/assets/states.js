@@ -1,7 +1,7 @@
 // Residuals against a state of the rig; a stretch of the state that is brushed shows when the rig was there.
 "use strict";
 
-const { element: make, css } = fibrefit;
+const { element: make, css, axes: { across, upwards } } = fibrefit;
 const MOST = 4000;  // points drawn
 const BINS = 40;
 
@@ -71,11 +71,10 @@ fibrefit.states = (records) => {
     residuals = samples[`${model.value} ${channel.value}`].map((v, i) => (measured[i] - v) / noise);
     const data = sorted(states, residuals), colour = fibrefit.colourOf(view.models.find((one) => one.key === model.value), view.models);
     plot?.destroy();
-    const both = { stroke: css("--quiet"), grid: { stroke: css("--line"), width: 0.5 }, ticks: { stroke: css("--line") }, font: "12px system-ui", labelFont: "12px system-ui" };
     plot = new uPlot({
       width: records.width, height: 240, legend: { show: false }, padding: [8, 14, 0, 0], scales: { x: { time: false } },
       cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false } },
-      axes: [{ ...both, label: `${told.name} / ${told.unit}`, labelSize: 18 }, { ...both, label: "residual / noise", size: 46, labelSize: 18 }],
+      axes: [across(`${told.name} / ${told.unit}`), upwards("residual / noise")],
       series: [{}, { paths: () => null, points: { show: true, size: 2.5, width: 0, fill: css("--measured"), stroke: css("--measured") } },
         { stroke: colour, width: 2, spanGaps: true, points: { show: false } }],
       hooks: { setSelect: [(u) => { if (u.select.width > 3) brush([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]); }] },

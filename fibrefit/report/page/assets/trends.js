@@ -1,8 +1,15 @@
 // One column of a table of results against another, with errors; the point that is chosen is shown in the table.
 "use strict";
 
-const { element: make, css } = fibrefit;
-const STATES = { ok: "--measured", suspect: "--suspect", failed: "--failed", "not possible": "--failed" };
+const { element: make, css, axes } = fibrefit;
+const STATES = { ok: "--ok", suspect: "--suspect", failed: "--failed", "not possible": "--failed" };
+const HEIGHT = 320;
+
+// In the colours of the table; what is doubtful is hollow, too.
+function mark(state) {
+  const colour = css(STATES[state]);
+  return { size: 6, width: 1.5, stroke: colour, fill: state === "ok" ? colour : css("--paper") };
+}
 
 const value = (row, column) => (column < 0 ? Number(row.dataset.place) + 1 : row.cells[column].dataset.value === undefined ? null : Number(row.cells[column].dataset.value));
 const error = (row, column) => Number(row.cells[column]?.dataset.error ?? 0);
@@ -10,6 +17,7 @@ const error = (row, column) => Number(row.cells[column]?.dataset.error ?? 0);
 function bars(u, rows, column) {
   u.ctx.save();
   u.ctx.lineWidth = devicePixelRatio;
+  u.ctx.globalAlpha = 0.45;
   rows.forEach((row, i) => {
     const half = 2 * error(row, column), y = u.data[1][i];
     if (!half || y === null) return;
@@ -34,13 +42,13 @@ fibrefit.trends = (items) => {
   const first = columns.find(([i]) => items.rows.some((row) => error(row, i) > 0)) ?? columns[0];
   const up = choice("vertical axis", columns, first[0]), across = choice("horizontal axis", [[-1, "item, in order"], ...columns], -1);
   const place = make("div", { class: "trend panel" }), said = make("p", { class: "help" });
+  const key = make("div", { class: "phase-key dots" });
   let plot = null;
+  const width = () => Math.max(items.box.clientWidth, 240);
 
   function draw() {
     const x = Number(across.value), y = Number(up.value);
     const rows = items.shown.filter((row) => value(row, x) !== null && value(row, y) !== null).sort((a, b) => value(a, x) - value(b, x));
-    const both = { stroke: css("--quiet"), grid: { stroke: css("--line"), width: 0.5 }, ticks: { stroke: css("--line") }, font: "12px system-ui", labelFont: "12px system-ui" };
-    const colour = (u, i) => css(STATES[rows[i]?.cells[1].textContent.trim()] ?? "--measured");
     const data = [rows.map((row) => value(row, x)), rows.map((row) => value(row, y))];
     const states = Object.keys(STATES).filter((name) => rows.some((row) => row.cells[1].textContent.trim() === name));
     const split = states.map((name) => rows.map((row, i) => (row.cells[1].textContent.trim() === name ? data[1][i] : null)));
@@ -48,17 +56,22 @@ fibrefit.trends = (items) => {
     const low = Math.min(...reach), high = Math.max(...reach), margin = 0.06 * (high - low) || 1;
     plot?.destroy();
     plot = new uPlot({
-      width: Math.max(Math.min(items.box.clientWidth, 832), 240), height: 300, legend: { show: false }, padding: [10, 14, 0, 0],
+      width: width(), height: HEIGHT, legend: { show: false }, padding: [10, 14, 0, 0],
       scales: { x: { time: false, range: (u, a, b) => { const slack = 0.03 * (b - a) || 1; return [a - slack, b + slack]; } }, y: { range: () => [low - margin, high + margin] } },
-      axes: [{ ...both, label: across.selectedOptions[0].textContent, labelSize: 18 }, { ...both, label: up.selectedOptions[0].textContent, size: 60, labelSize: 18 }],
+      axes: [axes.across(across.selectedOptions[0].textContent), axes.upwards(up.selectedOptions[0].textContent)],
       cursor: { drag: { x: false, y: false }, points: { show: false } },
-      series: [{}, ...states.map((name) => ({ label: name, paths: () => null, points: { show: true, size: 6, fill: css(STATES[name]), stroke: css(STATES[name]) } }))],
+      series: [{}, ...states.map((name) => ({ label: name, paths: () => null, points: { show: true, ...mark(name) } }))],
       hooks: {
-        draw: [(u) => bars({ ctx: u.ctx, data, valToPos: u.valToPos }, rows, y)],
+        drawAxes: [(u) => bars({ ctx: u.ctx, data, valToPos: u.valToPos }, rows, y)],
         setCursor: [(u) => point(u, rows, data)],
         ready: [(u) => u.over.addEventListener("click", () => items.choose(nearest(u, rows, data)))],
       },
     }, [data[0], ...split], place);
+    key.replaceChildren(...states.map((name) => {
+      const dot = make("i");
+      Object.assign(dot.style, { background: mark(name).fill, borderColor: mark(name).stroke });
+      return make("span", {}, dot, name);
+    }));
     said.textContent = `${rows.length} items; bars: twice the standard error. Click a point to find its row.`;
   }
 
@@ -76,9 +89,9 @@ fibrefit.trends = (items) => {
     if (row) said.textContent = `${row.cells[0].textContent}: ${row.cells[Number(up.value)].textContent}, ${row.cells[1].textContent}`;
   }
 
-  items.box.prepend(make("div", { class: "controls" }, up, "against", across), place, said);
+  items.box.prepend(make("div", { class: "controls" }, up, "against", across), key, place, said);
   items.box.addEventListener("filtered", draw);
-  new ResizeObserver(() => { if (plot) plot.setSize({ width: Math.max(Math.min(items.box.clientWidth, 832), 240), height: 300 }); }).observe(items.box);
+  new ResizeObserver(() => { if (plot) plot.setSize({ width: width(), height: HEIGHT }); }).observe(items.box);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   draw();
 };

@@ -1,0 +1,78 @@
+"""Every kind of result as a data frame: of most its parameters, of others what they found instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pandas as pd
+
+from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
+from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.tables.frames import parameter_frame
+
+
+def result_frame(summary: Part) -> pd.DataFrame:
+    """What a result found, as a table.
+
+    Parameters
+    ----------
+    summary : Part
+        Content of a ``summary.json``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Of a fit, a discovery, a posterior, a prediction, a batch or a sweep one row a value, see
+        `parameter_frame`; of ``distinguish`` one row an effect, of ``plan`` one row a further record,
+        of a series one row a record and parameter.
+    """
+    return FRAMES.get(type(summary), parameter_frame)(summary)
+
+
+def _effects(summary: DistinguishSummary) -> pd.DataFrame:
+    """``effect``, ``parameter``, ``smallest_detectable`` in ``unit`` (missing where none shows), ``unique``."""
+    return pd.DataFrame([one.model_dump() for one in summary.effects])
+
+
+def _further(summary: PlanSummary) -> pd.DataFrame:
+    """Conditions in which each record differs, its cost, and by what factors errors and limits would fall."""
+    rows = [
+        {
+            "like": one.like,
+            **one.conditions,
+            "pace": one.pace,
+            "size": one.size,
+            "minutes": one.minutes,
+            "told_apart": one.told_apart,
+            **{f"error of {name}": factor for name, factor in one.errors.items()},
+            **{f"limit of {name}": factor for name, factor in one.limits.items()},
+        }
+        for one in summary.further
+    ]
+    return pd.DataFrame(rows)
+
+
+def _records(summary: SeriesSummary) -> pd.DataFrame:
+    """``record``, ``parameter``, ``value`` and ``std_error`` in ``unit``, and the record's conditions in SI units."""
+    rows = [
+        {
+            "record": record,
+            "parameter": name,
+            "value": own.value,
+            "std_error": own.std_error,
+            "unit": own.unit,
+            **found.conditions,
+        }
+        for record, found in summary.records.items()
+        for name, own in found.parameters.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+FRAMES: dict[type[Part], Callable[[Any], pd.DataFrame]] = {
+    DistinguishSummary: _effects,
+    PlanSummary: _further,
+    SeriesSummary: _records,
+}
