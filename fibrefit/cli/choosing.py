@@ -55,7 +55,7 @@ def asked(candidates: Sequence[Candidate]) -> str | None:
     str or None
         None where nothing is to be added any more, or where nobody answers.
     """
-    offered = distinct(candidates)
+    offered = distinct_names(candidates)
     _list(candidates, offered)
     names = list(offered)
     while True:
@@ -71,7 +71,7 @@ def asked(candidates: Sequence[Candidate]) -> str | None:
         say(f'"{word}" is none of them. {did_you_mean(word, names)}'.rstrip())
 
 
-def distinct(candidates: Sequence[Candidate]) -> dict[str, str]:
+def distinct_names(candidates: Sequence[Candidate]) -> dict[str, str]:
     """What each candidate is called, and the name by which the search knows it from those before it.
 
     A search takes the first candidate that holds the effect it is given. Candidates that no effect distinguishes from

@@ -60,11 +60,11 @@ def command(
     kept as the search goes on; --resume goes on from there, and ends with the result of a search that was never
     interrupted.
     """
-    from fibrefit.workflow.discovery.discover import Options, discover_study, finished
+    from fibrefit.workflow.discovery.discover import SearchOptions, discover_study, finished
     from fibrefit.workflow.discovery.journal import journal_folder
 
     study, seed, force = asked.study, asked.seed, asked.force
-    options = Options(seed=seed, seconds=seconds, **tried)
+    options = SearchOptions(seed=seed, seconds=seconds, **tried)
     folder = asked.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")

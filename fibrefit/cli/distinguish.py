@@ -32,5 +32,5 @@ def command(
     with asked.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
         found = confuse_study(asked.study, only=only, exclude=exclude, progress=progress)
         found.save(folder, force=asked.force)
-    terminal.answer(found.report(), found.told())
+    terminal.answer(found.report(), found.as_json())
     terminal.remark(f"\nWritten to {folder}: summary.json, figures.")

@@ -58,10 +58,10 @@ def command(
     from fibrefit.sampling.settings import Settings
     from fibrefit.store import Run
     from fibrefit.workflow.growing import growing_folder
-    from fibrefit.workflow.sampling.sample import Options, identity, sample_study
+    from fibrefit.workflow.sampling.sample import SamplingOptions, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
-    settings, options = Settings(seed=asked.seed, **budget), Options(noise, heavy, nuts, compare)
+    settings, options = Settings(seed=asked.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
     fixed = identity(options, settings)
     folder = asked.folder("sample", fixed)
     place = growing_folder(folder, KEPT, force=asked.force, resume=resume, run=Run.of("sample", asked.study, fixed))

@@ -169,7 +169,7 @@ def _left_over(
         return Unexplained(gap=total(after.gap) if kept.effects else search.gap(kept))
     return Unexplained(
         gap=total(after.gap),
-        where=where.places(after.left),
+        where=where.places(after.residual_set),
         looks_like=_looks_like(kept, search, after, readings),
         curves=drawn(readings, after, search.samples, law),
     )
@@ -250,17 +250,17 @@ def _looks_like(kept: Hypothesis, search: Search, found: Identification, reading
     if share < TELLS and (event := _event(found)):
         return event
     if not readings:
-        return f"nothing that is known of; {where.in_words(found.left)}"
+        return f"nothing that is known of; {where.in_words(found.residual_set)}"
     return f"{described(readings[0])}; it accounts for {100 * max(share, 0.0):.0f} % of the gap"
 
 
 def _event(found: Identification) -> str:
     """Records that part from the model at some instant and go on so; empty where none does."""
-    if (one := where.onset(found.left)) is not None:
+    if (one := where.onset(found.residual_set)) is not None:
         others = ", the other records do not" if len(found.problem.layout.records) > 1 else ""
         return f"an event in time: {one[0]} parts from the model at {one[1]:.3f} s{others}"
-    parting = [f"{record} at {instant:.3f} s" for record, instant in events(found.left)]
-    return f"an event in time: records part from the model, {', '.join(parting)}" if parting else ""
+    departing = [f"{record} at {instant:.3f} s" for record, instant in events(found.residual_set)]
+    return f"an event in time: records part from the model, {', '.join(departing)}" if departing else ""
 
 
 def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
@@ -270,14 +270,14 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         task,
         start=values,
         spread=dict.fromkeys(task.spread, NEARBY),
-        ladders=task.ladders[:1, -1:],
+        horizons=task.horizons[:1, -1:],
     )
-    enough, coefficients = budget.left > SHARPENED * budget.seconds, coefficients_of(search, best)
+    enough, coefficients = budget.left > GLS_NEEDS * budget.seconds, coefficients_of(search, best)
     return identify(
         nearby, FINAL_STARTS if coefficients is None else 1, seed, coefficients=coefficients, whiten=enough,
         progress=search.tell, stop=lambda: budget.left < 0.0,
     )  # fmt: skip
 
 
-SHARPENED = 0.3
+GLS_NEEDS = 0.3
 """Share of the time that has to be left for the whitened estimate of a driven rig."""

@@ -368,13 +368,13 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     sentence = f"{added}: the normalised residual RMS falls from {gaps[0]:.3g} to {gaps[1]:.3g}"
     sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
     sentence = f"{sentence}{_changes(parent, chosen)}".strip()
-    left = before.left if not parent.effects else what_is_left(search, parent)
-    left_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
-    told = Round(
-        added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(left), ranking=ranking,
-        sentence=f"{where.in_words(left)}. {sentence}",
+    residual_set = before.residual_set if not parent.effects else what_is_left(search, parent)
+    residuals_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
+    summary = Round(
+        added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking,
+        sentence=f"{where.in_words(residual_set)}. {sentence}",
     )  # fmt: skip
-    return TracedRound(told, left.residuals, left_with)
+    return TracedRound(summary, residual_set.residuals, residuals_with)
 
 
 def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:

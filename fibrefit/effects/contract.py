@@ -24,7 +24,7 @@ SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap
 """What else hooks are told, in SI units."""
 SAMPLES = 3
 WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient", "loose")
-"""Hooks whose answer means nothing by itself: another one must be nil."""
+"""Hooks whose answer means nothing by itself: another one must be zero."""
 FOR_ARRAYS = "Laws are compiled: write jnp.where(condition, a, b) for `if`, and jnp for math and np."
 
 
@@ -59,14 +59,14 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
 
 
 def _values(effect: type[Effect]) -> dict[str, dict[str, Any]]:
-    """Values of the parameters: all typical, and the strengths nil."""
+    """Values of the parameters: all typical, and the strengths zero."""
 
     def array(parameter: Parameter, value: float) -> Any:
         return ByInverse(jnp.asarray(1.0 / value)) if parameter.reciprocal else jnp.asarray(float(value))
 
     typical = {p.name: array(p, p.typical) for p in effect.parameters}
-    nil = {p.name: array(p, p.null) for p in effect.parameters if p.name in effect.strength}
-    return {"typical": typical, "null": typical | nil}
+    zero = {p.name: array(p, p.null) for p in effect.parameters if p.name in effect.strength}
+    return {"typical": typical, "null": typical | zero}
 
 
 def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:

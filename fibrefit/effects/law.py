@@ -127,12 +127,12 @@ class Effect(eqx.Module):
 
     def absent(self) -> jax.Array:
         """Whether the effect is at its null value and must leave no trace."""
-        nil = jnp.array(True)
+        zero = jnp.array(True)
         for declared in self.parameters:
             if declared.name in self.strength:
                 value = getattr(self, declared.name)
-                nil &= inverse_of(value) == 0.0 if declared.reciprocal else value == declared.null
-        return nil
+                zero &= inverse_of(value) == 0.0 if declared.reciprocal else value == declared.null
+        return zero
 
     def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
         """The law as it is in the record of that `number` in the series, from 1, which lasts `duration` [s]."""

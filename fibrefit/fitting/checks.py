@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fitting.identifiability import Weakness
-from fibrefit.fitting.result import ChannelGap, Gap, InputError, Starts, total
+from fibrefit.fitting.result import ChannelMisfit, Gap, InputError, Starts, total
 from fibrefit.fitting.thresholds import (
     AGREEMENT,
     ASTRAY,
@@ -201,12 +201,12 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     return Check("the gap is noise", passed, says, ratio, limit, **named)
 
 
-def signal_explained(gaps: Mapping[str, ChannelGap]) -> Check:
+def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
     """Whether what is left beyond the noise is small against each signal.
 
     Parameters
     ----------
-    gaps : mapping of channel to ChannelGap
+    gaps : mapping of channel to ChannelMisfit
         That of a driving force has no noise.
     """
     shares = {name: _unexplained(gap) for name, gap in gaps.items() if np.isfinite(gap.explained)}
@@ -255,7 +255,7 @@ def exchanged() -> Check:
     )
 
 
-def _unexplained(gap: ChannelGap) -> float:
+def _unexplained(gap: ChannelMisfit) -> float:
     """Share of the variance of a signal that is left and is not noise."""
     noise = gap.noise if np.isfinite(gap.noise) else 0.0
     return (1.0 - gap.explained) * max(1.0 - (GAP * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0

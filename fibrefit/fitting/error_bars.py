@@ -69,7 +69,7 @@ def estimates(
     values: np.ndarray,
     bars: ErrorBars,
     plain: PlainEstimate | None = None,
-    sharp: GlsEstimate | None = None,
+    gls: GlsEstimate | None = None,
 ) -> tuple[Estimate, ...]:
     """Estimates of all values in the order of the layout, then those that are held.
 
@@ -80,15 +80,15 @@ def estimates(
     bars : ErrorBars
     plain : PlainEstimate, optional
         What is told beside the estimates.
-    sharp : GlsEstimate, optional
+    gls : GlsEstimate, optional
         Where the intervals are from.
     """
     found, layout, errors = [], problem.layout, bars.errors
     for i, (slot, record) in enumerate(layout.entries):
         value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
-        low, high = (value - Z_95 * error, value + Z_95 * error) if sharp is None else sharp.intervals[i]
+        low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
         low, high = max(float(low), limits.lower), min(float(high), limits.upper)
-        differs = record is None and sharp is not None and slot.name in sharp.between and sharp.between[slot.name].found
+        differs = record is None and gls is not None and slot.name in gls.between and gls.between[slot.name].found
         found.append(
             Estimate(
                 name=slot.name,

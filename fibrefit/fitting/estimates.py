@@ -79,7 +79,7 @@ class GlsEstimate:
     expected_gap: float
 
     @property
-    def scattered(self) -> bool:
+    def records_differ(self) -> bool:
         """Whether records differ."""
         return any(one.found for one in self.between.values())
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.fitting.result import ChannelGap, Gap
+from fibrefit.fitting.result import ChannelMisfit, Gap
 from fibrefit.problem.diagnose.phases import Motion, motion_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -15,7 +15,7 @@ from fibrefit.rigs.signals.rest import rests
 
 
 @dataclass(frozen=True)
-class Look:
+class Evaluation:
     """A simulation beside its records.
 
     Parameters
@@ -30,7 +30,7 @@ class Look:
     record_gaps: Mapping[str, Gap]
 
 
-def look(task: Task, problem: Problem, local: np.ndarray) -> Look:
+def evaluate(task: Task, problem: Problem, local: np.ndarray) -> Evaluation:
     """Simulate and compare.
 
     Parameters
@@ -42,13 +42,13 @@ def look(task: Task, problem: Problem, local: np.ndarray) -> Look:
         Values of each record.
     """
     moved = motion_of(problem, local)
-    return Look(moved, *_gaps(task, moved.readings))
+    return Evaluation(moved, *_gaps(task, moved.readings))
 
 
 def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[str, Gap]]:
     data, names = task.problem.observations, task.problem.layout.records
-    gaps: dict[str, dict[str, ChannelGap]] = {name: {} for name in names}
-    whole: dict[str, ChannelGap] = {}
+    gaps: dict[str, dict[str, ChannelMisfit]] = {name: {} for name in names}
+    whole: dict[str, ChannelMisfit] = {}
     for channel, reading in readings.items():
         weight = np.asarray(data.weight[channel])
         counted = weight > 0.0
@@ -60,11 +60,11 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
         for r, name in enumerate(names):
             rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
             share = _explained(float(np.sum(error[r] ** 2)), float(squares[r]))
-            gaps[name][channel] = ChannelGap(rms, float(sigma[r]), task.units[channel], share)
+            gaps[name][channel] = ChannelMisfit(rms, float(sigma[r]), task.units[channel], share)
         number = counted.sum(axis=1)
         rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
         share = _explained(float(np.sum(error**2)), float(squares.sum()))
-        whole[channel] = ChannelGap(rms, noise, task.units[channel], share)
+        whole[channel] = ChannelMisfit(rms, noise, task.units[channel], share)
     return whole, gaps
 
 

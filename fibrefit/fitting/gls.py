@@ -38,7 +38,7 @@ DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
-def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None:
+def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None:
     """The estimate of the likelihood, from a plain one; None where no mode is reached from there.
 
     Parameters
@@ -56,7 +56,7 @@ def sharpened(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None
     if not len(unknowns.columns):
         return None
     if len(unknowns.scattering):
-        place = apart(unknowns, place, seen, task.ladders)
+        place = apart(unknowns, place, seen, task.horizons)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
     for look in range(LOOKS):
@@ -72,7 +72,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     steps = dict(task.steps)
     if seen.raw is None:
         return View(with_steps(plain.problem, steps))
-    known, coefficients = input_errors(task), seen.left(local)[1]
+    known, coefficients = input_errors(task), seen.residuals(local)[1]
     there = corrected(with_steps(task.problem, steps), known, coefficients)
     whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
     roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in seen.raw.inverse]
@@ -86,7 +86,7 @@ def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen
     for _ in range(2):
         if seen.raw is None:
             seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
-        noise = noise_of_residuals(seen.problem, seen.left(local_of(unknowns, place), DRAWS)[0])
+        noise = noise_of_residuals(seen.problem, seen.residuals(local_of(unknowns, place), DRAWS)[0])
         seen = seen.through(whitening_of(seen.problem, noise))
         evidence = _weighed(unknowns, place, seen, evidence)
         if evidence is None:
@@ -117,12 +117,12 @@ def _seen(task: Task, found: GlsEstimate) -> View:
     return linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)
 
 
-def _bends(task: Task, sharp: GlsEstimate) -> bool:
+def _bends(task: Task, gls: GlsEstimate) -> bool:
     """Whether errors of inputs have moved so far that what the readings make of them is not what was predicted."""
-    there = np.asarray(problem_at(task, sharp).linearised_at(sharp.local).residuals)
-    counted = sharp.residuals != 0.0
-    downweight = 1.0 if sharp.seen.raw is None else sharp.seen.raw.downweight
-    return not float(np.mean((there * downweight - sharp.residuals)[counted] ** 2)) < MISSED
+    there = np.asarray(problem_at(task, gls).linearised_at(gls.local).residuals)
+    counted = gls.residuals != 0.0
+    downweight = 1.0 if gls.seen.raw is None else gls.seen.raw.downweight
+    return not float(np.mean((there * downweight - gls.residuals)[counted] ** 2)) < MISSED
 
 
 def _sharp(
@@ -143,7 +143,7 @@ def _sharp(
     values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
-    residuals, coefficients = seen.left(local, DRAWS)
+    residuals, coefficients = seen.residuals(local, DRAWS)
     return GlsEstimate(
         values=values,
         local=local,
@@ -198,14 +198,14 @@ def _intervals(
 Z_95 = 1.959964
 
 
-def cost_with_one_held(sharp: GlsEstimate, index: int) -> Callable[[np.ndarray], float]:
+def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], float]:
     """Smallest objective with the value at `index` held, as a function of values ``(n_free,)`` in SI units.
 
     Standard deviations between records stay what they are.
     """
-    found, layout = sharp.evidence.mode, sharp.seen.problem.layout
+    found, layout = gls.evidence.mode, gls.seen.problem.layout
     place = places_of(layout, found.unknowns)[0][index]
-    gram = sharp.seen.gram(found.unknowns)
+    gram = gls.seen.gram(found.unknowns)
 
     def cost(values: np.ndarray) -> float:
         shared = found.values
@@ -220,10 +220,10 @@ def cost_with_one_held(sharp: GlsEstimate, index: int) -> Callable[[np.ndarray],
     return cost
 
 
-def problem_at(task: Task, sharp: GlsEstimate) -> Problem:
+def problem_at(task: Task, gls: GlsEstimate) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
-    problem = with_steps(task.problem, sharp.seen.problem.observations.steps)
-    return corrected(problem, input_errors(task), sharp.coefficients) if sharp.coefficients else problem
+    problem = with_steps(task.problem, gls.seen.problem.observations.steps)
+    return corrected(problem, input_errors(task), gls.coefficients) if gls.coefficients else problem
 
 
-__all__ = ["GlsEstimate", "PosteriorMode", "cost_with_one_held", "problem_at", "sharpened"]
+__all__ = ["GlsEstimate", "PosteriorMode", "cost_with_one_held", "gls_estimate", "problem_at"]

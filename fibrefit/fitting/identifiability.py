@@ -63,7 +63,7 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
 def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
     """Covariance if the values with a prior were held: what that prior leaves open is in the error bars.
 
-    A value with a prior is not tied to another one by the records alone; its own rows become nil.
+    A value with a prior is not tied to another one by the records alone; its own rows become zero.
     """
     held = [i for i, _ in layout.believed if np.isfinite(covariance[i, i])]
     if not held:
@@ -130,7 +130,7 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
         return ""
     found = places.get("weight_mass")
     mass = float(masses[0] if found is None else values[found] + np.asarray(conditions["added_mass"])[0])
-    told = []
+    determined = []
     for name, unit in PER_MASS.items():
         i = places[name]
         change = np.zeros(layout.size)
@@ -139,11 +139,11 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
             change[found] = -1.0 / mass
         error = float(np.sqrt(change @ covariance @ change))
         if np.isfinite(error):
-            told.append(f"{name} over mass, {values[i] / mass:.4g} {unit} within {100.0 * error:.2g} %")
+            determined.append(f"{name} over mass, {values[i] / mass:.4g} {unit} within {100.0 * error:.2g} %")
     load = mass * STANDARD_GRAVITY * float(slopes[0])
-    if not told:
+    if not determined:
         return ""
     return (
-        f"Force alone determines {' and '.join(told)}, and the load at rest, {load:.4g} N: stiffness, damping and "
+        f"Force alone determines {' and '.join(determined)} and the load at rest, {load:.4g} N: stiffness, damping and "
         "friction themselves are as sure as the mass that is stated."
     )

@@ -23,12 +23,12 @@ from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import reported
-from fibrefit.fitting.result import ChannelGap, Gap, Identification, PlainEstimate, Starts
-from fibrefit.fitting.search.multistart import scattered, search, table
+from fibrefit.fitting.result import ChannelMisfit, Gap, Identification, PlainEstimate, Starts
+from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
-from fibrefit.fitting.search.starts_from_base_model import nested
+from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
@@ -130,16 +130,20 @@ def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop:
 
 def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.ndarray) -> tuple[Cost, str]:
     """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
-    if found.sharp is not None:
-        return cost_with_one_held(found.sharp, index), "whitened"
+    if found.gls is not None:
+        return cost_with_one_held(found.gls, index), "whitened"
     return plain_cost(found.problem, index, width, whole), "white"
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
     problem = task.problem
-    began = nested(task, scattered(problem.layout, task.start, task.spread, number, seed), seed, stop)
-    told = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
-    return table(problem.layout, began, search(problem, problem.layout.free(began), task.ladders, told, stop))
+    began = starts_from_base_model(
+        task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
+    )
+    on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
+    return collected(
+        problem.layout, began, search(problem, problem.layout.free(began), task.horizons, on_progress, stop)
+    )
 
 
 def _rate(task: Task) -> float:
@@ -158,10 +162,10 @@ def _concluded(
     problem, seen, sound = best.problem, best.seen, dict(best.sound)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
-    balance = None if force is None else ChannelGap(force.rms, math.nan, "N", force.explained)
+    balance = None if force is None else ChannelMisfit(force.rms, math.nan, "N", force.explained)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
-    agree = None if best.sharp is not None else records_agree(plain.problem, plain.values, plain.scores)
+    agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.pop("converged"),
@@ -186,7 +190,7 @@ def _concluded(
         covariance=best.bars.covariance,
         method=best.bars.method,
         inflation=inflation(problem, best.bars),
-        estimates=estimates(problem, best.values, best.bars, None if best.sharp is None else aside, best.sharp),
+        estimates=estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls),
         gap=seen.gap,
         expected_gap=best.expected_gap,
         input_errors=best.input_errors,
@@ -203,7 +207,7 @@ def _concluded(
         estimator=best.estimator,
         estimator_says=best.says,
         plain=aside,
-        sharp=best.sharp,
+        gls=best.gls,
         balance=balance,
     )
 

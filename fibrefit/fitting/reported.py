@@ -11,8 +11,8 @@ from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate
-from fibrefit.fitting.evaluate import Look, look, readings_at_rest
-from fibrefit.fitting.gls import problem_at, sharpened
+from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
+from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import InputError, total
@@ -20,14 +20,14 @@ from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.estimate.hausman import parting, parting_check
+from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-SHARP = "each sample counts by what it adds to those before it, and records may differ in the rig's parameters."
+GLS = "each sample counts by what it adds to those before it, and records may differ in the rig's parameters."
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Reported:
     values : (n_free,) in SI units
     residuals : (n_record, n_channel, n_time) in units of the noise
     bars : ErrorBars
-    sharp : GlsEstimate or None
+    gls : GlsEstimate or None
         None where the plain estimate stands.
-    seen : Look
+    seen : Evaluation
     sound : mapping of name to Check
         ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
     input_errors : mapping of input to InputError
@@ -59,8 +59,8 @@ class Reported:
     values: np.ndarray
     residuals: np.ndarray
     bars: ErrorBars
-    sharp: GlsEstimate | None
-    seen: Look
+    gls: GlsEstimate | None
+    seen: Evaluation
     sound: Mapping[str, Check]
     input_errors: Mapping[str, InputError]
     coefficients: InputCoefficients
@@ -71,7 +71,7 @@ class Reported:
     @property
     def estimator(self) -> str:
         """Name of the method."""
-        return "plain least squares" if self.sharp is None else "whitened least squares"
+        return "plain least squares" if self.gls is None else "whitened least squares"
 
 
 def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True) -> Reported:
@@ -92,21 +92,21 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
     if not reason and plain.input_errors and not whiten:
         reason = "a search weighs the evidence of what it adds itself."
     checks: tuple[Check, ...] = ()
-    sharp = None if reason else sharpened(task, plain, bars)
-    if sharp is not None:
-        found = _of_sharp(task, plain, sharp)
-        checks = _compared(plain, sharp)
+    gls = None if reason else gls_estimate(task, plain, bars)
+    if gls is not None:
+        found = _of_gls(task, plain, gls)
+        checks = _compared(plain, gls)
         failed = [check.name for check in (*found.sound.values(), *checks) if not check.passed]
         if not failed:
-            smaller = ratio(plain.problem, sharp.bars.errors["whitened"], bars.errors[bars.method])
-            says = f"Whitened least squares: {SHARP} Error bars are {smaller:.2g} times those of plain least squares."
-            return _told(found, says, checks)
+            smaller = ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method])
+            says = f"Whitened least squares: {GLS} Error bars are {smaller:.2g} times those of plain least squares."
+            return _with_words(found, says, checks)
         reason = f"whitening is for what is noise alone, and that is in doubt ({'; '.join(failed)})."
     reason = reason or "the whitened search came to no end."
-    return _told(_of_plain(task, plain, bars, success), f"Plain least squares: {reason}", checks)
+    return _with_words(_of_plain(task, plain, bars, success), f"Plain least squares: {reason}", checks)
 
 
-def _told(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
+def _with_words(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
     return replace(found, says=says, checks=checks)
 
 
@@ -117,43 +117,43 @@ def _doubt(task: Task, success: bool) -> str:
     return "" if success else "the search came to no end."
 
 
-def _compared(plain: Optimum, sharp: GlsEstimate) -> tuple[Check, ...]:
+def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:
     """Whether both estimates agree.
 
     A plain one that takes records for alike may well differ where they are not, and one that takes errors of rounding
     for noise where readings are coarse.
     """
-    if plain.input_errors or sharp.scattered or sharp.seen.whitening is None or sharp.seen.problem.observations.steps:
+    if plain.input_errors or gls.records_differ or gls.seen.whitening is None or gls.seen.problem.observations.steps:
         return ()
-    layout, whitening = plain.problem.layout, sharp.seen.whitening
+    layout, whitening = plain.problem.layout, gls.seen.whitening
     counts = np.maximum(np.sum(np.asarray(plain.linear.residuals) != 0.0, axis=(0, 2)), 1)
     level = level_of(whitening, plain.linear.residuals, counts)
-    return (parting_check(layout.free_names, parting(layout, plain.linear, whitening, level, plain.scores.belief)),)
+    return (hausman_check(layout.free_names, hausman_at(layout, plain.linear, whitening, level, plain.scores.belief)),)
 
 
-def _of_sharp(task: Task, plain: Optimum, sharp: GlsEstimate) -> Reported:
-    problem, coefficients = problem_at(task, sharp), sharp.coefficients
-    seen = look(task, problem, sharp.local)
+def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
+    problem, coefficients = problem_at(task, gls), gls.coefficients
+    seen = evaluate(task, problem, gls.local)
     if coefficients:
         # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is told by
         # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
         own = problem.layout.local(plain.values)
-        for local in (sharp.local, *(() if sharp.scattered else (own,))):
-            other = look(task, plain.problem, local)
+        for local in (gls.local, *(() if gls.records_differ else (own,))):
+            other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
-    sound = _sound(task, problem, seen, sharp.residuals, sharp.noise, sharp.expected_gap)
-    moving = judge.converged(min(sharp.evidence.mode.promised, SETTLED), True)
-    limits = [e.name for e in estimates(problem, sharp.values, sharp.bars, sharp=sharp) if e.at_bound]
+    sound = _sound(task, problem, seen, gls.residuals, gls.noise, gls.expected_gap)
+    moving = judge.converged(min(gls.evidence.mode.promised, SETTLED), True)
+    limits = [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.at_bound]
     sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
-    errors, expected = _errors(task, plain, coefficients), sharp.expected_gap
-    values, left, bars = sharp.values, sharp.residuals, sharp.bars
-    return Reported(problem, values, left, bars, sharp, seen, sound, errors, coefficients, expected)
+    errors, expected = _errors(task, plain, coefficients), gls.expected_gap
+    values, left, bars = gls.values, gls.residuals, gls.bars
+    return Reported(problem, values, left, bars, gls, seen, sound, errors, coefficients, expected)
 
 
 def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
     problem = plain.problem
-    seen, residuals = look(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
+    seen, residuals = evaluate(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     sound = _sound(task, problem, seen, residuals, noise, plain.expected_gap)
     found = estimates(problem, plain.values, bars)
@@ -168,7 +168,7 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
 
 
 def _sound(
-    task: Task, problem: Problem, seen: Look, residuals: np.ndarray, noise: Sequence[Noise], expected: float
+    task: Task, problem: Problem, seen: Evaluation, residuals: np.ndarray, noise: Sequence[Noise], expected: float
 ) -> dict[str, Check]:
     """Checks of the residuals, which must hold before they are taken for noise."""
     fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))

@@ -60,7 +60,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class ChannelGap:
+class ChannelMisfit:
     """Distance of model and measurement in one channel.
 
     Parameters
@@ -85,7 +85,7 @@ class ChannelGap:
         return self.rms / self.noise
 
 
-Gap = Mapping[str, ChannelGap]
+Gap = Mapping[str, ChannelMisfit]
 
 
 def total(gap: Gap) -> float:
@@ -195,7 +195,7 @@ class Identification:
     estimator_says : str
         Which of them the values are of, and why.
     plain : PlainEstimate
-    sharp : GlsEstimate or None
+    gls : GlsEstimate or None
         The whitened estimate, where it is the one reported.
     input_errors : dict of input to InputError
     coefficients : dict of input to (n_record, n_wave)
@@ -222,10 +222,10 @@ class Identification:
     estimator: str
     estimator_says: str
     plain: PlainEstimate
-    sharp: GlsEstimate | None = None
+    gls: GlsEstimate | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
-    balance: ChannelGap | None = None
+    balance: ChannelMisfit | None = None
 
     @property
     def status(self) -> Status:
@@ -233,14 +233,14 @@ class Identification:
         return status_by(self.checks)
 
     @property
-    def left(self) -> ResidualSet:
+    def residual_set(self) -> ResidualSet:
         """What the fit leaves, with the motion and the noise behind it."""
         return ResidualSet(self.problem, self.residuals, self.motion, self.noise)
 
     @property
     def between(self) -> Mapping[str, Between]:
         """How much records differ in each parameter that may deviate, by name; empty where that was not asked."""
-        return {} if self.sharp is None else self.sharp.between
+        return {} if self.gls is None else self.gls.between
 
     @property
     def parameters(self) -> dict[str, Estimate]:

@@ -137,7 +137,7 @@ def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:
         values = scores.residuals[record, channel, :count]
         frequency, power = periodogram(values, rate)
         frequencies.append(frequency)
-        # Masked samples are nil and bring no power.
+        # Masked samples are zero and bring no power.
         powers.append(power * count / max(np.count_nonzero(values), 1))
     return whittle(np.concatenate(frequencies), np.concatenate(powers))
 

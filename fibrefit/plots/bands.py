@@ -21,7 +21,7 @@ from fibrefit.plots.style import (
     label,
     legend,
     new_figure,
-    stack,
+    stacked_axes,
     title,
 )
 
@@ -70,7 +70,7 @@ def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold
     """
     heights = [TALL, LOW] * len(channels)
     figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
-    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     inside = " and ".join(f"{100 * channel.covered:.1f} % ({channel.name})" for channel in channels)
     title(figure, f"{heading}: {inside} of the samples lie inside the band", beside)
     for number, channel in enumerate(channels):

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLACK, BLUE, ORANGE, PURPLE, SMALL, label, legend, new_figure, stack, title
+from fibrefit.plots.style import BLACK, BLUE, ORANGE, PURPLE, SMALL, label, legend, new_figure, stacked_axes, title
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
@@ -51,7 +51,7 @@ def _figure(items: Mapping[str, BatchItem], free: Mapping[str, str]) -> Figure:
     figure = new_figure(TOP + below + sum(heights) + GAP * (len(heights) - 1))
     usable = sum(item.status in ("ok", "suspect") for item in items.values())
     title(figure, f"{usable} of {len(items)} identifications can be used", "bars: twice the standard error; below: gap")
-    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     numbers = np.arange(1, len(items) + 1)
     for panel, (name, unit) in zip(axes, free.items(), strict=False):
         _values(panel, numbers, items, name, unit)

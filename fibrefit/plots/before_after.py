@@ -23,11 +23,11 @@ from fibrefit.plots.style import (
     label,
     legend,
     new_figure,
-    stack,
+    stacked_axes,
     title,
 )
 from fibrefit.study.summaries.arrays import Array
-from fibrefit.study.summaries.discovery import Place
+from fibrefit.study.summaries.discovery import GapPlace
 
 LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 16.0, 10.0, 4.5
 TALL, LOW = 32.0, 22.0
@@ -38,7 +38,7 @@ SMOOTH = 0.004
 
 
 def before_after_figure(
-    before: Fitted, after: Fitted | None, record: int, places: Sequence[Place], spectrum: Mapping[str, Array]
+    before: Fitted, after: Fitted | None, record: int, places: Sequence[GapPlace], spectrum: Mapping[str, Array]
 ) -> Figure:
     """Channels of one record.
 
@@ -47,7 +47,7 @@ def before_after_figure(
     before, after : Fitted
         Of the model the search began with and of the final one; None where they are the same.
     record : int
-    places : sequence of Place
+    places : sequence of GapPlace
         Where the first model goes wrong in this record.
     spectrum : mapping of str to Array
         ``residual_spectrum`` of ``result.h5``, for the noise.
@@ -56,7 +56,7 @@ def before_after_figure(
     finals = after.compared(record) if after else [None] * len(channels)
     heights = [TALL, LOW] * len(channels)
     figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
-    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     heading = f"{before.records[record]}: {_gaps_in_words(channels, finals)}"
     title(figure, heading, _beside(before, record, bool(places)))
     label(axes[-1], x="time / s")
@@ -75,7 +75,7 @@ def before_after_figure(
     return figure
 
 
-def _shares(axes: Axes, places: Sequence[Place]) -> None:
+def _shares(axes: Axes, places: Sequence[GapPlace]) -> None:
     """The share of the whole gap that lies in each place, unless it is too small to be read beside the others."""
     for place in places:
         if place.share >= 0.03:
@@ -122,7 +122,7 @@ def averaged_noise(spectrum: Mapping[str, Array], channel: Compared) -> float:
     half = np.pi * found.frequency * step
     passed = (np.sin(width * half) / (width * np.sin(half))) ** 2
     power = np.trapezoid(found.floor * passed, found.frequency)
-    # The spectrum begins above nil: what is below is as loud as its first frequency.
+    # The spectrum begins above zero: what is below is as loud as its first frequency.
     return float(np.sqrt(power + found.floor[0] * found.frequency[0]))
 
 

@@ -9,8 +9,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.plots.quantities import axis_label, readable_unit, spelt
-from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, label, new_figure, place, title
+from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
+from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, label, new_figure, title
 from fibrefit.study.summaries.summaries import ParameterSummary
 
 Z_95 = 1.959964
@@ -43,7 +43,7 @@ def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: 
     left = 12.0 + min(LETTER * longest, 70.0)
     figure = new_figure(side + 22.0, width=max(left + side + 26.0, 90.0))
     title(figure, heading or _strongest(names, correlation))
-    axes = place(figure, left, 9.0, side, side)
+    axes = axes_at(figure, left, 9.0, side, side)
     shown = np.ma.masked_invalid(np.where(np.tri(number, k=-1, dtype=bool), correlation, np.nan))
     image = axes.imshow(shown, cmap=colormaps["RdBu_r"], vmin=-1.0, vmax=1.0)
     axes.set_xticks(range(number), [str(i + 1) for i in range(number)])
@@ -52,7 +52,7 @@ def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: 
     axes.spines[:].set_visible(False)
     if number <= MOST_NUMBERS:
         _numbers(axes, correlation)
-    bar = place(figure, left + side + 5.0, 9.0, 3.0, min(side, 40.0))
+    bar = axes_at(figure, left + side + 5.0, 9.0, 3.0, min(side, 40.0))
     figure.colorbar(image, cax=bar, ticks=[-1, -0.5, 0, 0.5, 1])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure
@@ -110,7 +110,7 @@ def errors_figure(estimates: Mapping[str, ParameterSummary], method: str, inflat
     title(figure, f"The reported error bars{times}" if times else "Error bars by method", "95 % intervals by method")
     up = figure.get_size_inches()[1] * 25.4
     for row, (name, estimate) in enumerate(estimates.items()):
-        axes = place(figure, left, up - top - height - row * (height + gap), 84.0, height)
+        axes = axes_at(figure, left, up - top - height - row * (height + gap), 84.0, height)
         _intervals(axes, name, estimate, method)
     return figure
 
@@ -158,7 +158,7 @@ def each_figure(estimates: Mapping[tuple[str, str], ParameterSummary]) -> Figure
     title(figure, f"Each record has its own {' and '.join(words)}", "bars: 95 % intervals; dashed: mean of all records")
     up = figure.get_size_inches()[1] * 25.4
     for row, name in enumerate(names):
-        axes = place(figure, left, up - top - height - row * (height + gap), room, height)
+        axes = axes_at(figure, left, up - top - height - row * (height + gap), room, height)
         _by_record(axes, name, {record: one for (other, record), one in estimates.items() if other == name}, records)
         last = row == len(names) - 1
         turned: dict = {} if flat else {"rotation": 70, "ha": "right", "rotation_mode": "anchor"}
@@ -179,4 +179,4 @@ def _by_record(axes: Axes, name: str, estimates: Mapping[str, ParameterSummary],
         linewidth=0.9, capsize=2.0, capthick=0.6,
     )  # fmt: skip
     axes.axhline(float(np.mean(values)) / worth, color=GREY, linewidth=0.5, linestyle=(0, (3, 3)), zorder=0)
-    label(axes, y=axis_label(name.rpartition(".")[2], spelt(unit)))
+    label(axes, y=axis_label(name.rpartition(".")[2], typeset_unit(unit)))

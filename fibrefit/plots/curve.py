@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, GREY, ORANGE, PALE, SKY, SMALL, label, legend, new_figure, place, title
+from fibrefit.plots.style import BLUE, GREY, ORANGE, PALE, SKY, SMALL, axes_at, label, legend, new_figure, title
 from fibrefit.study.summaries.discovery import FreeCurve
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 16.0, 5.0, 17.0, 11.0, 14.0
@@ -40,16 +40,16 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     title(figure, f"What is missing looks like {best.says}", beside)
     across, up = figure.get_size_inches() * 25.4
     width = across - LEFT - RIGHT
-    axes = place(figure, LEFT, up - TOP - LARGE, width, LARGE)
+    axes = axes_at(figure, LEFT, up - TOP - LARGE, width, LARGE)
     _curve(axes, best)
     axes.tick_params(labelbottom=False)
     legend(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    _stays(place(figure, LEFT, up - TOP - LARGE - GAP - STAYS, width, STAYS), axes, best)
+    _stays(axes_at(figure, LEFT, up - TOP - LARGE - GAP - STAYS, width, STAYS), axes, best)
     small = (width - (COLUMNS - 1) * BETWEEN) / COLUMNS
     for i, curve in enumerate(others):
         row, column = divmod(i, COLUMNS)
         bottom = BOTTOM + (rows - 1 - row) * (SMALL_HEIGHT + ABOVE)
-        panel = place(figure, LEFT + column * (small + BETWEEN), bottom, small, SMALL_HEIGHT)
+        panel = axes_at(figure, LEFT + column * (small + BETWEEN), bottom, small, SMALL_HEIGHT)
         _curve(panel, curve)
         label(panel, x=axis_label(curve.variable, readable_unit(np.array(curve.knots), curve.unit)[0]))
         heading = "\n".join(textwrap.wrap(f"{curve.says}: gap {curve.gap_after:.2f}", WIDEST))

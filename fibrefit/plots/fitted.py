@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.core.units import format_quantity
-from fibrefit.plots.quantities import spelt
+from fibrefit.plots.quantities import typeset_unit
 from fibrefit.plots.records import Compared
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -111,9 +111,9 @@ class Fitted:
     def conditions(self, record: int) -> str:
         """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
         said = []
-        for name, told in self._conditions.items():
-            if told is not None and told.values[record] != 0.0:
-                value = spelt(format_quantity(float(told.values[record]), told.unit))
+        for name, condition in self._conditions.items():
+            if condition is not None and condition.values[record] != 0.0:
+                value = typeset_unit(format_quantity(float(condition.values[record]), condition.unit))
                 said.append(f"{name.replace('_', ' ')} {value}")
         return ", ".join(said)
 

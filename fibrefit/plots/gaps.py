@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, USUAL, label, legend, new_figure, place, title
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, USUAL, axes_at, label, legend, new_figure, title
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
 TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
@@ -61,7 +61,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     across, up = figure.get_size_inches() * 25.4
     width = (across - left - RIGHT - BETWEEN * (len(columns) - 1)) / len(columns)
     for i, (column, pairs) in enumerate(columns.items()):
-        axes = place(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
+        axes = axes_at(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
         _pairs(axes, [pairs.get(name) for name in names], changed, noise)
         axes.set_yticks(range(len(names)), [_cut(name) for name in names] if i == 0 else [""] * len(names))
         label(axes, x=f"{column} / noise" if column in channels else "left out / noise")
@@ -116,7 +116,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
     title(figure, said, f"and {others} more that leave a larger gap" if others else "")
     across, up = figure.get_size_inches() * 25.4
-    axes = place(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
+    axes = axes_at(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
     beside = 1.0 + (NUMBERS - RIGHT) / (across - left - NUMBERS)
     gaps = np.array([candidate.gap_after for candidate in shown])
     colours = [FINAL if candidate.effect == added else "0.72" for candidate in shown]

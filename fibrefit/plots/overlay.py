@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.corner import Drawn
 from fibrefit.plots.quantities import axis_label
-from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, label, new_figure, place, title
+from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, axes_at, label, new_figure, title
 
 if TYPE_CHECKING:
     from fibrefit.sampling.posterior import Prior
@@ -43,7 +43,7 @@ def overlay_figure(drawn: list[Drawn], priors: list[Prior], shares: list[float])
     for number, (one, prior, share) in enumerate(zip(drawn, priors, shares, strict=True)):
         row, column = divmod(number, ACROSS)
         bottom = BOTTOM + (rows - 1 - row) * (CELL + BOTTOM)
-        axes = place(figure, LEFT + column * (CELL + GAP), bottom, CELL, 0.85 * CELL)
+        axes = axes_at(figure, LEFT + column * (CELL + GAP), bottom, CELL, 0.85 * CELL)
         _overlay(axes, one, prior, share)
     return figure
 

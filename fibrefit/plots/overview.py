@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fibrefit.core.units import shown_unit
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line
-from fibrefit.plots.quantities import axis_label, readable_unit, spelt
+from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
 from fibrefit.plots.records import BAND, Compared
 from fibrefit.plots.style import (
     FINAL,
@@ -24,9 +24,9 @@ from fibrefit.plots.style import (
     SIMULATED,
     SMALL,
     USUAL,
+    axes_at,
     label,
     new_figure,
-    place,
     set_caption,
     title,
 )
@@ -115,11 +115,11 @@ def _gap_in_words(summary: FitResultSummary) -> str:
 
 
 def _caption(summary: FitResultSummary) -> str:
-    told = f"{_gap_in_words(summary)[:1].upper()}{_gap_in_words(summary)[1:]}."
+    gap = f"{_gap_in_words(summary)[:1].upper()}{_gap_in_words(summary)[1:]}."
     values = ", ".join(_in_words(name, one) for name, one in list(summary.parameters.items())[:4] if one.free)
     failed = sum(not check.passed for check in summary.checks)
     said = f"{failed} check{'s' * (failed != 1)} failed" if failed else "All checks passed"
-    return f"{told} {values}. {said}."
+    return f"{gap} {values}. {said}."
 
 
 def _in_words(name: str, one: ParameterSummary) -> str:
@@ -136,7 +136,7 @@ def _records(figure: Figure, final: Fitted, first: Fitted | None, chosen: Sequen
         models = [(final, FINAL), *([(first, FIRST)] if first else [])]
         for channel in range(len(final.channels)):
             for height, draw in ((TALL, _readings), (LOW, _residuals)):
-                axes = place(figure, left, upper - height, width, height)
+                axes = axes_at(figure, left, upper - height, width, height)
                 draw(axes, [(model.compared(record)[channel], colour) for model, colour in models], column == 0)
                 panels.append(axes)
                 upper -= height + GAP
@@ -190,7 +190,7 @@ def _residuals(axes: Axes, models: Sequence[tuple[Compared, str]], labelled: boo
 def _rounded(one: ParameterSummary) -> tuple[str, str, str]:
     """Value and standard error to the digits that mean something, and their unit."""
     unit, worth = shown_unit(one.value if one.value else one.std_error or 0.0, one.unit)
-    unit = "" if unit == "-" else spelt(unit)
+    unit = "" if unit == "-" else typeset_unit(unit)
     if not one.std_error:
         return f"{one.value / worth:.5g}", "", unit
     decimals = min(max(0, 1 - math.floor(math.log10(one.std_error / worth))), 12)
@@ -217,7 +217,7 @@ def _gaps(figure: Figure, final: Fitted, first: Fitted | None, top: float, heigh
     before = {name: gap.total or 0.0 for name, gap in first.record_gaps.items()} if first else totals
     names = sorted(totals, key=lambda name: -before[name])[:MOST_GAPS]
     figure.text(100.0 / WIDTH, top / up, "Gap by record", fontsize=USUAL, fontweight="bold", va="top")
-    axes = place(figure, 140.0, top - height - LINE, WIDTH - 140.0 - RIGHT, height)
+    axes = axes_at(figure, 140.0, top - height - LINE, WIDTH - 140.0 - RIGHT, height)
     rows = np.arange(len(names))
     axes.axvline(1.0, color=GREY, linewidth=0.6)
     if first:

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from fibrefit.plots.fitted import Fitted
-from fibrefit.plots.style import GREEN, ORANGE, PURPLE, SKY, SMALL, label, legend, new_figure, place, title
+from fibrefit.plots.style import GREEN, ORANGE, PURPLE, SKY, SMALL, axes_at, label, legend, new_figure, title
 from fibrefit.study.summaries.arrays import Array
-from fibrefit.study.summaries.discovery import Place
+from fibrefit.study.summaries.discovery import GapPlace
 
 TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
 LETTER = 1.25
@@ -22,14 +22,14 @@ ROOM = 0.09
 """Room of a number, as a share of the axis; of places closer than that only the larger one has its number."""
 
 
-def places_figure(first: Fitted, places: Sequence[Place], group: Mapping[str, Array]) -> Figure:
+def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str, Array]) -> Figure:
     """Shares of the gap by phase on the left, the stretches that hold most of it on the right.
 
     Parameters
     ----------
     first : Fitted
         The model the search began with.
-    places : sequence of Place
+    places : sequence of GapPlace
     group : mapping of str to Array
         ``phase_shares`` of ``result.h5``.
     """
@@ -44,11 +44,11 @@ def places_figure(first: Fitted, places: Sequence[Place], group: Mapping[str, Ar
     beside = "shares of the gap beyond noise: by phase, and in the stretches that hold most of it"
     title(figure, _heading(shares), beside)
     across = figure.get_size_inches()[0] * 25.4
-    axes = place(figure, 26.0, BOTTOM, SHARES, height)
+    axes = axes_at(figure, 26.0, BOTTOM, SHARES, height)
     channels = first.channels
     _phases(axes, shares, channels)
     left = 26.0 + SHARES + BETWEEN + LETTER * max(map(len, records))
-    _times(place(figure, left, BOTTOM, across - left - RIGHT, height), first, places)
+    _times(axes_at(figure, left, BOTTOM, across - left - RIGHT, height), first, places)
     return figure
 
 
@@ -76,7 +76,7 @@ def _phases(axes: Axes, shares: dict[tuple[str, str], float], channels: Sequence
     legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.0)
 
 
-def _times(axes: Axes, model: Fitted, places: Sequence[Place]) -> None:
+def _times(axes: Axes, model: Fitted, places: Sequence[GapPlace]) -> None:
     records, channels = model.records, model.channels
     ends = [(float(times[0]), float(times[-1])) for times in map(model.times, range(len(records)))]
     for r, end in enumerate(ends):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.plots.figures import Figures
-from fibrefit.plots.style import BLUE, GREEN, GREY, SMALL, VERMILLION, label, new_figure, place, title
+from fibrefit.plots.style import BLUE, GREEN, GREY, SMALL, VERMILLION, axes_at, label, new_figure, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
     title(figure, "What the next record would add", f"ranked by {summary.purpose}")
     rows = np.arange(len(best))
     for i, (words, colour, values) in enumerate(panels):
-        axes = place(figure, left + i * (width + 6.0), 12.0, width, height)
+        axes = axes_at(figure, left + i * (width + 6.0), 12.0, width, height)
         axes.barh(rows, values, color=colour, height=0.6)
         axes.set_ylim(len(best) - 0.4, -0.6)
         axes.set_yticks(rows, [_name(one) for one in best] if i == 0 else [""] * len(best))

@@ -18,10 +18,10 @@ from fibrefit.plots.style import (
     SKY,
     SMALL,
     VERMILLION,
+    axes_at,
     label,
     legend,
     new_figure,
-    place,
     title,
 )
 
@@ -57,7 +57,7 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
     figure = new_figure(high)
     title(figure, "Population", "open: record by itself; filled: partially pooled; bars: twice the standard error")
     for i, (name, found) in enumerate(population.items()):
-        axes = place(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
+        axes = axes_at(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
         _pooled(axes, name, found, values)
         last = i == len(population) - 1
         named = len(values) <= NAMED
@@ -95,16 +95,18 @@ def trends_figure(
     conditions : mapping of record to mapping of condition to float
         By bare names or with their units; ``speed of <parameter>`` for the speed.
     """
-    told = trends[:MOST]
-    high = TOP + -(-len(told) // COLUMNS) * (HEIGHT + UP) + 2.0
+    drawn = trends[:MOST]
+    high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
     figure = new_figure(high)
     title(figure, "Trends, the surest first", "line: weighted regression; bars: twice the standard error; red: outlier")
     wide = (WIDTH - LEFT - RIGHT - (COLUMNS - 1) * ACROSS) / COLUMNS
-    for i, one in enumerate(told):
+    for i, one in enumerate(drawn):
         row, column = divmod(i, COLUMNS)
         bottom = high - TOP - (row + 1) * HEIGHT - row * UP
         _trend(
-            place(figure, LEFT + column * (wide + ACROSS), bottom, wide, HEIGHT), one, _points(one, values, conditions)
+            axes_at(figure, LEFT + column * (wide + ACROSS), bottom, wide, HEIGHT),
+            one,
+            _points(one, values, conditions),
         )
     return figure
 

@@ -11,10 +11,10 @@ def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
     """Unit for an axis on which `values` (in SI) are drawn, and what it is worth in SI."""
     finite = np.abs(values[np.isfinite(values)]) if np.size(values) else np.empty(0)
     unit, worth = shown_unit(float(finite.max()) if finite.size and finite.max() > 0.0 else 1.0, si)
-    return spelt(unit), worth
+    return typeset_unit(unit), worth
 
 
-def spelt(unit: str) -> str:
+def typeset_unit(unit: str) -> str:
     """A unit in the signs of print: ``µm``, ``N s/m``, ``m/s²``."""
     return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
 

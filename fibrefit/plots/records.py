@@ -12,7 +12,18 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, new_figure, stack, title
+from fibrefit.plots.style import (
+    MEASURED,
+    PALE,
+    RESIDUAL,
+    SIMULATED,
+    SMALL,
+    label,
+    legend,
+    new_figure,
+    stacked_axes,
+    title,
+)
 
 LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 17.0, 10.0, 4.5
 TALL, LOW, STRIP = 33.0, 17.0, 2.5
@@ -75,7 +86,7 @@ def compared_figure(
     for channel in channels:
         heights += [TALL] if channel.noise is None else [TALL, LOW]
     figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
-    axes = stack(figure, heights, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     title(figure, heading, beside)
     label(axes[-1], x="time / s")
     panels = iter(axes)

@@ -20,10 +20,10 @@ from fibrefit.plots.style import (
     PALE,
     SKY,
     SMALL,
+    axes_at,
     label,
     legend,
     new_figure,
-    place,
     title,
 )
 
@@ -67,8 +67,8 @@ def _answer(summary: SeriesSummary) -> Figure:
     wide = (WIDTH - LEFT - RIGHT - (len(names) - 1) * ACROSS) / len(names)
     for i, name in enumerate(names):
         bottom = BOTTOM + 0.8 * HEIGHT + UP
-        _over_speed(place(figure, LEFT + i * (wide + ACROSS), bottom, wide, HEIGHT), summary, name)
-    _left_out(place(figure, LEFT, BOTTOM, WIDTH - LEFT - RIGHT, 0.8 * HEIGHT - 4.0), summary)
+        _over_speed(axes_at(figure, LEFT + i * (wide + ACROSS), bottom, wide, HEIGHT), summary, name)
+    _left_out(axes_at(figure, LEFT, BOTTOM, WIDTH - LEFT - RIGHT, 0.8 * HEIGHT - 4.0), summary)
     return figure
 
 

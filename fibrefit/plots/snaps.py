@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import Compared
-from fibrefit.plots.style import SIMULATED, SKY, SMALL, label, legend, new_figure, place, title
+from fibrefit.plots.style import SIMULATED, SKY, SMALL, axes_at, label, legend, new_figure, title
 
 ROWS = 6
 """Records in one figure."""
@@ -60,7 +60,7 @@ def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) 
         half = max(FEWEST, round(SHARE * ((end or start + 60) - start)))
         windows = [(start, "take-up")] if end is None else [(start, "take-up"), (end, "release")]
         for column, (instant, what) in enumerate(windows):
-            axes = place(figure, LEFT + column * (WIDTH + BETWEEN), bottom, WIDTH, HEIGHT)
+            axes = axes_at(figure, LEFT + column * (WIDTH + BETWEEN), bottom, WIDTH, HEIGHT)
             _zoom(axes, force, instant, half)
             if column == 0:
                 _name(axes, fitted, record)

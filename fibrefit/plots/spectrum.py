@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, PLACE, SMALL, label, legend, new_figure, stack, title
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, PLACE, SMALL, label, legend, new_figure, stacked_axes, title
 from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 18.0, 5.0, 17.0, 11.0, 6.0, 46.0
@@ -55,7 +55,7 @@ def spectrum_figure(group: Mapping[str, Array], fitted: Fitted, changed: bool) -
     spectra = {channel: spectrum_of_channel(group, channel) for channel in channels}
     beside = "power of the residuals, mean over all records; grey: noise at rest and its 95 % band"
     title(figure, _heading(spectra, changed), beside)
-    panels = stack(figure, [HEIGHT] * len(channels), LEFT, RIGHT, TOP, GAP)
+    panels = stacked_axes(figure, [HEIGHT] * len(channels), LEFT, RIGHT, TOP, GAP)
     for axes, (channel, found) in zip(panels, spectra.items(), strict=True):
         unit, worth = readable_unit(np.sqrt(found.first * found.frequency), fitted.gap.channels[channel].unit)
         _floor(axes, found, worth)
@@ -80,8 +80,8 @@ def _heading(spectra: Mapping[str, _Spectrum], changed: bool) -> str:
     said = []
     for channel, found in spectra.items():
         shares = [np.mean(power > found.chance[1] * found.floor) for power in (found.first, found.final)]
-        told = f"{100 * shares[0]:.0f} %" + (f", then {100 * shares[1]:.0f} %" if changed else "")
-        said.append(f"{told} ({channel})")
+        share = f"{100 * shares[0]:.0f} %" + (f", then {100 * shares[1]:.0f} %" if changed else "")
+        said.append(f"{share} ({channel})")
     return f"Residuals exceed the noise at {' and '.join(said)} of all frequencies"
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import GREY, KINDS, SMALL, label, new_figure, place, title
+from fibrefit.plots.style import GREY, KINDS, SMALL, axes_at, label, new_figure, title
 from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
@@ -59,7 +59,7 @@ def starts_figure(group: Mapping[str, Array], units: Mapping[str, str]) -> Figur
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - RIGHT - BETWEEN * len(names)) / (len(names) + 1)
     panels = [
-        place(figure, LEFT + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM) for i in range(len(names) + 1)
+        axes_at(figure, LEFT + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM) for i in range(len(names) + 1)
     ]
     for axes, name in zip(panels, names, strict=False):
         _ways(axes, starts, order, name, units.get(name, "-"))

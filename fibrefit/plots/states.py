@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fibrefit.core.roles import HELD, STATES, TAUT
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, label, legend, new_figure, place, title
+from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, axes_at, label, legend, new_figure, title
 
 OF_FIBRE = ("stretch", "stretch rate", "tension")
 """States that say something only while a fibre is taut."""
@@ -45,7 +45,7 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
     for row, channel in enumerate(channels):
         bottom, first = up - TOP - HEIGHT - row * (HEIGHT + GAP), None
         for column, state in enumerate(known):
-            axes = place(figure, LEFT + column * (width + CLOSE), bottom, width, HEIGHT)
+            axes = axes_at(figure, LEFT + column * (width + CLOSE), bottom, width, HEIGHT)
             _panel(axes, before, after, state, channel)
             if first is None:
                 first = axes
@@ -69,7 +69,7 @@ def _heading(before: Fitted, after: Fitted | None, known: list[str]) -> str:
 
 
 def _dependence(fitted: Fitted, channel: str, state: str) -> float:
-    """Rms of the mean residuals in bins of a state, in noise rms; nil where too little moves."""
+    """Rms of the mean residuals in bins of a state, in noise rms; zero where too little moves."""
     values = _of_state(fitted, state)
     if len(values) < FEWEST:
         return 0.0
@@ -110,13 +110,13 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
     for number, (channel, (said, fitted)) in enumerate(panels):
         row, column = divmod(number, 2)
         bottom = up - TOP - PLANE - row * (PLANE + GAP)
-        axes = place(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
+        axes = axes_at(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
         mesh = _map(axes, fitted, channel, variables, (units[0][1], units[1][1]))
         heading = f"{channel}, {said}"
         axes.text(0.0, 1.02, heading, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
         label(axes, x=axis_label(variables[0], units[0][0]) if row == rows - 1 else "")
         label(axes, y=axis_label(variables[1], units[1][0]) if column == 0 else "")
-    bar = place(figure, LEFT + 2 * width + BETWEEN + 4.0, bottom, 2.5, PLANE)
+    bar = axes_at(figure, LEFT + 2 * width + BETWEEN + 4.0, bottom, 2.5, PLANE)
     figure.colorbar(mesh, cax=bar, extend="both", ticks=[-LARGEST, -2, 0, 2, LARGEST])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
     return figure

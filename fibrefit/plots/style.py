@@ -62,7 +62,7 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
     return figure
 
 
-def place(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Axes at a place in mm from the lower left corner of a figure."""
     across, up = figure.get_size_inches() / MM
     axes = figure.add_axes((left / across, bottom / up, width / across, height / up))
@@ -74,13 +74,15 @@ def place(figure: Figure, left: float, bottom: float, width: float, height: floa
     return axes
 
 
-def stack(figure: Figure, heights: Sequence[float], left: float, right: float, top: float, gap: float) -> list[Axes]:
+def stacked_axes(
+    figure: Figure, heights: Sequence[float], left: float, right: float, top: float, gap: float
+) -> list[Axes]:
     """Axes one below the other that share their horizontal axis; all measures in mm."""
     across, up = figure.get_size_inches() / MM
     made: list[Axes] = []
     upper = up - top
     for height in heights:
-        axes = place(figure, left, upper - height, across - left - right, height)
+        axes = axes_at(figure, left, upper - height, across - left - right, height)
         if made:
             axes.sharex(made[0])
         made.append(axes)

@@ -10,12 +10,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
-from fibrefit.plots.style import BLACK, BLUE, GREY, KINDS, ORANGE, PALE, VERMILLION, label, legend, new_figure, title
-from fibrefit.plots.style import stack as stacked
+from fibrefit.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    KINDS,
+    ORANGE,
+    PALE,
+    VERMILLION,
+    label,
+    legend,
+    new_figure,
+    stacked_axes,
+    title,
+)
 from fibrefit.series.marks import jumps, ranges
 
 if TYPE_CHECKING:
-    from fibrefit.series.sweep import Branch, Curve
+    from fibrefit.series.sweep import Branch, SweptCurve
 
 WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "rest": ("from rest", {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 2.5}),
@@ -28,25 +40,25 @@ APART = 0.05
 HEIGHTS = (46.0, 34.0, 34.0, 24.0)
 
 
-def sweep_figures(curves: Sequence[Curve]) -> Figures:
+def sweep_figures(curves: Sequence[SweptCurve]) -> Figures:
     """One figure of each curve, and one of all if there are more.
 
     Parameters
     ----------
-    curves : sequence of Curve
+    curves : sequence of SweptCurve
 
     Returns
     -------
     Figures
         By ``sweep <name>``; ``sweep`` is that of all.
     """
-    figures = Figures({f"sweep {curve.conditions.name}": curve_figure(curve) for curve in curves})
+    figures = Figures({f"sweep {curve.conditions.name}": swept_figure(curve) for curve in curves})
     if len(curves) > 1:
         figures["sweep"] = comparison_figure(curves)
     return figures
 
 
-def curve_figure(curve: Curve) -> Figure:
+def swept_figure(curve: SweptCurve) -> Figure:
     """Extremes of angle and forces, and the largest Floquet multiplier, against frequency."""
     figure = new_figure(TOP + sum(HEIGHTS) + GAP * (len(HEIGHTS) - 1) + BOTTOM)
     conditions = curve.conditions
@@ -56,7 +68,7 @@ def curve_figure(curve: Curve) -> Figure:
         f"{conditions.name}: {_said(curve)}",
         f"drive {1e3 * conditions.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
-    axes = stacked(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
     for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
         _extremes(axes[channel], curve, channel)
         label(axes[channel], y=name)
@@ -70,7 +82,7 @@ def curve_figure(curve: Curve) -> Figure:
     return figure
 
 
-def comparison_figure(curves: Sequence[Curve]) -> Figure:
+def comparison_figure(curves: Sequence[SweptCurve]) -> Figure:
     """Maximum |angle| from rest and steady-state amplitude of all curves."""
     heights = (52.0, 52.0)
     figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
@@ -79,7 +91,7 @@ def comparison_figure(curves: Sequence[Curve]) -> Figure:
         _said_of_all(curves),
         "lines: from rest and sweep up; dashed: sweep down",
     )
-    axes = stacked(figure, heights, LEFT, RIGHT, TOP, GAP)
+    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     for i, curve in enumerate(curves):
         colour = KINDS[i % len(KINDS)][0]
         rest, name = curve.branches["rest"], curve.conditions.name
@@ -95,7 +107,7 @@ def comparison_figure(curves: Sequence[Curve]) -> Figure:
     return figure
 
 
-def _said(curve: Curve) -> str:
+def _said(curve: SweptCurve) -> str:
     """How much it matters where the frequency comes from; how far the pendulum swings, where it does not."""
     up, down = (
         np.where(curve.branches[way].overturned, np.nan, curve.branches[way].amplitude) for way in ("up", "down")
@@ -111,7 +123,7 @@ def _said(curve: Curve) -> str:
     return f"it swings {up[most]:.2g} rad at most, at {curve.frequencies[most]:.3g} Hz, from above as from below"
 
 
-def _said_of_all(curves: Sequence[Curve]) -> str:
+def _said_of_all(curves: Sequence[SweptCurve]) -> str:
     """Which curve swings farthest from rest."""
     angles = [
         np.where(curve.branches["rest"].overturned, -1.0, np.nan_to_num(curve.branches["rest"].max_angle))
@@ -123,7 +135,7 @@ def _said_of_all(curves: Sequence[Curve]) -> str:
     return f"From rest the pendulum swings farthest with {curves[worst].conditions.name}: {where}"
 
 
-def _extremes(axes: Axes, curve: Curve, channel: int) -> None:
+def _extremes(axes: Axes, curve: SweptCurve, channel: int) -> None:
     """Steady-state extremes of every branch, and those with the transient of the runs from rest."""
     rest = curve.branches["rest"]
     standing = ~rest.overturned
@@ -137,7 +149,7 @@ def _extremes(axes: Axes, curve: Curve, channel: int) -> None:
             axes.plot(curve.frequencies, values[:, channel], label=known, **style)
 
 
-def _mark(axes: Sequence[Axes], curve: Curve) -> None:
+def _mark(axes: Sequence[Axes], curve: SweptCurve) -> None:
     """Jumps as arrows between both ends, ranges in which the pendulum overturns as bands."""
     for way, branch in curve.branches.items():
         colour = WAYS[way][1]["color"]
@@ -158,7 +170,7 @@ def _mark(axes: Sequence[Axes], curve: Curve) -> None:
         _arrows(axes[0], curve, branch, way, colour)
 
 
-def _arrows(axes: Axes, curve: Curve, branch: Branch, way: str, colour: str) -> None:
+def _arrows(axes: Axes, curve: SweptCurve, branch: Branch, way: str, colour: str) -> None:
     for jump in jumps(curve.frequencies, branch.amplitude):
         ends = [(jump.lower, jump.before), (jump.upper, jump.after)]
         if way == "down":

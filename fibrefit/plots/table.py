@@ -12,11 +12,11 @@ from fibrefit.core.paths import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, ORANGE, label, legend, new_figure, stack, title
+from fibrefit.plots.style import BLUE, ORANGE, label, legend, new_figure, stacked_axes, title
 from fibrefit.records.table import Table
 
 if TYPE_CHECKING:
-    from fibrefit.records import Gap, Record
+    from fibrefit.records import Record, TimeGap
 
 LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 16.0, 5.0, 14.0, 10.0, 4.0, 30.0
 FEW = 200
@@ -31,7 +31,7 @@ class _Curve(NamedTuple):
     times: np.ndarray
     values: np.ndarray
     valid: np.ndarray
-    gaps: tuple[Gap, ...]
+    gaps: tuple[TimeGap, ...]
 
 
 def table_figure(what: Table | Record) -> Figure:
@@ -53,7 +53,7 @@ def table_figure(what: Table | Record) -> Figure:
     figure = new_figure(TOP + BOTTOM + max(len(shown), 1) * (HEIGHT + GAP) - GAP)
     beside = _said(what) + (f"; {len(curves) - MOST} further columns not shown" if len(curves) > MOST else "")
     title(figure, f"{name}, as it was understood", beside)
-    panels = stack(figure, [HEIGHT] * max(len(shown), 1), LEFT, RIGHT, TOP, GAP)
+    panels = stacked_axes(figure, [HEIGHT] * max(len(shown), 1), LEFT, RIGHT, TOP, GAP)
     for axes, curve in zip(panels, shown, strict=False):
         _draw(axes, curve)
     label(panels[-1], x="time / s")

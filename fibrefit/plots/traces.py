@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import KINDS, PALE, SMALL, USUAL, label, new_figure, place, title
+from fibrefit.plots.style import KINDS, PALE, SMALL, USUAL, axes_at, label, new_figure, title
 
 ROW, GAP, LEFT, BOTTOM, TOP = 20.0, 5.0, 18.0, 11.0, 17.0
 LONG, RANKS = 100.0, 50.0
@@ -54,8 +54,8 @@ def traces_figure(ways: list[Way]) -> Figure:
     for number, way in enumerate(ways):
         bottom = BOTTOM + (len(ways) - 1 - number) * (ROW + GAP)
         last = number == len(ways) - 1
-        _trace(place(figure, LEFT, bottom, LONG, ROW), way, last)
-        _ranks(place(figure, LEFT + LONG + 10.0, bottom, RANKS, ROW), way, last)
+        _trace(axes_at(figure, LEFT, bottom, LONG, ROW), way, last)
+        _ranks(axes_at(figure, LEFT + LONG + 10.0, bottom, RANKS, ROW), way, last)
     return figure
 
 

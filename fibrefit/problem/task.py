@@ -25,7 +25,7 @@ class Task:
     start : (n_free,) in SI units
     spread : mapping of name to factor
         A shared parameter is searched between start / factor and start * factor.
-    ladders : (n_ladder, n_stage, n_record) int
+    horizons : (n_way, n_stage, n_record) int
         Samples of each record in horizons that grow to the whole record, in several ways.
     noise : mapping of channel to Noise
     input_noise : mapping of input to Noise
@@ -42,7 +42,7 @@ class Task:
     traces: tuple[Trace, ...]
     start: np.ndarray
     spread: Mapping[str, float]
-    ladders: np.ndarray
+    horizons: np.ndarray
     noise: Mapping[str, Noise]
     input_noise: Mapping[str, Noise]
     noise_given: tuple[str, ...]
@@ -52,4 +52,4 @@ class Task:
     @property
     def counts(self) -> np.ndarray:
         """The first way, ``(n_stage, n_record)``; its last stage is the whole of each record."""
-        return self.ladders[0]
+        return self.horizons[0]

@@ -1,7 +1,7 @@
 """Reading, checking and preparing measured records."""
 
 from fibrefit.core.roles import ROLES
-from fibrefit.records.clock.base import Gap, TimeBase
+from fibrefit.records.clock.base import TimeBase, TimeGap
 from fibrefit.records.describe import describe
 from fibrefit.records.join import joined, side_by_side
 from fibrefit.records.options import ReadOptions
@@ -12,11 +12,11 @@ from fibrefit.records.table import Column, Table
 __all__ = [
     "ROLES",
     "Column",
-    "Gap",
     "ReadOptions",
     "Record",
     "Table",
     "TimeBase",
+    "TimeGap",
     "describe",
     "joined",
     "read_record",

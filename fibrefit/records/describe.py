@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.paths import printable
 from fibrefit.core.units import format_number, format_quantity
-from fibrefit.records.clock.base import Gap, TimeBase
+from fibrefit.records.clock.base import TimeBase, TimeGap
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
@@ -97,7 +97,7 @@ def _lost(base: TimeBase) -> list[str]:
     return lines
 
 
-def _gaps(gaps: tuple[Gap, ...]) -> list[str]:
+def _gaps(gaps: tuple[TimeGap, ...]) -> list[str]:
     lines = []
     for gap in gaps[:_GAPS_SHOWN]:
         lines += _wrapped(f"Gap after {format_quantity(gap.after, 's', 6)}: {count(gap.missing, 'sample')} missing.")

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number, format_quantity
-from fibrefit.records.clock.base import Gap
+from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.record import Record
 
 #: Relative difference of two rates that are one rate.
@@ -64,7 +64,7 @@ def _followed_by(record: Record, part: Record) -> Record:
         got += format_quantity(end, "s", 6)
         raise DataError(where, got, "parts that follow on one another", "Name the parts in their order.")
     missing = round((begin - end) / step) - 1
-    gap = (Gap(end, missing),) if missing > 0 else ()
+    gap = (TimeGap(end, missing),) if missing > 0 else ()
     lost = f"{missing} samples are missing between" if missing > 0 else "no sample is missing between"
     shift = begin - float(part.time[0])
     return replace(
@@ -73,7 +73,7 @@ def _followed_by(record: Record, part: Record) -> Record:
         channels={role: np.concatenate([values, part.channels[role]]) for role, values in record.channels.items()},
         valid={role: np.concatenate([mask, part.valid[role]]) for role, mask in record.valid.items()},
         uniform=record.uniform and part.uniform and _on_grid(begin - end, step),
-        gaps=(*record.gaps, *gap, *(Gap(g.after + shift, g.missing) for g in part.gaps)),
+        gaps=(*record.gaps, *gap, *(TimeGap(g.after + shift, g.missing) for g in part.gaps)),
         history=(*record.history, f"{where} follows{said}; {lost}."),
     )
 

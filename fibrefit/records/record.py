@@ -14,7 +14,7 @@ from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
 from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_number, format_quantity
-from fibrefit.records.clock.base import Gap
+from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.table import frozen, frozen_mapping
 
 #: Relative deviation of a step from the usual one that still belongs to a uniform grid with printed times.
@@ -45,7 +45,7 @@ class Record(Shown):
         Samples a second, in Hz; the median where `uniform` is False.
     uniform : bool
         Whether all steps in time are equal, gaps aside.
-    gaps : tuple of Gap
+    gaps : tuple of TimeGap
         Missing samples.
     headers : mapping of str to str
         Header in the file of each role, the time included.
@@ -65,7 +65,7 @@ class Record(Shown):
     valid: Mapping[str, np.ndarray]
     rate: float
     uniform: bool = True
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[TimeGap, ...] = ()
     headers: Mapping[str, str] | None = None
     history: tuple[str, ...] = ()
     scales: Mapping[str, Scale] | None = None
@@ -217,7 +217,7 @@ class Record(Shown):
         time = self.time[0] + np.arange(n) / self.rate
         return replace(self, time=time, channels=channels, valid=valid, gaps=(), history=(*self.history, said))
 
-    def _rows(self, keep: np.ndarray, said: str, gaps: tuple[Gap, ...]) -> Record:
+    def _rows(self, keep: np.ndarray, said: str, gaps: tuple[TimeGap, ...]) -> Record:
         return replace(
             self,
             time=self.time[keep],

@@ -14,7 +14,7 @@ from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, s
 from fibrefit.report.text import GAP, doubts, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
-from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary, Place
+from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary, GapPlace
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
@@ -99,7 +99,7 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
-def _places(places: Sequence[Place]) -> list[str]:
+def _places(places: Sequence[GapPlace]) -> list[str]:
     rows = [
         (
             shortened(place.record, LONGEST_NAME - 6),

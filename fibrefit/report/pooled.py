@@ -31,15 +31,15 @@ def _ends(low: float, high: float, worth: float) -> str:
 
 def trend_lines(trends: Sequence[TrendSummary]) -> list[str]:
     """Trends that are more than chance, records that do not follow, and how many looks there were."""
-    told = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
-    lines = items(_trend(one) for one in told)
+    significant = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
+    lines = items(_trend(one) for one in significant)
     strays = {o.record: (one, o.score) for one in trends for o in one.outliers}
     lines += items(
         f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
         f"{'above' if score > 0 else 'below'} their line over {one.condition}."
         for record, (one, score) in list(strays.items())[:MOST_TRENDS]
     )
-    if not told and trends:
+    if not significant and trends:
         lines.append(paragraph(f"None of {len(trends)} looks shows more than chance, corrected for all of them."))
     return lines
 

@@ -65,7 +65,7 @@ def posterior_report(summary: PosteriorSummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
-def advice(checks: Sequence[CheckSummary], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
+def posterior_advice(checks: Sequence[CheckSummary], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
     """What to do next, the most useful first.
 
     Parameters

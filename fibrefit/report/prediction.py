@@ -41,16 +41,23 @@ def _title(summary: PredictionSummary) -> str:
 
 def _predicted(summary: PredictionSummary) -> list[str]:
     head = ("residuals", "explained", "rms", "expected", "in the fit", "in band")
-    rows = [_row(name, told) for name, told in summary.channels.items()]
-    rows += [_row(f"{name}, from one start", told) for name, told in summary.followed.items()]
+    rows = [_row(name, channel) for name, channel in summary.channels.items()]
+    rows += [_row(f"{name}, from one start", channel) for name, channel in summary.followed.items()]
     return [*table(head, rows, right={1, 2, 3, 4, 5})[:-1], paragraph(EXPECTED), "", *_records(summary)]
 
 
-def _row(name: str, told: PredictedChannel) -> tuple[str, ...]:
+def _row(name: str, channel: PredictedChannel) -> tuple[str, ...]:
     def shown(value: float | None) -> str:
-        return "" if value is None else format_quantity(value, told.unit, 3)
+        return "" if value is None else format_quantity(value, channel.unit, 3)
 
-    return name, _share(told.explained), shown(told.rms), shown(told.expected), shown(told.fit_rms), _share(told.inside)
+    return (
+        name,
+        _share(channel.explained),
+        shown(channel.rms),
+        shown(channel.expected),
+        shown(channel.fit_rms),
+        _share(channel.inside),
+    )
 
 
 def _share(share: float | None) -> str:
@@ -78,7 +85,7 @@ def _records(summary: PredictionSummary) -> list[str]:
 
 
 def _values(summary: PredictionSummary) -> list[str]:
-    rows = [_parameter(name, told) for name, told in summary.parameters.items()]
+    rows = [_parameter(name, parameter) for name, parameter in summary.parameters.items()]
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     text = f"From {summary.result}; none of them was fitted here"
     own = list(dict.fromkeys(name for record in summary.records.values() for name in record.parameters))
@@ -88,6 +95,6 @@ def _values(summary: PredictionSummary) -> list[str]:
     return [*lines, paragraph(text)]
 
 
-def _parameter(name: str, told: ParameterSummary) -> tuple[str, ...]:
-    row = parameter_row(name, told)
-    return (*row[:4], "" if told.interval_95 is None and told.std_error else row[4])
+def _parameter(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
+    row = parameter_row(name, parameter)
+    return (*row[:4], "" if parameter.interval_95 is None and parameter.std_error else row[4])

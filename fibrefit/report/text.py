@@ -76,12 +76,12 @@ def fit_report(summary: FitResultSummary) -> str:
 
 def headline(summary: FitResultSummary) -> str:
     """What share of each signal is explained, and how far model and measurement differ; empty where it is not known."""
-    told = [
+    said = [
         f"{format_share(gap.explained)} of the {channel}, within {format_quantity(gap.rms, gap.unit, 3)} rms"
         for channel, gap in summary.gap.channels.items()
         if gap.explained is not None
     ]
-    return f"The model explains {'; '.join(told)}." if told else ""
+    return f"The model explains {'; '.join(said)}." if said else ""
 
 
 def _left(summary: FitResultSummary) -> str:
@@ -141,17 +141,17 @@ def _found(summary: FitResultSummary) -> list[str]:
 
 def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:
     """How much records differ, where they do; one line where they agree."""
-    told = []
+    said = []
     for name, between in found.items():
         low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
         if between.interval_95[0] > 0.0:
             size = f"{100.0 * between.sd:.2g} % (95 %: {low} to {high} %)"
-            told.append(f"{name} differs by {size} from record to record, beyond its error.")
+            said.append(f"{name} differs by {size} from record to record, beyond its error.")
         elif between.sd > 0.0:
-            told.append(f"{name} may differ by up to {high} %.")
-    if told:
+            said.append(f"{name} may differ by up to {high} %.")
+    if said:
         means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
-        return [paragraph(f"Between records: {' '.join(told)} {means}records ask for.")]
+        return [paragraph(f"Between records: {' '.join(said)} {means}records ask for.")]
     return [paragraph("Between records: no difference beyond the errors.")] if found else []
 
 

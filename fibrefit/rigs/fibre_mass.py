@@ -121,14 +121,14 @@ class FibreMass(eqx.Module):
 
     def at_rest(self, position: jax.Array) -> tuple[FibreMassState, FibreMassMode]:
         """State and mode of a weight let go at `position`."""
-        nil = jnp.zeros(())
-        bristle = nil if self.guide.may_creep else None
+        zero = jnp.zeros(())
+        bristle = zero if self.guide.may_creep else None
         chain = self._chain()
-        points: Any = None if chain is None else chain.at_rest(*_ends(position, nil))
-        state = FibreMassState(position, nil, self.fibre.memories(position), bristle, points)
+        points: Any = None if chain is None else chain.at_rest(*_ends(position, zero))
+        state = FibreMassState(position, zero, self.fibre.memories(position), bristle, points)
         taut = (self.fibre.stretch(position) > 0.0).astype(jnp.int32)
         band = None if SpeedBands.of(self.guide.laws) is None else jnp.int32(0)
-        segments = None if chain is None else chain.modes(points, *_ends(position, nil))
+        segments = None if chain is None else chain.modes(points, *_ends(position, zero))
         mode = FibreMassMode(taut, jnp.int32(0), band, segments)
         stopped = jax.tree.map(lambda _: jnp.array(False), mode)._replace(guide=jnp.array(True))
         return self.switch(state, mode, stopped, None)
@@ -157,8 +157,8 @@ class FibreMass(eqx.Module):
 
 def _ends(position: jax.Array, velocity: jax.Array) -> tuple[End, End]:
     """The fibre from the frame to the weight."""
-    nil = jnp.zeros(())
-    return End(nil, nil), End(position, velocity)
+    zero = jnp.zeros(())
+    return End(zero, zero), End(position, velocity)
 
 
 PARAMETERS = (

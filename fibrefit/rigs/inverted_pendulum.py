@@ -237,7 +237,7 @@ def _root(square: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Root of a number, and its inverse.
 
     The compiler may or may not turn a division by a root into a product, as the rest of a program suggests: an effect
-    that is nil would then change the last bits.
+    that is zero would then change the last bits.
     """
     inverse = jax.lax.rsqrt(square)
     return square * inverse, inverse
@@ -279,8 +279,8 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
 
 def _start(system: InvertedPendulum, values: Values, conditions: Values, inputs: Any) -> Start:
     """The pendulum is where it is at the first sample; unless said, upright and at rest."""
-    nil = jnp.zeros(())
-    return Start(*system.begin(values.get("start_angle", nil), values.get("start_rate", nil), inputs))
+    zero = jnp.zeros(())
+    return Start(*system.begin(values.get("start_angle", zero), values.get("start_rate", zero), inputs))
 
 
 def _observe(
@@ -333,7 +333,7 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
         moving=begin,
         settled=np.minimum(begin + HORIZON, end),
         spread={"stiffness": 1.5, "damping": 4.0},
-        ladders=((1.0, 3.0), (2.0, 6.0)),
+        horizons=((1.0, 3.0), (2.0, 6.0)),
     )
 
 

@@ -172,7 +172,7 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
         moving=begin,
         settled=np.minimum(begin + PERIODS * periods, end),
         spread={"length": 1.1, "damping": 3.0, "friction": 3.0},
-        ladders=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)),
+        horizons=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)),
     )
 
 

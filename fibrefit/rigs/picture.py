@@ -106,8 +106,8 @@ def _pulley(law: Any) -> Picture:
 
 def _drive(law: Any) -> Picture | None:
     places = np.linspace(0.0, 0.3, POINTS)
-    nil = jnp.zeros(())
-    taken = np.asarray(jax.vmap(lambda x: law.travel(x, nil, jnp.asarray(0.04))[0])(places))
+    zero = jnp.zeros(())
+    taken = np.asarray(jax.vmap(lambda x: law.travel(x, zero, jnp.asarray(0.04))[0])(places))
     if not np.allclose(taken, places):
         return Picture(
             "drive / mm", "fibre taken in beside it / mm", 1e3 * places, np.zeros(POINTS), 1e3 * (taken - places)

@@ -217,13 +217,13 @@ class PulleyDrive(eqx.Module):
         """State and mode of a weight that rests under `tension`."""
         length = self.fibre.at_rest(tension)
         x = self.mount.travel(inputs["drive"], self.pulley.radius)[0] - self.mount.compliance() * tension
-        memories, nil, none = self.fibre.memories(length), jnp.zeros(()), jnp.int32(0)
+        memories, zero, none = self.fibre.memories(length), jnp.zeros(()), jnp.int32(0)
         state = PulleyDriveState(
             self.path.position(x - length),
-            nil,
+            zero,
             memories,
-            Rim(x - self._share() * length, nil, memories) if self.pulley.turns else None,
-            tension + nil if self.mount.may_yield else None,
+            Rim(x - self._share() * length, zero, memories) if self.pulley.turns else None,
+            tension + zero if self.mount.may_yield else None,
             None,
         )
         now, drive = self._sliding(state, tension)
@@ -237,7 +237,7 @@ class PulleyDrive(eqx.Module):
             None if self._bands() is None else none,
         )
         if (chain := self._chain()) is not None:
-            ends = self._ends(state, Side(length, nil, memories))
+            ends = self._ends(state, Side(length, zero, memories))
             points = chain.at_rest(*ends)
             state, mode = state._replace(chain=points), mode._replace(chain=chain.modes(points, *ends))
         nowhere = jax.tree.map(lambda _: jnp.array(False), mode)

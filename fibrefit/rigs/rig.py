@@ -53,7 +53,7 @@ class Starting:
         Instant [s] up to which the guesses can be trusted to predict: the first contact is over.
     spread : dict of float
         Factor by which each shared guess may be wrong.
-    ladders : tuple of tuple of float
+    horizons : tuple of tuple of float
         Ways to lengthen the horizon of a fit up to the whole record, in multiples of the time from `moving` to
         `settled`.
     """
@@ -63,7 +63,7 @@ class Starting:
     moving: np.ndarray
     settled: np.ndarray
     spread: dict[str, float]
-    ladders: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
+    horizons: tuple[tuple[float, ...], ...] = ((1.0,), (2.0,))
 
 
 class Variation(NamedTuple):
@@ -126,7 +126,7 @@ class Rig:
     further : tuple of Variation
         Conditions in which a further record could differ; none where the rig allows no choice.
     planned : callable ``(conditions) -> {nuisance: value}``
-        Nuisances of a record that is planned; nil where not named.
+        Nuisances of a record that is planned; zero where not named.
     per_unit_of : str
         Parameter that the others are found per unit of only, unless ``added_<name>`` differs between records.
     variants : mapping of str to Rig

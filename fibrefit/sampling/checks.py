@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.problem.thresholds import GAP
-from fibrefit.sampling.chains.ensembles import Course
+from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
@@ -26,7 +26,7 @@ from fibrefit.sampling.thresholds import (
 )
 
 
-def ensembles_agree(names: Sequence[str], course: Course, settings: Settings) -> Check:
+def ensembles_agree(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Convergence: R-hat between ensembles."""
     found = course.mixing.r_hat
     worst, value = names[int(np.argmax(found))], float(found.max())
@@ -50,7 +50,7 @@ def ensembles_agree(names: Sequence[str], course: Course, settings: Settings) ->
     )
 
 
-def draws_suffice(names: Sequence[str], course: Course, settings: Settings) -> Check:
+def draws_suffice(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Effective sample size."""
     found = np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail)
     worst, value = names[int(np.argmin(found))], float(found.min())
@@ -71,7 +71,7 @@ def draws_suffice(names: Sequence[str], course: Course, settings: Settings) -> C
     )
 
 
-def walkers_mix(names: Sequence[str], course: Course, settings: Settings) -> Check:
+def walkers_mix(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Whether every walker explores the whole mode: R-hat between walkers, and acceptance."""
     found = course.mixing.r_hat_walkers
     worst, value = names[int(np.argmax(found))], float(found.max())
@@ -159,7 +159,7 @@ def contraction(found: Mapping[str, Marginal]) -> Check:
     )
 
 
-def correlation(names: Sequence[str], course: Course) -> Check:
+def correlation(names: Sequence[str], course: ChainHistory) -> Check:
     """Whether no two coordinates are strongly correlated in the posterior."""
     points = course.kept.reshape(-1, course.points.shape[-1])
     spread = points.std(axis=0)
@@ -185,7 +185,7 @@ def correlation(names: Sequence[str], course: Course) -> Check:
     )
 
 
-def start_is_near(target: Target, course: Course, start: np.ndarray) -> Check:
+def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Check:
     """Whether the posterior lies where the fit was."""
     points = course.kept.reshape(-1, target.size)
     centre, covariance = points.mean(axis=0), np.cov(points.T).reshape(target.size, target.size)

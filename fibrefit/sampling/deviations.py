@@ -12,14 +12,14 @@ import numpy as np
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, weigh
 from fibrefit.problem.estimate.gauss_newton import Unknowns, local_of, place_of
 from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import HausmanTest, parting
+from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at
 from fibrefit.problem.estimate.population import Between, between
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View, apart
 from fibrefit.problem.noise.choose import after_step, least_squares_step
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.problem.posterior.scatter import Conditional, Scatter, drawn_deviations
+from fibrefit.problem.posterior.random_effects import Conditional, RandomEffects, drawn_deviations
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
@@ -82,7 +82,7 @@ def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing |
     unknowns = fit_unknowns(layout, values, errors)
     if not len(unknowns.scattering):
         return None
-    place = apart(unknowns, place_of(unknowns, layout.local(values)), View(task.problem), task.ladders)
+    place = apart(unknowns, place_of(unknowns, layout.local(values)), View(task.problem), task.horizons)
     return Differing(unknowns, local_of(unknowns, place))
 
 
@@ -109,7 +109,7 @@ def weighed_in(problem: Problem, where: Differing, whitening: Whitening, level: 
     return Differing(where.unknowns, found.mode.local, found) if sound else None
 
 
-def scatter_of(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> Scatter:
+def random_effects_of(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> RandomEffects:
     """What integrates the deviations out, from the mode.
 
     Parameters
@@ -133,7 +133,7 @@ def scatter_of(problem: Problem, where: Differing, whitening: Whitening, level: 
     kept = _kept(evidence)
     grid, log_prior = grid_of(len(columns))
     curvature = np.einsum("rcij,c->rij", products, level**-2.0)
-    return Scatter(
+    return RandomEffects(
         slopes=jnp.asarray(slopes),
         products=jnp.asarray(products),
         middle=jnp.log(jnp.asarray(unknowns.value(place.z)[unknowns.scattering])),
@@ -146,7 +146,7 @@ def scatter_of(problem: Problem, where: Differing, whitening: Whitening, level: 
     )
 
 
-def parting_of(
+def hausman_of_records(
     layout: Layout, where: Differing | None, local: np.ndarray, linear: Linearised, noise: tuple[Whitening, np.ndarray]
 ) -> HausmanTest:
     """Compare plain and whitened estimates; where records differ, each has values of its own in what may do so.
@@ -172,7 +172,7 @@ def parting_of(
     apart = Layout(slots, layout.records)
     values = np.array([local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
     step = least_squares_step(apart, linear, apart.prior_gram(values))
-    found = parting(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
+    found = hausman_at(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
     scores, efficiency = np.full(layout.size, np.nan), np.empty(layout.size)
     for i, (slot, record) in enumerate(layout.entries):
         own = [k for k, (s, r) in enumerate(apart.entries) if s.name == slot.name and record in (None, r)]
@@ -197,9 +197,9 @@ def _follow(curvature: np.ndarray, sigma: np.ndarray, weight: np.ndarray) -> np.
 
 def between_of(density: LogPosterior, where: Differing, points: np.ndarray) -> dict[str, Between]:
     """Standard deviations between records, by name, the mean over draws ``(n_point, n)``."""
-    evidence, scatter = where.evidence, density.scatter
+    evidence, random_effects = where.evidence, density.random_effects
     assert evidence is not None
-    assert scatter is not None
+    assert random_effects is not None
     logs = np.asarray(_known(density, jnp.asarray(points)).logs)
     weight = np.exp(logs - logs.max(axis=1, keepdims=True))
     whole = np.zeros(len(evidence.grid))
@@ -219,12 +219,14 @@ def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.n
     layout = density.problem.layout
     values = np.asarray(jax.vmap(density.values)(jnp.asarray(points)))[:, : layout.size]
     local = np.stack([layout.local(one) for one in values])
-    if density.scatter is None:
+    if density.random_effects is None:
         return local
     known = _known(density, jnp.asarray(points))
     random = np.random.default_rng(seed)
-    eta = np.stack([drawn_deviations(density.scatter, Conditional(*one), random) for one in zip(*known, strict=True)])
-    local[:, :, list(density.scatter.columns)] *= np.exp(eta)
+    eta = np.stack(
+        [drawn_deviations(density.random_effects, Conditional(*one), random) for one in zip(*known, strict=True)]
+    )
+    local[:, :, list(density.random_effects.columns)] *= np.exp(eta)
     return local
 
 
@@ -233,4 +235,12 @@ def _known(density: LogPosterior, points: jax.Array) -> Conditional:
     return jax.lax.map(density.known_of_deviations, points)
 
 
-__all__ = ["Differing", "between_of", "differing", "parting_of", "records_at", "scatter_of", "weighed_in"]
+__all__ = [
+    "Differing",
+    "between_of",
+    "differing",
+    "hausman_of_records",
+    "random_effects_of",
+    "records_at",
+    "weighed_in",
+]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.chains.ensembles import Course
+from fibrefit.sampling.chains.ensembles import ChainHistory
 
 MOST_DRAWS = 2000
 
@@ -28,7 +28,7 @@ class Evidence:
     error: float
 
 
-def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: Course, seed: int) -> Evidence:
+def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory, seed: int) -> Evidence:
     """Bridge sampling between the draws and a normal distribution fitted to other draws.
 
     The first half of the steps shapes the normal distribution, the second half is compared with it.
@@ -36,7 +36,7 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: Course, seed
     Parameters
     ----------
     log_density : callable ``(n_point, n) -> (n_point,)``
-    course : Course
+    course : ChainHistory
     seed : int
 
     Returns

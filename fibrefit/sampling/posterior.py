@@ -13,7 +13,7 @@ from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.chains.ensembles import Course
+from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.settings import Settings
@@ -53,12 +53,12 @@ class Marginal:
     prior_share: float
 
 
-def widened(course: Course, widening: np.ndarray) -> np.ndarray:
+def widened(course: ChainHistory, widening: np.ndarray) -> np.ndarray:
     """Points after the warm-up, ``(n_ensemble, n_draw, n)``, moved by what the noise of measured inputs accounts for.
 
     Parameters
     ----------
-    course : Course
+    course : ChainHistory
     widening : (n_free, n_free)
         Covariance of these moves in free coordinates; zero without measured inputs.
     """
@@ -72,14 +72,14 @@ def widened(course: Course, widening: np.ndarray) -> np.ndarray:
 
 
 def marginals(
-    target: Target, course: Course, probability: float, widening: np.ndarray | None = None
+    target: Target, course: ChainHistory, probability: float, widening: np.ndarray | None = None
 ) -> dict[str, Marginal]:
     """Marginals of all values, by name.
 
     Parameters
     ----------
     target : Target
-    course : Course
+    course : ChainHistory
     probability : float
         Of the intervals.
     widening : (n_free, n_free), optional
@@ -135,7 +135,7 @@ class Posterior:
     marginals : dict of str to Marginal
         Of the heaviest mode; noise included.
     checks : tuple of Check
-    parting : HausmanTest
+    hausman : HausmanTest
     start : (n_free,) in SI units
         The fit it began with.
     widening : (n_free, n_free)
@@ -154,7 +154,7 @@ class Posterior:
     modes: tuple[Mode, ...]
     marginals: Mapping[str, Marginal]
     checks: tuple[Check, ...]
-    parting: HausmanTest
+    hausman: HausmanTest
     start: np.ndarray
     widening: np.ndarray
     settings: Settings
@@ -163,7 +163,7 @@ class Posterior:
     between: Mapping[str, Between] = field(default_factory=dict)
 
     @property
-    def course(self) -> Course:
+    def course(self) -> ChainHistory:
         """The draws' course."""
         course = self.modes[0].course
         assert course is not None
@@ -194,13 +194,13 @@ class Posterior:
         return (
             "The noise of the measured inputs widens the posterior: "
             f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
-            *(ALIKE if len(self.density.problem.layout.records) > 1 and self.density.scatter is None else ()),
+            *(ALIKE if len(self.density.problem.layout.records) > 1 and self.density.random_effects is None else ()),
         )
 
     def _of_autocorrelation(self) -> tuple[str, ...]:
         """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""
         shared = [i for i, (_, record) in enumerate(self.density.problem.layout.entries) if record is None]
-        gains = [(float(self.parting.efficiency[i]), self.target.names[i]) for i in shared]
+        gains = [(float(self.hausman.efficiency[i]), self.target.names[i]) for i in shared]
         gains = sorted(gain for gain in gains if 0.0 < gain[0] < GAINED)
         if not gains:
             return ()

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.estimate.hausman import HausmanTest, parting_check
+from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
@@ -25,8 +25,15 @@ from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling import checks as judge
-from fibrefit.sampling.chains.ensembles import Course, SamplerProgress
-from fibrefit.sampling.deviations import Differing, between_of, differing, parting_of, scatter_of, weighed_in
+from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress
+from fibrefit.sampling.deviations import (
+    Differing,
+    between_of,
+    differing,
+    hausman_of_records,
+    random_effects_of,
+    weighed_in,
+)
 from fibrefit.sampling.mode.inputs import cleaned, settled
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
@@ -91,7 +98,9 @@ def sample_posterior(
     start = np.asarray(start, dtype=float)
     ready = _prepare(task, start, coefficients or None, stated or {}, noise, heavy, settings)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
-    found = [find_mode(ready.density, place(ready.density, values), every)[0] for values in (ready.values, *basins)]
+    found = [
+        find_mode(ready.density, coordinates_of(ready.density, values), every)[0] for values in (ready.values, *basins)
+    ]
     modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
     return _concluded(task, start, ready, modes, settings, began)
 
@@ -111,7 +120,7 @@ class _Ready(NamedTuple):
         Where the walkers begin.
     widening : (n_free, n_free)
         See `Posterior`.
-    parting : HausmanTest
+    hausman : HausmanTest
     """
 
     linear: Linearised
@@ -121,7 +130,7 @@ class _Ready(NamedTuple):
     target: Target
     values: np.ndarray
     widening: np.ndarray
-    parting: HausmanTest
+    hausman: HausmanTest
     differing: Differing | None = None
 
 
@@ -146,7 +155,7 @@ def _prepare(
     priors = priors_of(layout, task.problem.model, there.values, stated)
     density = density_of(there.task.problem, priors, model.likelihood)
     target = _target(task, priors, density, settings)
-    return _Ready(linear, model, priors, density, target, there.values, there.widening, there.parting)
+    return _Ready(linear, model, priors, density, target, there.values, there.widening, there.hausman)
 
 
 def _in_steps(task: Task, values: np.ndarray) -> Task:
@@ -175,13 +184,13 @@ def _of_exact_inputs(
     whitening = model.likelihood.whitening
     here = linear if where is None else _linearised_at(problem, where.local)
     level = level_of(whitening, here.residuals, _counts(task))
-    scatter = None if where is None else scatter_of(problem, where, whitening, level)
+    random_effects = None if where is None else random_effects_of(problem, where, whitening, level)
     values = start if where is None else where.values(layout)
     priors = priors_of(layout, problem.model, start, stated)
-    density = replace(density_of(problem, priors, model.likelihood), scatter=scatter)
+    density = replace(density_of(problem, priors, model.likelihood), random_effects=random_effects)
     target = _target(task, priors, density, settings)
     plain = first.local if first is not None and where is not None and where.found else layout.local(start)
-    compared = parting_of(layout, where, plain, _linearised_at(problem, plain), (whitening, level))
+    compared = hausman_of_records(layout, where, plain, _linearised_at(problem, plain), (whitening, level))
     still = np.zeros((layout.size, layout.size))
     return _Ready(here, model, priors, density, target, values, still, compared, where)
 
@@ -213,7 +222,7 @@ def _concluded(
     assert course is not None  # the heaviest one is always sampled
     summary = marginals(target, course, settings.interval, ready.widening)
     ratio = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
-    checks = judge.assess(target, modes, summary, place(ready.density, ready.values), settings)
+    checks = judge.assess(target, modes, summary, coordinates_of(ready.density, ready.values), settings)
     return Posterior(
         target=target,
         density=ready.density,
@@ -223,10 +232,10 @@ def _concluded(
         marginals=summary,
         checks=(
             *checks,
-            parting_check(target.names, ready.parting),
+            hausman_check(target.names, ready.hausman),
             judge.residual_size(task.problem.model.rig.channels, ratio),
         ),
-        parting=ready.parting,
+        hausman=ready.hausman,
         start=start,
         widening=ready.widening,
         settings=settings,
@@ -236,7 +245,7 @@ def _concluded(
     )
 
 
-def _between(ready: _Ready, course: Course) -> dict[str, Between]:
+def _between(ready: _Ready, course: ChainHistory) -> dict[str, Between]:
     """How much records differ, over some of the draws."""
     if ready.differing is None:
         return {}
@@ -277,7 +286,7 @@ def density_of(problem: Problem, priors: Priors, likelihood: Likelihood) -> LogP
     return LogPosterior(problem, priors.density, Density.of(noise_priors(likelihood)), likelihood)
 
 
-def place(density: LogPosterior, values: np.ndarray) -> np.ndarray:
+def coordinates_of(density: LogPosterior, values: np.ndarray) -> np.ndarray:
     """Coordinates ``(n,)`` of free values in SI units, the noise being what it is assumed to be."""
     noise = np.zeros(density.likelihood.size)
     if density.likelihood.heavy:

@@ -108,7 +108,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Curve:
+class SweptCurve:
     """One curve, with its branches by name."""
 
     conditions: Conditions
@@ -123,7 +123,7 @@ def sweep(
     curves: Sequence[Conditions],
     plan: Plan,
     progress: Callable[[float], None] | None = None,
-) -> tuple[Curve, ...]:
+) -> tuple[SweptCurve, ...]:
     """Run a pendulum over all frequencies, for all curves.
 
     Parameters
@@ -139,7 +139,7 @@ def sweep(
 
     Returns
     -------
-    tuple of Curve
+    tuple of SweptCurve
     """
     systems = [_system(model, values, curve.rig) for curve in curves]
     stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *systems)
@@ -165,7 +165,7 @@ def sweep(
             "down": jax.tree.map(lambda leaf: leaf[::-1], followed[2 * i + 1]),
         }
         branches = {name: _branch(states[name]) for name in BRANCHES}
-        found.append(Curve(conditions, plan.frequencies, natural_frequency(systems[i]), branches))
+        found.append(SweptCurve(conditions, plan.frequencies, natural_frequency(systems[i]), branches))
     return tuple(found)
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 SIGNIFICANT = 0.05
-"""Probability, corrected for all looks, below which a trend is told."""
+"""Probability, corrected for all looks, below which a trend is reported."""
 STRAY = 0.01
 """Probability by chance of an outlier in a whole series, below which a record is named."""
 FEWEST = 4
@@ -141,8 +141,8 @@ def trends_of_pairs(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quanti
     if not found:
         return ()
     corrected = multipletests([line.chance for line in found], method="holm")[1]
-    told = [replace(line, corrected=float(chance)) for line, chance in zip(found, corrected, strict=True)]
-    return tuple(sorted(told, key=lambda line: line.chance))
+    listed = [replace(line, corrected=float(chance)) for line, chance in zip(found, corrected, strict=True)]
+    return tuple(sorted(listed, key=lambda line: line.chance))
 
 
 def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
@@ -160,7 +160,7 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
         place, score, chance = stray
         outliers.append(Outlier(names[kept[place]], score, chance))
         kept = np.delete(kept, place)
-    return None if line is None else _told(line, y, x, len(kept), tuple(outliers))
+    return None if line is None else _fitted(line, y, x, len(kept), tuple(outliers))
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def _stray(line: _Line, number: int) -> tuple[int, float, float] | None:
     return (place, float(scores[place]), chance) if chance < STRAY else None
 
 
-def _told(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[Outlier, ...]) -> Trend:
+def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[Outlier, ...]) -> Trend:
     from scipy.stats import t
 
     fit, freedom = line.fit, number - 2

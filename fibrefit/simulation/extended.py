@@ -151,8 +151,8 @@ class Extended(eqx.Module):
 
     def fibres_then(self, state: Any, mode: Any, inputs: Any) -> tuple:
         """As `fibres`, of a motion told by the rig's own states and modes."""
-        nil, now = jnp.zeros(()), inputs[CLOCK][0]
-        whole = ExtendedState(state, tuple(Passenger(state.position, nil) for _ in self._carrying), nil)
+        zero, now = jnp.zeros(()), inputs[CLOCK][0]
+        whole = ExtendedState(state, tuple(Passenger(state.position, zero) for _ in self._carrying), zero)
         past = tuple((law.instant <= now).astype(jnp.int32) for law in self._sudden)
         return self.fibres(whole, ExtendedMode(mode, past), inputs)
 

@@ -12,12 +12,12 @@ from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
 from fibrefit.study.quantity import Instant, refusal
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 SUGGESTED = ("N", "kN", "mm", "um", "s", "ms", "V", "mV", "A", "counts")
 
 
-class ChannelTable(Table):
+class ChannelTable(StudyTable):
     """A channel whose column needs more than its heading."""
 
     column: StrictStr | None = Field(default=None, description='Heading, or "column 3", counted in the file.')
@@ -47,7 +47,7 @@ class ChannelTable(Table):
         return scale
 
 
-class BesideTable(Table):
+class BesideTable(StudyTable):
     """Another file of the same record, written by a logger with a clock of its own."""
 
     file: StrictStr = Field(description="Measured data; relative to the study file.")

@@ -13,13 +13,13 @@ from pydantic_core import PydanticCustomError
 from fibrefit.core.errors import StudyError
 from fibrefit.core.scale import uncertain
 from fibrefit.study.quantity import quantity_in, refusal, shown
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
 Written = StrictStr | StrictFloat
 
 
-class NormalPrior(Table):
+class NormalPrior(StudyTable):
     """Normal distribution; truncated where a limit is given."""
 
     kind: Literal["normal"]
@@ -29,14 +29,14 @@ class NormalPrior(Table):
     upper: Written | None = None
 
 
-class HalfNormalPrior(Table):
+class HalfNormalPrior(StudyTable):
     """Normal distribution around zero, positive half."""
 
     kind: Literal["half_normal"]
     sd: Written
 
 
-class LogNormalPrior(Table):
+class LogNormalPrior(StudyTable):
     """Normal distribution of the logarithm; `log_sd` is its standard deviation, a pure number."""
 
     kind: Literal["log_normal"]
@@ -44,7 +44,7 @@ class LogNormalPrior(Table):
     log_sd: Annotated[float, Field(gt=0)]
 
 
-class UniformPrior(Table):
+class UniformPrior(StudyTable):
     """Equal density between two limits."""
 
     kind: Literal["uniform"]
@@ -52,7 +52,7 @@ class UniformPrior(Table):
     upper: Written
 
 
-class LogUniformPrior(Table):
+class LogUniformPrior(StudyTable):
     """Equal density of the logarithm between two positive limits."""
 
     kind: Literal["log_uniform"]
@@ -78,7 +78,7 @@ def _written_out(said: Any) -> Any:
 Prior = Annotated[AnyPrior, BeforeValidator(_written_out, json_schema_input_type=AnyPrior | StrictStr)]
 
 
-class ParameterTable(Table):
+class ParameterTable(StudyTable):
     """One table ``[parameters.NAME]`` of a study."""
 
     initial: Written | None = Field(default=None, description="Starting value; found from the data when absent.")

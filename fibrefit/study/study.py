@@ -21,13 +21,13 @@ from fibrefit.study.files.reading import Files, reading_arguments
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 from fibrefit.study.toml import to_toml
 
 SCHEMA = "fibrefit/study/1"
 
 
-class Model(Table):
+class ModelTable(StudyTable):
     """``[model]``: the law of the fibre and the effects added to the base model."""
 
     tension_law: Literal["clamped", "heaviside"] = Field(default="clamped", description="Law of the fibre's tension.")
@@ -39,7 +39,7 @@ class Model(Table):
     )
 
 
-class Study(Shown, Table):
+class Study(Shown, StudyTable):
     """A study as `load_study` returns it: complete, in SI, immutable.
 
     Each record carries the constants of the rig that it did not override, so nothing needs to be looked up under `rig`.
@@ -60,7 +60,7 @@ class Study(Shown, Table):
         default_factory=dict, description="Unit of a column, by role or header, where the header has none."
     )
     files: Files = Files()
-    model: Model = Model()
+    model: ModelTable = ModelTable()
     parameters: dict[str, ParameterTable] = Field(default_factory=dict)
     noise: Any
     records: tuple[Any, ...]

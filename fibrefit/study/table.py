@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from fibrefit.core.errors import did_you_mean
 
 
-class Table(BaseModel):
+class StudyTable(BaseModel):
     """A table of a file a user writes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)

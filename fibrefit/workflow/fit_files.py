@@ -91,11 +91,11 @@ def statistics(found: Identification) -> StatisticsSummary | None:
 
 def parameter_summary(estimate: Estimate) -> ParameterSummary:
     """An estimate as `summary.json` has it; without an interval where the error is not known."""
-    told = ParameterSummary.of(estimate)
-    return told if told.std_error is not None else told.model_copy(update={"interval_95": None})
+    summary = ParameterSummary.of(estimate)
+    return summary if summary.std_error is not None else summary.model_copy(update={"interval_95": None})
 
 
-def gap_summary(gap: Gap, force: result.ChannelGap | None = None) -> GapSummary:
+def gap_summary(gap: Gap, force: result.ChannelMisfit | None = None) -> GapSummary:
     """A gap as `summary.json` has it; `force` is that of a force that drives the rig, of which no noise is known."""
     channels = {} if force is None else {"force": force}
     return GapSummary(total=total(gap), **{name: ChannelGap.of(one) for name, one in (channels | dict(gap)).items()})
@@ -158,13 +158,13 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
 
 def _between_variables(found: Identification) -> dict[str, Variable]:
     """Differences between records: what is believed of their size, and each record's own."""
-    sharp = found.sharp
-    if sharp is None or not sharp.between:
+    gls = found.gls
+    if gls is None or not gls.between:
         return {}
-    names, records = (np.array(of, dtype=object) for of in (tuple(sharp.between), found.problem.layout.records))
-    found_of = list(sharp.between.values())
+    names, records = (np.array(of, dtype=object) for of in (tuple(gls.between), found.problem.layout.records))
+    found_of = list(gls.between.values())
     limits = np.array([one.interval_95 for one in found_of])
-    eta = sharp.evidence.mode.place.eta
+    eta = gls.evidence.mode.place.eta
     return {
         "scattering": Variable(names, ("scattering",), doc="Parameters that may differ from record to record."),
         "scattering_record": Variable(records, ("scattering_record",)),

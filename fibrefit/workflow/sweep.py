@@ -15,7 +15,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.core.roles import ROLES
 from fibrefit.report.sweep import sweep_report
-from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
+from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
@@ -44,14 +44,14 @@ class Sweep(AnyResult, Saved):
     study : Study
     values : mapping of str to float in SI units
         Of the model's parameters.
-    curves : tuple of Curve
+    curves : tuple of SweptCurve
     seconds : float
         Wall time.
     """
 
     study: Study
     values: Mapping[str, float]
-    curves: tuple[Curve, ...]
+    curves: tuple[SweptCurve, ...]
     seconds: float
 
     @property
@@ -183,7 +183,7 @@ def _conditions(study: Study, model: Model) -> list[Conditions]:
     return found
 
 
-def _stems(curves: tuple[Curve, ...]) -> list[str]:
+def _stems(curves: tuple[SweptCurve, ...]) -> list[str]:
     """A file name for each curve, no two alike."""
     stems: list[str] = []
     for curve in curves:
@@ -213,7 +213,7 @@ def _columns(branch: Branch) -> dict[str, tuple[np.ndarray, str]]:
     }
 
 
-def _table(curve: Curve) -> str:
+def _table(curve: SweptCurve) -> str:
     """CSV with a row for each frequency of each branch; empty where there is no value."""
     head = [f"{name} [{unit}]" for name, (_, unit) in _columns(curve.branches["rest"]).items()]
     lines = [",".join(["begun from", "frequency [Hz]", *head])]
@@ -225,7 +225,7 @@ def _table(curve: Curve) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _groups(curves: tuple[Curve, ...]) -> dict[str, dict[str, Variable]]:
+def _groups(curves: tuple[SweptCurve, ...]) -> dict[str, dict[str, Variable]]:
     """A group for each branch of each curve."""
     groups = {}
     for curve, stem in zip(curves, _stems(curves), strict=True):

@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 
 from fibrefit.series.marks import jumps, ranges
-from fibrefit.series.sweep import Branch, Curve
+from fibrefit.series.sweep import Branch, SweptCurve
 from fibrefit.study.summaries.summaries import CheckSummary
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, JumpSummary, PeakSummary
 from fibrefit.workflow.thresholds import FINE
 
 
-def curve_summary(curve: Curve) -> CurveSummary:
+def curve_summary(curve: SweptCurve) -> CurveSummary:
     """One curve of a sweep."""
     return CurveSummary(
         amplitude_m=curve.conditions.amplitude,
@@ -24,7 +24,7 @@ def curve_summary(curve: Curve) -> CurveSummary:
     )
 
 
-def sweep_checks(curves: Sequence[Curve]) -> tuple[CheckSummary, ...]:
+def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
     """Whether the integration held, all motions settled, and the jumps are located."""
     branches = [branch for curve in curves for branch in curve.branches.values()]
     runs = sum(len(branch.time) for branch in branches)

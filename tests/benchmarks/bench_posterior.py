@@ -20,7 +20,7 @@ from emcee import EnsembleSampler
 
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
-from fibrefit.sampling.sample import density_of, noise_model_of, place, sample_posterior
+from fibrefit.sampling.sample import coordinates_of, density_of, noise_model_of, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Batched
 from fibrefit.study import load_study
@@ -55,7 +55,7 @@ def density(task: Task, values: np.ndarray, noise: str) -> tuple[Batched, np.nda
     model = noise_model_of(task, linear, noise)
     priors = priors_of(task.problem.layout, task.problem.model, values, {})
     posterior = density_of(task.problem, priors, model.likelihood)
-    return Batched(posterior, 16), place(posterior, values)
+    return Batched(posterior, 16), coordinates_of(posterior, values)
 
 
 def rate(evaluate: Batched, point: np.ndarray, count: int) -> float:

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from fibrefit.cli.choosing import asked, distinct, listed_steps
+from fibrefit.cli.choosing import asked, distinct_names, listed_steps
 from fibrefit.cli.terminal import Terminal
 from fibrefit.study.summaries.discovery import Candidate
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -67,7 +67,7 @@ def test_the_candidates_are_listed_beside_the_answer(
 
 def test_a_pair_is_told_by_the_effect_no_earlier_one_holds() -> None:
     """The search takes the first candidate that holds the name it is given."""
-    offered = distinct(PAIRS)
+    offered = distinct_names(PAIRS)
     for chosen, name in offered.items():
         first = next(candidate for candidate in PAIRS if name in candidate.effect.split(" + "))
         assert first.effect == chosen

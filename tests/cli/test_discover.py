@@ -12,7 +12,7 @@ import fibrefit.workflow.discovery.discover as workflow
 from fibrefit.store import ResultDirectory, provenance, write_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.workflow.discovery.discover import Options, inputs_of
+from fibrefit.workflow.discovery.discover import SearchOptions, inputs_of
 from tests.cli.conftest import Run
 from tests.cli.test_choosing import FIRST
 from tests.report.test_discovery import ALL
@@ -21,7 +21,7 @@ from tests.report.test_discovery import ALL
 class Found:
     """A discovery with a given outcome."""
 
-    def __init__(self, study: Study, options: Options, summary: DiscoverySummary) -> None:
+    def __init__(self, study: Study, options: SearchOptions, summary: DiscoverySummary) -> None:
         origin = provenance(
             study.resolved_toml(), inputs_of(study, options), seed=options.seed, settings=options.as_settings()
         )
@@ -46,7 +46,7 @@ def stub(monkeypatch: pytest.MonkeyPatch, outcome: str) -> list[dict[str, Any]]:
     def discover_study(study: Study, *, progress: Any, choose: Any, folder: Path, **options: Any) -> Found:
         assert folder.is_dir()
         made.append(options | {"choose": choose and choose(FIRST)})
-        return Found(study, Options(**options), ALL[outcome])
+        return Found(study, SearchOptions(**options), ALL[outcome])
 
     monkeypatch.setattr(workflow, "discover_study", discover_study)
     return made

@@ -12,7 +12,7 @@ from fibrefit.problem.task import Task
 from fibrefit.study import Study, load_study
 from fibrefit.workflow import read_records, task_of
 from fibrefit.workflow.discovery.candidates import candidates_of
-from fibrefit.workflow.discovery.discover import Discovery, Options
+from fibrefit.workflow.discovery.discover import Discovery, SearchOptions
 from tests.discovery.made import FINDINGS
 
 DATA = Path(__file__).resolve().parent.parent / "data" / "discover"
@@ -33,8 +33,8 @@ def task(study: Study) -> Task:
 def discovery(study: Study, task: Task) -> Callable[..., Discovery]:
     """A discovery with a given verdict."""
 
-    def make(verdict: str = "named", options: Options | None = None) -> Discovery:
-        options = options or Options()
+    def make(verdict: str = "named", options: SearchOptions | None = None) -> Discovery:
+        options = options or SearchOptions()
         tried = candidates_of(study, options.only, options.exclude, options.also)
         return Discovery(study, read_records(study), FINDINGS[verdict](task), tried, options)
 

@@ -12,10 +12,10 @@ from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
-from fibrefit.fitting.result import ChannelGap, Estimate, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import ChannelMisfit, Estimate, Identification, PlainEstimate, Starts
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.discovery import Candidate, FreeCurve, HeldOut, Place, Round, Unexplained
+from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained
 from fibrefit.study.summaries.summaries import ParameterSummary
 
 RELEASE = 0.12
@@ -23,8 +23,8 @@ BASE = {"stiffness": 2.2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1
 VISCOUS = CATALOGUE["guide.viscous_friction"]
 GAP = "the gap is noise"
 WHERE = (
-    Place(record="drop_20mm_45deg.csv", channel="position", phase="slack", from_s=0.19, to_s=0.62, share=0.31),
-    Place(record="drop_10mm_90deg.csv", channel="force", phase="taut, loading", from_s=0.35, to_s=0.41, share=0.22),
+    GapPlace(record="drop_20mm_45deg.csv", channel="position", phase="slack", from_s=0.19, to_s=0.62, share=0.31),
+    GapPlace(record="drop_10mm_90deg.csv", channel="force", phase="taut, loading", from_s=0.35, to_s=0.41, share=0.22),
 )
 
 
@@ -57,7 +57,7 @@ def identified(
         readings,
     )
     ratio = float(np.hypot(1.0, wrong / np.sqrt(2.0)))
-    gap = {c: ChannelGap(ratio * noise[c], noise[c], task.units[c]) for c in channels}
+    gap = {c: ChannelMisfit(ratio * noise[c], noise[c], task.units[c]) for c in channels}
     values = np.array([estimate.value for estimate in estimates])
     names = tuple(slot.name for slot, r in layout.entries if r is None)
     ends = np.tile(values[: len(names)], (4, 1))

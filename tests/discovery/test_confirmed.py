@@ -11,14 +11,14 @@ import pytest
 from fibrefit.core.time_limit import Budget
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.forward_selection import Limits
-from fibrefit.fitting.result import ChannelGap
+from fibrefit.fitting.result import ChannelMisfit
 
 FIRST, SECOND = (SimpleNamespace(name=f"guide.{name}") for name in ("one", "other"))
 
 
 def fit(gap: float, ended: bool = True) -> Any:
     check = SimpleNamespace(identifier="completion", passed=ended)
-    return SimpleNamespace(gap={"force": ChannelGap(gap, 1.0, "N", 0.99)}, checks=(check,))
+    return SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N", 0.99)}, checks=(check,))
 
 
 def model(*effects: Any) -> Any:

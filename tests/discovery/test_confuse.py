@@ -17,7 +17,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import laid_out
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.statement.problem import Problem
@@ -50,7 +50,7 @@ def test_effects_of_the_model_are_not_listed_and_what_is_left_hides_weak_ones(
     study = load_study(axis.write(tmp_path, ("guide.viscous_friction",), ripple=ripple))
     found = confuse_study(study, only=(slanted, "guide.quadratic_drag"))
     assert [one.effect for one in found.confusion.directions] == [slanted, "guide.quadratic_drag"]
-    assert bool(found.told()["remarks"]) == louder
+    assert bool(found.as_json()["remarks"]) == louder
     weakest = found.confusion.directions[0].smallest_detectable
     assert weakest > 0.02 if louder else weakest < 0.005
 
@@ -62,7 +62,7 @@ def laid(task: Task) -> Search:
     start = layout.pack({name: np.full(len(layout.records), BASE[name]) for name in layout.names})
     effects = tuple(CATALOGUE[name] for name in (*TRIED, "guide.asymmetric_viscous_friction"))
     explained = replace(task, start=start, problem=read_from(task.problem, start))
-    return laid_out(explained, None, effects, lambda what, share: None)
+    return set_up(explained, None, effects, lambda what, share: None)
 
 
 def read_from(problem: Problem, values: np.ndarray) -> Problem:

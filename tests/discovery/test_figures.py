@@ -165,8 +165,8 @@ def test_every_figure_of_a_search_has_a_caption(task: Task) -> None:
 def test_the_residuals_of_the_rounds_are_saved(task: Task) -> None:
     finding = named(task)
     left = finding.before.residuals
-    found = replace(finding.steps[0], left=left, left_with=(finding.after.residuals, left))
+    found = replace(finding.steps[0], residuals=left, residuals_with=(finding.after.residuals, left))
     groups = saved_search(replace(finding, steps=(found,)))[1]["rounds"]
     np.testing.assert_allclose(groups["left"].values[0], left, atol=6e-4)
-    assert groups["effect"].values.tolist() == [one.effect for one in found.told.ranking[:2]]
+    assert groups["effect"].values.tolist() == [one.effect for one in found.summary.ranking[:2]]
     assert saved_search(finding)[1]["rounds"] == {}

@@ -22,7 +22,7 @@ from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow import model_of
 from fibrefit.workflow.discovery import discover as workflow
 from fibrefit.workflow.discovery.candidates import candidates_of
-from fibrefit.workflow.discovery.discover import Discovery, Options, finished
+from fibrefit.workflow.discovery.discover import Discovery, SearchOptions, finished
 from tests.discovery.conftest import DATA
 from tests.discovery.made import CURVES, FINDINGS, VISCOUS, identified, named
 from tests.discovery.test_candidates import OWN
@@ -133,7 +133,7 @@ def test_values_of_every_effect_survive_the_round_trip(task: Task, discovery: Ma
     made = discovery()
     if not suits(effect, RIGS[made.study.kind]):
         pytest.skip("for another rig")
-    made = discovery(options=Options(also=() if is_sought(effect, RIGS[made.study.kind]) else (name,)))
+    made = discovery(options=SearchOptions(also=() if is_sought(effect, RIGS[made.study.kind]) else (name,)))
     effect = made.candidates[name]
     added = (*(CATALOGUE[other] for other in effect.needs), effect)
     finding = replace(named(task), added=added, after=identified(task, added))
@@ -155,7 +155,7 @@ def test_an_effect_of_ones_own_is_named_by_its_file(task: Task, discovery: Make,
     for path in (DATA / "viscous").iterdir():
         (folder / path.name).write_bytes(path.read_bytes())
     study = load_study(folder)
-    options = Options(also=("mine.py:Rub",))
+    options = SearchOptions(also=("mine.py:Rub",))
     tried = candidates_of(study, also=options.also)
     own = tried["mine.py:Rub"]
     finding = replace(named(task), added=(own,), after=identified(task, (own,)))
@@ -204,7 +204,7 @@ def test_a_fit_that_failed_is_no_place_to_start_from(discovery: Make) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_same_search_is_known_again(discovery: Make, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    options = Options(max_effects=2, only=("guide.*",), seed=3)
+    options = SearchOptions(max_effects=2, only=("guide.*",), seed=3)
     made = discovery("named", options)
     out = made.save(elsewhere / "out")
     assert isinstance(finished(out, made.study, options), DiscoverySummary)

@@ -31,7 +31,7 @@ from fibrefit.discovery.forward_selection import (
 )
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.search import NEARLY, Search
-from fibrefit.discovery.search.setup import begun, laid_out
+from fibrefit.discovery.search.setup import begun, set_up
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED
@@ -57,7 +57,7 @@ class Case:
         self.before = identified(task)
         values = task.problem.layout.pack({name: np.full(len(task.traces), BASE[name]) for name in BASE})
         plain = replace(self.before.plain, values=values)
-        search = laid_out(task, None, (VISCOUS, DRAG, DELAY), quiet)
+        search = set_up(task, None, (VISCOUS, DRAG, DELAY), quiet)
         frame = search.base.frame
         local = np.zeros((len(task.traces), len(frame.names)))
         random = np.random.default_rng(seed)
@@ -99,7 +99,7 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
     assert (made.search.gap(made.search.base) > NEARLY) == far
     found = selected(made)
     assert found.best.names == (VISCOUS.name,)
-    (first,) = (step.told for step in found.steps)
+    (first,) = (step.summary for step in found.steps)
     assert first.added == VISCOUS.name
     assert first.ranking[0].evidence > NAMED
     assert first.ranking[0].false_alarm < 1e-3

@@ -31,7 +31,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import laid_out
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_errors
@@ -66,7 +66,7 @@ def found(task: Task) -> Identification:
 def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     layout = task.problem.layout
     start = {name: np.full(len(layout.records), BASE[name]) for name in layout.names if name in BASE}
-    search = laid_out(replace(task, start=layout.pack(start)), None, probes, lambda what, share: None)
+    search = set_up(replace(task, start=layout.pack(start)), None, probes, lambda what, share: None)
     # What is planted has white noise, of the level the weights stand for.
     weights, band = task.problem.observations.weight, 0.5 / float(np.diff(task.traces[0].times).mean())
     white = [Noise(float(weights[c].max()) ** -2 / band, 0.0, 0.0, 1000) for c in task.problem.model.rig.channels]

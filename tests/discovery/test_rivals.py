@@ -12,7 +12,7 @@ from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis
 from fibrefit.discovery.model.finding import Choice, separating
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import laid_out
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
 from tests.discovery.made import BASE
@@ -26,7 +26,7 @@ def search(task: Task) -> Search:
     """Over the drops, with two effects; nothing is fitted."""
     layout = task.problem.layout
     start = layout.pack({name: np.full(len(layout.records), BASE[name]) for name in layout.names})
-    return laid_out(replace(task, start=start), None, (VISCOUS, DRAG), lambda what, share: None)
+    return set_up(replace(task, start=start), None, (VISCOUS, DRAG), lambda what, share: None)
 
 
 def model(search: Search, effect: type, name: str, value: float, **shift: float) -> Hypothesis:
@@ -80,8 +80,8 @@ def test_what_cannot_be_simulated_is_not_proposed(
 
 @pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])
 def test_a_parting_is_said_in_words(after: float, help: str) -> None:
-    parting = separating(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
-    assert parting.says == (
+    separation = separating(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
+    assert separation.says == (
         "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
         f"fast: there they predict readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
         f"records at hand.{help}"

@@ -13,7 +13,7 @@ from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
 from fibrefit.discovery.residuals import innovations
-from fibrefit.fitting.result import ChannelGap
+from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
@@ -121,7 +121,7 @@ def an_event(share: float) -> bool:
     kept, reading = (cast(Any, SimpleNamespace(fit=SimpleNamespace(cost=cost))) for cost in (1e3, 1e3 * (1.0 - share)))
     step = np.where(SAMPLE >= 1130, 6.0 * np.sin(0.7 * SAMPLE), 0.0)
     found: Any = SimpleNamespace(left=with_gap(noise_alone(0, records=1), step))
-    found.problem = found.left.problem
+    found.problem = found.residual_set.problem
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(conclusion, "described", lambda reading: "a curve")
         readings: Any = [SimpleNamespace(hypothesis=reading)]
@@ -158,7 +158,7 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelGap(gap, 1.0, "N")}, expected_gap=1.0, inflation=1.0)
+    fit: Any = SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N")}, expected_gap=1.0, inflation=1.0)
     return limits._beyond_noise(fit) == ((), 1.0)
 
 

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from fibrefit.core.roles import LOADING, PHASES, SLACK
 from fibrefit.discovery.residuals.chance import WRONGLY, loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
-from fibrefit.discovery.residuals.residuals import strands
+from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import in_words, phase_shares, places
 from fibrefit.fitting.result import Identification
@@ -120,7 +120,7 @@ def test_gaps_of_any_size_depend_on_the_speed_once_in_a_hundred_times() -> None:
     for seed in range(SERIES):
         sizes = np.random.default_rng(seed).uniform(0.0, 6.0, size=(RECORDS, COUNT // BOUNCE))
         left = with_gap(noise_alone(seed), np.where(INTO >= 0, sizes[:, CONTACT], 0.0))
-        listed = contacts(left, [piece for piece in strands(left) if piece.channel == 0])
+        listed = contacts(left, [piece for piece in channel_residuals(left) if piece.channel == 0])
         assert len(listed) == RECORDS * COUNT // BOUNCE
         said += trend(listed, LOADING, None) is not None
     assert said <= BY_CHANCE + 2
@@ -128,14 +128,14 @@ def test_gaps_of_any_size_depend_on_the_speed_once_in_a_hundred_times() -> None:
 
 def test_five_contacts_show_nothing() -> None:
     left = with_gap(noise_alone(6, records=1), np.where(INTO >= 0, 12.0 * (1.0 - 0.1 * CONTACT), 0.0))
-    listed = contacts(left, [piece for piece in strands(left) if piece.channel == 0])
+    listed = contacts(left, [piece for piece in channel_residuals(left) if piece.channel == 0])
     assert trend(listed, LOADING, None) == "grows"
     assert trend(listed[:5], LOADING, None) is None
 
 
 def test_a_tone_is_said_to_lie_at_its_frequency() -> None:
     left = with_gap(noise_alone(7), np.where(INTO < 0, 3.0 * np.sin(2.0 * np.pi * 130.0 * SAMPLE / RATE), 0.0))
-    own = [piece for piece in strands(left) if piece.channel == 0]
+    own = [piece for piece in channel_residuals(left) if piece.channel == 0]
     band = narrow_band(spectrum_of(own), own[0].noise)
     assert band is not None
     low, high, share = band
@@ -146,13 +146,13 @@ def test_a_tone_is_said_to_lie_at_its_frequency() -> None:
 
 def test_a_hiss_lies_at_no_frequency() -> None:
     left = with_gap(noise_alone(8), 2.0 * np.random.default_rng(1).standard_normal(COUNT))
-    own = [piece for piece in strands(left) if piece.channel == 0]
+    own = [piece for piece in channel_residuals(left) if piece.channel == 0]
     assert narrow_band(spectrum_of(own), own[0].noise) is None
 
 
 @pytest.mark.parametrize("pink", [0.0, 0.5])
 def test_the_spectrum_of_noise_lies_on_its_floor(pink: float) -> None:
-    own = [piece for piece in strands(noise_alone(9, pink, records=40)) if piece.channel == 0]
+    own = [piece for piece in channel_residuals(noise_alone(9, pink, records=40)) if piece.channel == 0]
     found = spectrum_of(own)
     ratio = found.power / found.floor
     assert ratio.mean() == pytest.approx(1.0, abs=0.05)
@@ -173,6 +173,6 @@ def test_an_identification_tells_what_it_left(task: object) -> None:
     from tests.discovery.made import identified
 
     found: Identification = identified(task, wrong=5.0)  # type: ignore[arg-type]
-    assert found.left.residuals is found.residuals
-    assert in_words(found.left)
-    assert places(found.left) != ()
+    assert found.residual_set.residuals is found.residuals
+    assert in_words(found.residual_set)
+    assert places(found.residual_set) != ()

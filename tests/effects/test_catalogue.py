@@ -66,9 +66,9 @@ def test_an_effect_of_the_users_own_moves_the_weight(mine: Path) -> None:
     assert effect.parameters[0].unit == "N/m"
     assert find_effect("my_effects.py:EndStop", mine) is effect
     short = drop(201)
-    nil, stopped = (respond(short, (effect,), **{"guide.end_stop.stop_stiffness": k}) for k in (0.0, 1e4))
-    assert jnp.array_equal(nil["position"], respond(short)["position"])
-    assert stopped["position"].max() < 0.95 * nil["position"].max()
+    zero, stopped = (respond(short, (effect,), **{"guide.end_stop.stop_stiffness": k}) for k in (0.0, 1e4))
+    assert jnp.array_equal(zero["position"], respond(short)["position"])
+    assert stopped["position"].max() < 0.95 * zero["position"].max()
 
 
 @pytest.mark.parametrize(

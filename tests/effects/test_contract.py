@@ -342,7 +342,7 @@ def relative_error(slope: np.ndarray, difference: np.ndarray) -> float:
     """Root mean square of the error over that of the slope; a difference across a jump of the reading is no slope."""
     error = np.abs(slope - difference)
     smooth = error <= np.quantile(error, JUMPS)
-    # A slope that is nil may be a difference of equal terms.
+    # A slope that is zero may be a difference of equal terms.
     scale = max(np.sqrt(np.mean(slope**2)), NOTHING)
     return float(np.sqrt(np.mean(error[smooth] ** 2)) / scale)
 

@@ -15,7 +15,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
 from fibrefit.fitting.misfit.structure import structure_checks
-from fibrefit.fitting.result import ChannelGap, Identification, InputError, Starts
+from fibrefit.fitting.result import ChannelMisfit, Identification, InputError, Starts
 from fibrefit.fitting.uncertainty import sandwich
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -34,8 +34,8 @@ def starts(basin: list[int], cost: list[float]) -> Starts:
     return Starts(("k",), *(np.zeros((n, 1)),) * 3, np.array(cost), np.zeros(n, dtype=int), np.array(basin))
 
 
-def gap(ratio: float) -> dict[str, ChannelGap]:
-    return {"force": ChannelGap(ratio, 1.0, "N"), "position": ChannelGap(ratio, 1.0, "m")}
+def gap(ratio: float) -> dict[str, ChannelMisfit]:
+    return {"force": ChannelMisfit(ratio, 1.0, "N"), "position": ChannelMisfit(ratio, 1.0, "m")}
 
 
 def known(samples: int) -> dict[str, Noise]:

@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import CHUNK, Searched, scattered, search
+from fibrefit.fitting.search.multistart import CHUNK, Searched, search, sobol_starts
 from fibrefit.problem.task import Task
 
 STARTS = 4 * CHUNK
@@ -28,16 +28,16 @@ def after(times: int) -> Callable[[], bool]:
 
 
 def searched(
-    task: Task, stop: Callable[[], bool], lost: tuple[int, ...] = (), ladders: np.ndarray | None = None
+    task: Task, stop: Callable[[], bool], lost: tuple[int, ...] = (), horizons: np.ndarray | None = None
 ) -> Searched:
     layout = task.problem.layout
-    frees = layout.free(scattered(layout, task.start, task.spread, STARTS, 0))
+    frees = layout.free(sobol_starts(layout, task.start, task.spread, STARTS, 0))
     frees[list(lost)] = np.nan
-    return search(task.problem, frees, task.ladders if ladders is None else ladders, lambda _: None, stop)
+    return search(task.problem, frees, task.horizons if horizons is None else horizons, lambda _: None, stop)
 
 
 def test_the_best_start_is_followed_to_its_end(task: Task, found: Identification) -> None:
-    assert task.ladders.shape[1] > 1
+    assert task.horizons.shape[1] > 1
     stopped = searched(task, after(0))
     assert stopped.ended.sum() == 1
     assert np.flatnonzero(stopped.ended)[0] < CHUNK
@@ -45,8 +45,8 @@ def test_the_best_start_is_followed_to_its_end(task: Task, found: Identification
 
 
 def test_starts_that_came_to_an_end_are_kept(task: Task) -> None:
-    at_once = task.ladders[:, -1:]
-    whole, stopped = (searched(task, stop, ladders=at_once) for stop in (lambda: False, after(1)))
+    at_once = task.horizons[:, -1:]
+    whole, stopped = (searched(task, stop, horizons=at_once) for stop in (lambda: False, after(1)))
     assert whole.ended.all()
     np.testing.assert_array_equal(stopped.ended, np.arange(STARTS) < 2 * CHUNK)
     np.testing.assert_array_equal(stopped.descent.cost[stopped.ended], whole.descent.cost[stopped.ended])

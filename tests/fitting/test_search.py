@@ -10,7 +10,16 @@ import pytest
 from fibrefit.fitting.error_bars import Z_95
 from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import LOST, SAME_BASIN, Searched, _are_lost, _leaders, scattered, search, table
+from fibrefit.fitting.search.multistart import (
+    LOST,
+    SAME_BASIN,
+    Searched,
+    _are_lost,
+    _leaders,
+    collected,
+    search,
+    sobol_starts,
+)
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, gram_at, widths
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -22,11 +31,11 @@ from tests.fitting import made
 
 def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
     layout = task.problem.layout
-    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    began = sobol_starts(layout, task.start, task.spread, made.STARTS, 0)
     frees = layout.free(began)
     frees[3] = np.nan
     told: list[float] = []
-    starts = table(layout, began, search(task.problem, frees, task.ladders, told.append))
+    starts = collected(layout, began, search(task.problem, frees, task.horizons, told.append))
     assert told == sorted(told)
     assert told[-1] == 1.0
     assert starts.basin[3] == -1
@@ -44,9 +53,9 @@ def test_a_start_far_from_what_another_explains_is_given_up() -> None:
 
 def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
     layout = task.problem.layout
-    began = scattered(layout, task.start, task.spread, made.STARTS, 0)
+    began = sobol_starts(layout, task.start, task.spread, made.STARTS, 0)
     began[2, layout.free_names.index("friction")] = 100.0
-    found = search(task.problem, layout.free(began), task.ladders, lambda _: None)
+    found = search(task.problem, layout.free(began), task.horizons, lambda _: None)
     assert found.ended.all()
     assert not np.isfinite(found.descent.cost[2])
     assert found.descent.steps[2] < np.delete(found.descent.steps, 2).min()
@@ -71,7 +80,7 @@ def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> 
     shared = Slot("k", "N/m", Range(5.0, 12.0, 1.0))
     layout = Layout((shared, Slot("b", "-", Range(0.0, 1e9, 1.0)), Slot("zero", "m", shared.range, False)), ("a", "b"))
     centre = np.array([10.0, 2.0, 6.0, 7.0])
-    began = scattered(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
+    began = sobol_starts(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
     np.testing.assert_array_equal(began[0], centre)
     assert began[:, 0].min() >= 5.0
     assert began[:, 0].max() <= 12.0
@@ -80,17 +89,17 @@ def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> 
     # What each record has for itself stays as the data tell it.
     np.testing.assert_array_equal(began[:, 2:], np.tile(centre[2:], (33, 1)))
     assert len(np.unique(began[1:, 1])) == 32
-    np.testing.assert_array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
-    assert not np.array_equal(began, scattered(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
-    assert len(scattered(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
+    np.testing.assert_array_equal(began, sobol_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
+    assert not np.array_equal(began, sobol_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
+    assert len(sobol_starts(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
 
 
-def test_starts_that_met_go_on_as_one_unless_they_took_different_ladders() -> None:
+def test_starts_that_met_go_on_as_one_unless_they_took_different_ways() -> None:
     free = np.array([[0.0, 0.0], [0.3, -0.4], [0.0, 0.1], [5.0, 0.0], [0.1, 0.0], [np.nan, 0.0]])
     cost = np.array([10.0, 10.001, 10.0, 10.0, 12.0, np.inf])
     ended = Descent(free, cost, np.arange(6), np.ones(6, dtype=bool))
     leader = _leaders(ended, np.array([1.0, 1.0]), np.array([0, 0, 1, 0, 0, 0]))
-    # The second met the first. The others: another ladder, too far, another cost, lost.
+    # The second met the first. The others: another way, too far, another cost, lost.
     np.testing.assert_array_equal(leader, [0, 0, 2, 3, 4, 5])
 
 
@@ -98,7 +107,7 @@ def test_ends_are_sorted_into_basins_by_their_cost() -> None:
     layout = Layout((Slot("k", "N/m", Range(-np.inf, np.inf, 1.0)),), ("a",))
     cost = np.array([5.0, 1.0, np.inf, 1.0 + 0.5 * SAME_BASIN, 5.0 * (1.0 + 0.5 * SAME_BASIN), 80.0])
     ended = Descent(np.arange(6.0)[:, None], cost, np.arange(6), np.ones(6, dtype=bool))
-    starts = table(layout, np.zeros((6, 1)), Searched(ended, np.ones(6, dtype=bool)))
+    starts = collected(layout, np.zeros((6, 1)), Searched(ended, np.ones(6, dtype=bool)))
     np.testing.assert_array_equal(starts.basin, [1, 0, -1, 0, 1, 2])
     assert starts.agreeing == 2
     assert starts.names == ("k",)
@@ -129,7 +138,7 @@ def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -
 
 def plain_profile(task: Task, found: Identification, index: int, own: float, honest: float) -> tuple[float, float]:
     width = widths(task.problem, task.problem.layout.free(found.plain.values))
-    cost = plain_cost(task.problem, index, width, task.ladders[0, -1:])
+    cost = plain_cost(task.problem, index, width, task.horizons[0, -1:])
     return profile_interval(task.problem, found.plain.values, index, cost, own, honest)
 
 

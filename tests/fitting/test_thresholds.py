@@ -15,7 +15,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, outweighed, structure
-from fibrefit.fitting.result import ChannelGap, InputError
+from fibrefit.fitting.result import ChannelMisfit, InputError
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
@@ -30,7 +30,7 @@ __all__ = ["clean"]
 
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
-    return judge.signal_explained({"force": ChannelGap(1.0, 1e-6, "N", 1.0 - share)})
+    return judge.signal_explained({"force": ChannelMisfit(1.0, 1e-6, "N", 1.0 - share)})
 
 
 def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float = 0.0) -> bool:
@@ -53,7 +53,7 @@ def unseen(change: float) -> bool:
     return any("not visible" in weak.says for weak in weaknesses(LAYOUT, np.ones(3), covariance, normal))
 
 
-def scattered(ratio: float) -> bool:
+def sobol_starts(ratio: float) -> bool:
     """Verdict on six records whose values scatter so many times as much as their errors, in squares."""
     steps = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None] * np.sqrt(ratio * 5.0 / 6.0)
     slot = SimpleNamespace(name="stiffness", unit="N/m")
@@ -88,7 +88,7 @@ CASES = (
     Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
     Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
-    Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
+    Bracket("RARE_SCATTER", agreement, lambda x: sobol_starts(x), 4.7, 5.2),
     Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
 )
 

@@ -41,7 +41,7 @@ def test_where_noise_wanders_the_estimate_is_whitened_and_surer(found: Identific
 
 
 def test_what_is_white_has_no_memory_left(found: Identification) -> None:
-    fresh, before = found.sharp.innovations, found.residuals
+    fresh, before = found.gls.innovations, found.residuals
     for channel in range(2):
         # 2000 samples: a correlation of two samples scatters by 0.02.
         assert abs(_correlation(fresh[:, channel])) < 0.08
@@ -56,11 +56,11 @@ def _correlation(rows: np.ndarray) -> float:
 
 def test_a_profile_of_the_objective_is_its_normal_interval(task: Task, found: Identification) -> None:
     index = task.problem.layout.free_names.index("damping")
-    unknowns, evidence = found.sharp.evidence.mode.unknowns, found.sharp.evidence
+    unknowns, evidence = found.gls.evidence.mode.unknowns, found.gls.evidence
     place = unknowns.names.index("damping")
     which = int(np.argmin(np.abs(evidence.grid - evidence.mode.sigma).sum(axis=1)))
     error = np.sqrt(evidence.covariance[which, place, place])
-    cost = cost_with_one_held(found.sharp, index)
+    cost = cost_with_one_held(found.gls, index)
     for sign in (-1.0, 1.0):
         moved = found.values.copy()
         moved[index] = evidence.mode.values[place] * np.exp(2.0 * sign * error)
@@ -87,8 +87,8 @@ def test_records_that_differ_are_told(tmp_path: Path) -> None:
     assert estimate.interval_kind == "population"
     # Three records: the mean is known to half their spread and worse, and plain least squares does not know that.
     assert estimate.std_error > 0.5 * between.sd * estimate.value > 3.0 * estimate.std_errors["white"]
-    place = found.sharp.evidence.mode.unknowns.names.index("stiffness")
-    eta = found.sharp.local[:, found.problem.layout.names.index("stiffness")]
+    place = found.gls.evidence.mode.unknowns.names.index("stiffness")
+    eta = found.gls.local[:, found.problem.layout.names.index("stiffness")]
     assert place == 0
     np.testing.assert_allclose(eta, stiffness, rtol=2e-3)
 
@@ -117,18 +117,18 @@ def test_where_both_estimates_part_the_plain_one_stands(
 ) -> None:
     """The same records, and a comparison that finds them apart."""
     hausman_test = Check("plain and whitened estimates agree", False, "They part.", 1e-6, 1e-3)
-    monkeypatch.setattr(last_step, "parting_check", lambda names, found: hausman_test)
+    monkeypatch.setattr(last_step, "hausman_check", lambda names, found: hausman_test)
     again = identify(task, starts=1)
     assert again.estimator == "plain least squares"
     assert "plain and whitened estimates agree" in again.estimator_says
     assert hausman_test in again.checks
     assert again.status == "suspect"
-    assert again.sharp is None
+    assert again.gls is None
     np.testing.assert_allclose(again.values, found.plain.values, rtol=1e-6)
 
 
 def test_a_mode_that_is_not_reached_keeps_the_plain_one(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(last_step, "sharpened", lambda *_: None)
+    monkeypatch.setattr(last_step, "gls_estimate", lambda *_: None)
     kept = identify(task, starts=1)
     assert kept.estimator_says == "Plain least squares: the whitened search came to no end."
     assert kept.status == "ok" or all(check.passed for check in kept.checks if check.name != "starts agree")

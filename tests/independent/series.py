@@ -38,7 +38,7 @@ class Recording:
     name : of the file
     conditions : as taken
     base : base parameters that held on that day
-    zero : reading of the position where it ought to read nil, m
+    zero : reading of the position where it ought to read zero, m
     clean, logged : readings without and with the logger's imperfections
     """
 

@@ -122,7 +122,7 @@ def strongless(name: str) -> dict[str, float]:
     return values_at(name, 0.0, {key: low for key, (low, _) in EFFECTS[name].fixed.items()}, 2e4)
 
 
-# At strength nil these stand for something infinite, or need a mass: their limit is approached instead.
+# At strength zero these stand for something infinite, or need a mass: their limit is approached instead.
 LIMITS = {"guide.presliding", "drive.compliance", "sensor.gauge_resonance", "fibre.mass", "pulley.inertia"}
 
 

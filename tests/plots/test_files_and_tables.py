@@ -14,7 +14,7 @@ from fibrefit.plots import save_figures, table_figure
 from fibrefit.plots.lines import MOST, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.save import LONGEST, file_names
-from fibrefit.plots.style import new_figure, place
+from fibrefit.plots.style import axes_at, new_figure
 from fibrefit.records import read_record, read_table
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -82,7 +82,7 @@ def test_a_long_record_keeps_its_extremes() -> None:
 
 def long_noisy() -> Figure:
     figure = new_figure(50.0)
-    axes = place(figure, 10.0, 10.0, 100.0, 30.0)
+    axes = axes_at(figure, 10.0, 10.0, 100.0, 30.0)
     axes.plot(*thinned(np.arange(1e6), np.random.default_rng(0).normal(size=1_000_000)), linewidth=0.4)
     return figure
 

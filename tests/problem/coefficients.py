@@ -22,7 +22,7 @@ STRANGE = 83.7
 
 
 def records(valid: np.ndarray, counts: np.ndarray | None = None, channels: tuple[str, ...] = ("force",)) -> Any:
-    """What is asked of a problem: instants, and weights ``(n_record, n_time)`` that are nil where not valid."""
+    """What is asked of a problem: instants, and weights ``(n_record, n_time)`` that are zero where not valid."""
     number, size = valid.shape
     times = np.tile(np.arange(size) / RATE, (number, 1))
     weight = {channel: np.where(valid, 1.0 / UNIT, 0.0) for channel in channels}

@@ -128,7 +128,7 @@ def test_an_effect_that_does_nothing_costs_its_occam_factor_and_one_that_acts_ga
 
 
 def test_a_one_sided_prior_is_that_of_quadrature() -> None:
-    """Twice the normal prior above nil, whether the records pull the strength up, down, or far down."""
+    """Twice the normal prior above zero, whether the records pull the strength up, down, or far down."""
     for strength in (0.3, 0.0, -0.1, -0.6):
         of = replace(unknowns(), mean=np.zeros(3), one_sided=np.array([False, False, True]))
         of = bounded(replace(of, precision=np.diag([1.0, 2.0, 4.0])), lower=(2, 0.0))

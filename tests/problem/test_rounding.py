@@ -126,6 +126,6 @@ def test_at_the_truth_residuals_in_steps_are_nearly_white_and_plain_ones_are_not
     def memory(rows: np.ndarray) -> float:
         return float(np.mean(rows[1:] * rows[:-1]) / np.mean(rows**2))
 
-    # Nearly: it is their slopes times residuals, the scores, whose mean is nil everywhere.
+    # Nearly: it is their slopes times residuals, the scores, whose mean is zero everywhere.
     assert abs(memory(left)) < 0.05
     assert memory(plain) > 0.2

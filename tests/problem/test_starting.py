@@ -65,9 +65,9 @@ def test_a_lift_that_is_not_told_is_found(tmp_path: Path) -> None:
 def test_a_first_contact_that_never_ends_is_taken_for_one_swing(tmp_path: Path) -> None:
     """Heavy damping: the weight never leaves the fibre again, and the first horizon must not be the whole record."""
     task = made.task(tmp_path, made.records(stiffness=8e3, damping=120.0))
-    assert task.ladders.shape[-1] == 2
-    assert np.all(task.ladders[0, 0] < 0.7 * made.SAMPLES)
-    assert np.all(task.ladders[:, -1] >= made.SAMPLES)
+    assert task.horizons.shape[-1] == 2
+    assert np.all(task.horizons[0, 0] < 0.7 * made.SAMPLES)
+    assert np.all(task.horizons[:, -1] >= made.SAMPLES)
 
 
 def test_the_first_horizon_does_not_hang_on_the_sampling_rate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +77,7 @@ def test_the_first_horizon_does_not_hang_on_the_sampling_rate(tmp_path: Path, mo
         monkeypatch.setattr(made, "RATE", rate)
         records = [made.record(f"drop_{1e3 * lift:g}mm.csv", lift, samples=round(0.5 * rate)) for lift in made.LIFTS]
         task = made.task(tmp_path / f"{rate:g}", [dataclasses.replace(one, rate=rate) for one in records])
-        ends.append(task.ladders[0, 0] / rate)
+        ends.append(task.horizons[0, 0] / rate)
     assert ends[1] == pytest.approx(ends[0], abs=2e-3)
 
 

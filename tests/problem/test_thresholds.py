@@ -9,7 +9,7 @@ from fibrefit.problem import thresholds
 from fibrefit.problem.diagnose import inverse_dynamics
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.estimate import hausman
-from fibrefit.problem.estimate.hausman import HausmanTest, hausman_test, parting_check
+from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -24,7 +24,7 @@ CASES = (
     Bracket(
         "UNLIKELY",
         hausman,
-        lambda x: parting_check(("a",), HausmanTest(np.ones(1), 1.0 / x, np.ones(1))).passed,
+        lambda x: hausman_check(("a",), HausmanTest(np.ones(1), 1.0 / x, np.ones(1))).passed,
         1 / 0.0013,
         1 / 0.0007,
     ),

@@ -60,7 +60,7 @@ def test_no_coordinate_leaves_the_range(limits: Range, free: float) -> None:
 
 @given(ranges(), st.lists(st.floats(0.0, 40.0), min_size=2, max_size=8))
 def test_one_way_only(limits: Range, frees: list[float]) -> None:
-    """Up, or down from an upper limit alone; a map with one limit folds at nil and is used on one side."""
+    """Up, or down from an upper limit alone; a map with one limit folds at zero and is used on one side."""
     values = np.diff(limits.value(np.sort(np.array(frees))))
     sign = -1.0 if limits.bounded == (False, True) else 1.0
     assert np.all(sign * values >= -1e-12 * limits.scale)

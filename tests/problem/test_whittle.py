@@ -34,7 +34,7 @@ LEVEL = 0.06
 """Share by which a white level may be off: five thousand ordinates, and what goes to the fastest of the first-order
 parts, which is nearly white."""
 RISE = 0.12
-"""The same at a few Hz, where there are few ordinates and no part of the noise can be less than nil."""
+"""The same at a few Hz, where there are few ordinates and no part of the noise can be less than zero."""
 SLOW = 0.25
 """The same of the slow noise, of which a record has some ten ordinates an octave at most."""
 TELL = 0.4

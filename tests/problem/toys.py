@@ -104,7 +104,7 @@ class Linear:
 
 
 def begun(of: Unknowns, z: np.ndarray | None = None, records: int = 4) -> Place:
-    """A place far from where anything is, with the records' own values at nil."""
+    """A place far from where anything is, with the records' own values at zero."""
     z = np.zeros(3) if z is None else z
     local = np.tile(np.concatenate([of.value(z), np.zeros(2)]), (records, 1))
     return Place(z, np.zeros((records, 2)), np.zeros((records, len(of.scattering))), local)

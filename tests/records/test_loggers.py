@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.records import Gap, describe, read_record, read_table
+from fibrefit.records import TimeGap, describe, read_record, read_table
 
 LOGGERS = Path(__file__).parent.parent / "data" / "loggers"
 
@@ -96,7 +96,7 @@ def test_bad_samples_are_masked_and_counted_and_the_gap_is_named() -> None:
     np.testing.assert_array_equal(record.valid["force"], [True, True, False, False, False, True])
     np.testing.assert_array_equal(record.valid["position"], [True, False, True, True, True, True])
     assert np.isnan(record.channels["force"][2:5]).all()
-    assert record.gaps == (Gap(0.002, 1),)
+    assert record.gaps == (TimeGap(0.002, 1),)
     table = read_table(path)
     assert dict(table.column("F [N]").masked) == {"not a number": 1, "overflow": 1, "absurd": 1}
     assert dict(table.column("u [mm]").masked) == {"empty": 1}

@@ -12,7 +12,7 @@ import pytest
 from layouts import N, f, plain, rows, u
 
 from fibrefit.core.errors import UsageError
-from fibrefit.records import Gap, Record, read_record, read_table, record_of
+from fibrefit.records import Record, TimeGap, read_record, read_table, record_of
 
 TEXT = "time [s],force [N],position [mm]\n" + rows(plain)
 
@@ -107,7 +107,7 @@ def test_only(record: Record) -> None:
 
 def test_on_grid_puts_empty_rows_where_samples_are_missing(write: Callable) -> None:
     record = with_gap(write)
-    assert record.gaps == (Gap(pytest.approx(4 / 2000), 2),)
+    assert record.gaps == (TimeGap(pytest.approx(4 / 2000), 2),)
     grid = record.on_grid()
     assert len(grid) == N
     np.testing.assert_allclose(grid.time, np.arange(N) / 2000, rtol=0, atol=1e-12)

@@ -9,7 +9,7 @@ import pytest
 from layouts import f, u
 
 from fibrefit.core.errors import DataError
-from fibrefit.records import Gap, read_record, read_table
+from fibrefit.records import TimeGap, read_record, read_table
 
 HEAD = "t [s],F [N],u [mm]\n"
 
@@ -68,7 +68,7 @@ def test_rounded_times_of_any_rate(rate: float, digits: int, write: Callable) ->
 def test_gaps_are_named(write: Callable) -> None:
     kept = [i for i in range(100) if i not in (10, 40, 41, 42)]
     record = read_record(write(table([regular(100)[i] for i in kept], kept)))
-    assert record.gaps == (Gap(pytest.approx(9 / 2000), 1), Gap(pytest.approx(39 / 2000), 3))
+    assert record.gaps == (TimeGap(pytest.approx(9 / 2000), 1), TimeGap(pytest.approx(39 / 2000), 3))
     assert len(record) == 96
     assert "4 samples missing in 2 gaps." in record.history
 

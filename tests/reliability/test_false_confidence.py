@@ -15,7 +15,7 @@ from fibrefit.core.check import status_by
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.result import ChannelGap
+from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.rigs.signals.trace import Trace
@@ -104,7 +104,7 @@ def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch)
     ("explained", "status"), [(0.999, "ok"), (0.98, "suspect"), (0.94, "failed"), (-3.0, "failed")]
 )
 def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
-    gap = ChannelGap(10.0, 0.4, "N", explained)
+    gap = ChannelMisfit(10.0, 0.4, "N", explained)
     check = checks.signal_explained({"force": gap})
     assert status_by([check]) == status
     assert ("of no use" in check.says) == (status == "failed")

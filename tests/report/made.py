@@ -15,7 +15,7 @@ RECORDS = ("drop_5mm.csv", "drop_20mm.csv")
 NOISE = {"force": 0.41, "position": 2e-5}
 TIMES = np.arange(COUNT) / RATE
 GRID = ("record", "sample")
-PLACE = d.Place(record=RECORDS[1], channel="force", from_s=1.0, to_s=1.1, phase="taut, loading", share=0.4)
+PLACE = d.GapPlace(record=RECORDS[1], channel="force", from_s=1.0, to_s=1.1, phase="taut, loading", share=0.4)
 
 
 def motion() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -38,7 +38,7 @@ def full() -> d.DiscoverySummary:
         )
         for i in range(9)
     )
-    place = d.Place(
+    place = d.GapPlace(
         record=f"record_0_{'x' * 60}.csv",
         channel="position",
         from_s=0.31,

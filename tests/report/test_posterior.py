@@ -10,7 +10,7 @@ import pytest
 from fibrefit.fitting.advice import LACKING
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.report.layout import WIDTH
-from fibrefit.report.posterior import REMEDIES, advice, posterior_report
+from fibrefit.report.posterior import REMEDIES, posterior_advice, posterior_report
 from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.fit_files import DETERMINED
 from tests.study.test_summaries import EXAMPLES
@@ -68,7 +68,7 @@ def suspect() -> s.PosteriorSummary:
                 for effects, value in (((), 5.0), ((LONG,), -5.0), (("guide.quadratic_drag",), 0.5))
             ),
             "checks": (*PLAIN.checks, FAILED),
-            "advice": advice((FAILED,), False, False),
+            "advice": posterior_advice((FAILED,), False, False),
             "remarks": ("Something worth a word. " * 6,),
         }
     )
@@ -107,8 +107,8 @@ def test_it_says_what_matters() -> None:
 
 
 def test_a_good_posterior_is_told_of_the_cross_check_and_of_nothing_else() -> None:
-    assert advice(PLAIN.checks, True, False) == ("Where much depends on it, cross-check with NUTS: --nuts.",)
-    assert advice(PLAIN.checks, True, True) == ()
+    assert posterior_advice(PLAIN.checks, True, False) == ("Where much depends on it, cross-check with NUTS: --nuts.",)
+    assert posterior_advice(PLAIN.checks, True, True) == ()
 
 
 def test_every_remedy_belongs_to_a_check() -> None:

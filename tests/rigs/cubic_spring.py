@@ -102,7 +102,7 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
         moving=begin,
         settled=begin + 1.5 * np.array(periods),
         spread={"stiffness": 1.2, "cubic": 2.0, "damping": 2.0},
-        ladders=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)),
+        horizons=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)),
     )
 
 

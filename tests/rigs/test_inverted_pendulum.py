@@ -86,9 +86,9 @@ def test_effects_leave_no_trace_at_their_null_and_one_otherwise(name: str) -> No
     effect = CATALOGUE[name]
     typical = {f"{name}.{p.name}": p.typical for p in effect.parameters}
     null = typical | {f"{name}.{p.name}": p.null for p in effect.parameters if p.name in effect.strength}
-    plain, nil, there = (
+    plain, zero, there = (
         respond(pendulum(801), effects, **values)
         for effects, values in (((), {}), ((effect,), null), ((effect,), typical))
     )
-    assert all(np.array_equal(nil[role], reading) for role, reading in plain.items())
+    assert all(np.array_equal(zero[role], reading) for role, reading in plain.items())
     assert not np.array_equal(there["force_1"], plain["force_1"])

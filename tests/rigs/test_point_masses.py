@@ -61,7 +61,7 @@ def test_a_heavier_fibre_moves_the_weight_another_way() -> None:
 @pytest.mark.parametrize("kind", ["pendulum", "drive"])
 def test_other_rigs_have_such_fibres_too(kind: str) -> None:
     experiment = {"pendulum": pendulum, "drive": drive}[kind](1601)
-    plain, found, nil = (
+    plain, found, zero = (
         respond(experiment, effects, **values)
         for effects, values in (
             ((), {}),
@@ -70,7 +70,7 @@ def test_other_rigs_have_such_fibres_too(kind: str) -> None:
         )
     )
     for role, reading in plain.items():
-        assert np.array_equal(nil[role], reading)
+        assert np.array_equal(zero[role], reading)
         assert 0.0 < deviation(found[role], reading) < 10.0 * LIGHT
 
 

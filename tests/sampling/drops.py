@@ -107,7 +107,7 @@ def task_of(
         traces=tuple(traces),
         start=start,
         spread={},
-        ladders=np.full((1, 1, len(traces)), samples, dtype=np.int32),
+        horizons=np.full((1, 1, len(traces)), samples, dtype=np.int32),
         noise=noise,
         input_noise={},
         noise_given=(),

@@ -21,7 +21,7 @@ from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.sample import place, sample_posterior
+from fibrefit.sampling.sample import coordinates_of, sample_posterior
 from fibrefit.sampling.settings import Settings
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
@@ -61,9 +61,9 @@ def prepared(task: Task, noise: str = "auto") -> sampling._Ready:
 
 
 def mode_of(ready: sampling._Ready, deviating: bool = True) -> Approximation:
-    density = ready.density if deviating else replace(ready.density, scatter=None)
+    density = ready.density if deviating else replace(ready.density, random_effects=None)
     priors = ready.priors.each + noise_priors(ready.model.likelihood)
-    return find_mode(density, place(density, ready.values), priors)[0]
+    return find_mode(density, coordinates_of(density, ready.values), priors)[0]
 
 
 @pytest.fixture(scope="module")
@@ -112,12 +112,12 @@ def test_draws_of_records_leave_noise_alone(posterior: Posterior) -> None:
         return float(np.sqrt(np.mean(rows**2)))
 
     assert left(records_at(density, points)) < 1.1
-    assert left(records_at(replace(density, scatter=None), points)) > 1.3
+    assert left(records_at(replace(density, random_effects=None), points)) > 1.3
 
 
 def test_where_drives_were_measured_it_is_told_that_records_count_as_alike(posterior: Posterior) -> None:
     size = posterior.density.problem.layout.size
-    driven = replace(posterior, widening=1e-6 * np.eye(size), density=replace(posterior.density, scatter=None))
+    driven = replace(posterior, widening=1e-6 * np.eye(size), density=replace(posterior.density, random_effects=None))
     assert any(remark.startswith("Records are taken for alike") for remark in driven.remarks)
     # The negative control: a posterior with deviations in it says nothing of the kind.
     told = replace(posterior, widening=1e-6 * np.eye(size)).remarks
@@ -138,11 +138,11 @@ def test_where_records_agree_nothing_widens(ready: sampling._Ready) -> None:
 
 def test_plain_and_whitened_estimates_are_compared_record_by_record() -> None:
     """Records that differ set off no alarm; the negative control, viscous friction that the model lacks, does."""
-    assert prepared(differing_series(AWAY, 1000)).parting.chance > 0.01
+    assert prepared(differing_series(AWAY, 1000)).hausman.chance > 0.01
     viscous = {"guide.viscous_friction.viscous_coefficient": 6.0}
     wrong = prepared(differing_series(AWAY, 1000, truth=viscous, effects=(ViscousFriction,)), "coloured")
     assert wrong.differing.found
-    assert wrong.parting.chance < 1e-3
+    assert wrong.hausman.chance < 1e-3
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.report.posterior import advice
+from fibrefit.report.posterior import posterior_advice
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.checks import assess
 from fibrefit.sampling.mode.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
@@ -39,7 +39,7 @@ def judged(
     found = marginals(aim, modes[0].course, chosen.interval)
     checks = assess(aim, modes, found, approximations[0].centre, chosen)
     # Whoever is warned is told what to do, and a good posterior is not called into question.
-    told = advice(checks, modes[0].course.converged, asked_nuts=True)
+    told = posterior_advice(checks, modes[0].course.converged, asked_nuts=True)
     assert bool(told) == (status(checks) != "ok"), [check.says for check in checks if not check.passed]
     return {check.name: check for check in checks}, found, status(checks)
 

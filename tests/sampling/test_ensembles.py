@@ -14,7 +14,7 @@ from scipy.stats import kstest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.sampling.chains import checkpoint
-from fibrefit.sampling.chains.ensembles import Course, SamplerProgress, next_look, run
+from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress, next_look, run_ensembles
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, correlated, normal, target
 
@@ -25,9 +25,9 @@ CENTRE, COVARIANCE = correlated(SIZE)
 DENSITY = normal(CENTRE, COVARIANCE)
 
 
-def course(seed: int = 0, **more: object) -> Course:
+def course(seed: int = 0, **more: object) -> ChainHistory:
     settings = Settings(seed=seed, **more.pop("settings", {}))
-    return run(target(DENSITY, SIZE), around(DENSITY, CENTRE, COVARIANCE), settings, **more)
+    return run_ensembles(target(DENSITY, SIZE), around(DENSITY, CENTRE, COVARIANCE), settings, **more)
 
 
 def test_moments_are_those_of_the_density() -> None:
@@ -46,7 +46,9 @@ def test_moments_are_those_of_the_density() -> None:
 def test_a_poor_approximation_costs_time_and_not_truth() -> None:
     """Its centre is off by a standard deviation or two and its width is wrong: the other moves see to it."""
     off = CENTRE + 1.5 * np.sqrt(np.diag(COVARIANCE))
-    found = run(target(DENSITY, SIZE), around(DENSITY, off, np.diag(np.diag(COVARIANCE)) / 9.0), Settings(seed=2))
+    found = run_ensembles(
+        target(DENSITY, SIZE), around(DENSITY, off, np.diag(np.diag(COVARIANCE)) / 9.0), Settings(seed=2)
+    )
     assert found.converged
     points = found.kept[:, ::5].reshape(-1, SIZE)
     for i in range(SIZE):
@@ -58,7 +60,7 @@ def test_a_poor_approximation_costs_time_and_not_truth() -> None:
 def test_the_wrong_density_is_noticed() -> None:
     """The negative control: the same comparison, the density wider by a fifth."""
     wider = normal(CENTRE, 1.44 * COVARIANCE)
-    found = run(target(wider, SIZE), around(wider, CENTRE, COVARIANCE), Settings(seed=0))
+    found = run_ensembles(target(wider, SIZE), around(wider, CENTRE, COVARIANCE), Settings(seed=0))
     scale = np.sqrt(np.diag(COVARIANCE))
     spread = found.kept.reshape(-1, SIZE).std(axis=0) / scale
     assert np.all(np.abs(spread - 1.0) > MONTE_CARLO / np.sqrt(2.0 * found.mixing.ess_bulk))
@@ -119,7 +121,7 @@ def test_another_runs_checkpoint_is_refused(tmp_path: Path) -> None:
     assert "the checkpoint of another run: its walkers began elsewhere" in str(refused.value)
     other = normal(CENTRE, 1.1 * COVARIANCE)
     with pytest.raises(UsageError):
-        run(target(other, SIZE), around(other, CENTRE, COVARIANCE), Settings(seed=5), file, resume=True)
+        run_ensembles(target(other, SIZE), around(other, CENTRE, COVARIANCE), Settings(seed=5), file, resume=True)
 
 
 @pytest.mark.parametrize("damage", ["cut", "noise", "empty"])
@@ -144,7 +146,7 @@ VICTIM = """
 import sys, time
 import numpy as np
 from pathlib import Path
-from fibrefit.sampling.chains.ensembles import run
+from fibrefit.sampling.chains.ensembles import run_ensembles
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, normal, target
 def slowly(x):
@@ -153,7 +155,8 @@ def slowly(x):
 density = normal(np.zeros(3), np.eye(3))
 settings = Settings(seed=1, max_steps=120, ess=1e9, checkpoint_seconds=0.05)
 print("started", flush=True)
-done = run(target(slowly, 3), around(density, np.zeros(3), np.eye(3)), settings, Path(sys.argv[1]), resume=True)
+near = around(density, np.zeros(3), np.eye(3))
+done = run_ensembles(target(slowly, 3), near, settings, Path(sys.argv[1]), resume=True)
 np.save(sys.argv[2], done.points)
 """
 
@@ -184,14 +187,14 @@ def test_walkers_never_begin_where_the_density_is_nil() -> None:
     def halved(x: np.ndarray) -> np.ndarray:
         return np.where(x[:, 0] > CENTRE[0], DENSITY(x), -np.inf)
 
-    found = run(target(halved, SIZE), around(DENSITY, CENTRE, COVARIANCE), Settings(seed=0, max_steps=60))
+    found = run_ensembles(target(halved, SIZE), around(DENSITY, CENTRE, COVARIANCE), Settings(seed=0, max_steps=60))
     assert np.isfinite(found.log_density).all()
     assert np.all(found.points[..., 0] > CENTRE[0])
 
 
 def test_a_density_that_is_nil_everywhere_is_refused() -> None:
     with pytest.raises(UsageError) as refused:
-        run(target(lambda x: np.full(len(x), -np.inf), 2), around(DENSITY, CENTRE, COVARIANCE), Settings())
+        run_ensembles(target(lambda x: np.full(len(x), -np.inf), 2), around(DENSITY, CENTRE, COVARIANCE), Settings())
     assert "walkers find no possible place around it" in str(refused.value)
 
 

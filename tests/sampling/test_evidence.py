@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.sampling.chains.ensembles import run
+from fibrefit.sampling.chains.ensembles import run_ensembles
 from fibrefit.sampling.evidence import bridge
 from fibrefit.sampling.mode.modes import distinct, sample_modes
 from fibrefit.sampling.settings import Settings
@@ -20,7 +20,7 @@ def test_a_normal_density_has_its_integral() -> None:
     density = normal(centre, covariance, log_mass=-1234.5)
     approximation = around(density, centre, covariance)
     assert approximation.log_evidence == pytest.approx(-1234.5, abs=1e-8)
-    course = run(target(density, 6), approximation, Settings(seed=1))
+    course = run_ensembles(target(density, 6), approximation, Settings(seed=1))
     found = bridge(density, course, seed=0)
     assert found.error < 0.02
     assert abs(found.log_value + 1234.5) < max(SURE * found.error, 1e-6)
@@ -32,7 +32,7 @@ def test_a_skewed_density_has_its_integral_where_laplace_errs() -> None:
         return np.sum(3.0 * x - np.exp(x), axis=1)
 
     approximation = around(gamma, np.full(2, np.log(3.0)), np.eye(2) / 3.0)
-    course = run(target(gamma, 2), approximation, Settings(seed=1))
+    course = run_ensembles(target(gamma, 2), approximation, Settings(seed=1))
     found = bridge(gamma, course, seed=0)
     assert abs(found.log_value - np.log(4.0)) < SURE * found.error
     assert abs(approximation.log_evidence - np.log(4.0)) > SURE * found.error

@@ -104,8 +104,8 @@ def test_a_stated_prior_is_one_more_residual(linear: Linear, small: tuple[Task, 
     belief, values = Belief(0.7, 0.02), np.zeros(layout.size)
     slots = (replace(layout.slots[0], belief=belief), *layout.slots[1:])
     stated = Problem(problem.model, Layout(slots, layout.records), problem.observations)
-    nil = {"drive": np.zeros((2, WAVES))}
-    at = inputs._evaluate(stated, KNOWN, values, nil, whitening, np.ones(2))
+    zero = {"drive": np.zeros((2, WAVES))}
+    at = inputs._evaluate(stated, KNOWN, values, zero, whitening, np.ones(2))
     columns, first = linear.columns(), np.eye(layout.size)[0]
     weighed = np.linalg.solve(dense_noise(whitening, linear, with_waves=True), columns)
     covariance = np.linalg.inv(columns.T @ weighed + np.outer(first, first) / belief.spread**2)
@@ -114,7 +114,7 @@ def test_a_stated_prior_is_one_more_residual(linear: Linear, small: tuple[Task, 
     np.testing.assert_allclose(at.step, step, rtol=EXACT, atol=EXACT * np.abs(step).max())
     assert (
         at.covariance[0, 0]
-        < 0.9 * inputs._evaluate(problem, KNOWN, values, nil, whitening, np.ones(2)).covariance[0, 0]
+        < 0.9 * inputs._evaluate(problem, KNOWN, values, zero, whitening, np.ones(2)).covariance[0, 0]
     )
 
 

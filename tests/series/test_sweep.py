@@ -12,7 +12,7 @@ import pytest
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.series.marks import jumps, ranges
-from fibrefit.series.sweep import Branch, Conditions, Curve, Plan, sweep
+from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from tests.simulation.drops import PENDULUM_CONDITIONS, pendulum, respond
 
@@ -26,7 +26,7 @@ LINEAR = 2e-3
 
 
 @functools.cache
-def swept(frequencies: tuple[float, ...], curves: tuple[tuple[float, float], ...]) -> tuple[Curve, ...]:
+def swept(frequencies: tuple[float, ...], curves: tuple[tuple[float, float], ...]) -> tuple[SweptCurve, ...]:
     """Curves by amplitude [m] and preload [N]."""
     conditions = [Conditions(f"{x} {n}", x, PENDULUM_CONDITIONS | {"preload": n}) for x, n in curves]
     return sweep(Model(RIGS["inverted_pendulum"]), VALUES, conditions, Plan(np.array(frequencies), 60.0, 1000.0))

@@ -124,12 +124,12 @@ def given(values: dict[str, float]) -> dict[str, Any]:
 def dotted(effects: tuple[type[Effect], ...], choose: str) -> dict[str, float]:
     """Null or typical values of the parameters of effects under the names they bear in a model.
 
-    At `null`, only the strengths are nil: the others stay typical.
+    At `null`, only the strengths are zero: the others stay typical.
     """
 
     def value(effect: type[Effect], parameter: Parameter) -> float:
-        nil = choose == "null" and parameter.name in effect.strength
-        return parameter.null if nil else parameter.typical
+        zero = choose == "null" and parameter.name in effect.strength
+        return parameter.null if zero else parameter.typical
 
     return {f"{effect.name}.{p.name}": value(effect, p) for effect in effects for p in effect.parameters}
 

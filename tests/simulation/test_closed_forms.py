@@ -64,7 +64,7 @@ def test_without_losses_it_comes_back_to_its_height() -> None:
 
 def test_bounces_with_viscous_friction_decay_geometrically_and_with_coulomb_friction_linearly() -> None:
     """Swinging on a taut fibre, c alone: each swing is exp(-π c/(m ω)) of the one before; F alone: 4 F/k less."""
-    # Let go 1 mm above the place where it hangs: the fibre stays taut, as its lift below nil says.
+    # Let go 1 mm above the place where it hangs: the fibre stays taut, as its lift below zero says.
     hanging = MASS * GRAVITY / STIFFNESS
     viscous, name = CATALOGUE["guide.viscous_friction"], "guide.viscous_friction.viscous_coefficient"
     started = drop(2001, lift=-(hanging - 1e-3))

@@ -77,8 +77,8 @@ def test_derivatives_are_those_of_the_readings(effects: tuple, name: str, values
 
 
 def test_the_slope_at_no_lag_at_all_is_that_of_a_small_one() -> None:
-    nil = {TIME_CONSTANT: 0.0, LATE: 0.0, FREQUENCY: math.inf, RATIO: 0.05}
-    found = jacobian(SHORT, (GAUGE, LAG, DELAY), **nil)["force"]
+    zero = {TIME_CONSTANT: 0.0, LATE: 0.0, FREQUENCY: math.inf, RATIO: 0.05}
+    found = jacobian(SHORT, (GAUGE, LAG, DELAY), **zero)["force"]
     # To first order a lag, a delay and a gauge of period p are one and the same: -F', and -2 ζ p / 2π F'.
     np.testing.assert_allclose(found[TIME_CONSTANT], found[LATE], atol=1e-6 * np.abs(found[LATE]).max())
     scaled = found[LATE] * 2 * 0.05 / (2 * np.pi)

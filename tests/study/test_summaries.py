@@ -37,7 +37,7 @@ FIT = s.FitSummary(
     starts=s.StartsSummary(tried=32, agreeing=30),
     provenance=PROVENANCE,
 )
-PLACE = d.Place(record="a.csv", channel="force", from_s=0.41, to_s=0.47, phase="taut, loading", share=0.31)
+PLACE = d.GapPlace(record="a.csv", channel="force", from_s=0.41, to_s=0.47, phase="taut, loading", share=0.31)
 CANDIDATE = d.Candidate(effect="guide.viscous_friction", gap_after=1.02, evidence=812.0, parameters={})
 EXAMPLES: dict[str, s.Part] = {
     "fibrefit/fit/1": FIT,

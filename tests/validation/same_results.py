@@ -1,36 +1,120 @@
-"""Keeps the results of a list of studies, and says whether another state of the code gives the same to the last bit.
+"""Says whether two states of the code give the same results, to the last bit.
 
-``python -m tests.validation.same_results keep FOLDER STUDY...`` computes and keeps them, ``compare`` in place of
-``keep`` computes them anew and compares. Sentences may differ, numbers, names and verdicts may not. ``--command
-discover`` compares searches instead of fits.
+::
+
+    python -m tests.validation.same_results keep BEFORE --tree ../checkout-of-before --practice FOLDER
+    python -m tests.validation.same_results keep AFTER --practice FOLDER
+    python -m tests.validation.same_results compare BEFORE AFTER
+
+``keep`` computes one case after another and keeps each as soon as it is done, so that it may be stopped at any time and
+called again: what that very state of the code has computed is not computed again. ``--only WORD`` takes the cases whose
+name holds the word, ``--seconds`` begins no further case after that time, ``--list`` names them. Cases are what
+``make demo`` computes, the studies under ``configs/``, and of each series below ``--practice`` the search for what its
+model lacks; further studies can be named. ``compare`` computes nothing. Numbers, names and verdicts of ``summary.json``
+and the arrays of ``result.h5`` are compared; sentences may differ.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
 
 #: What is written for a person, or tells of the run and not of the result.
 WORDS = frozenset(
-    {"says", "sentence", "looks_like", "name", "remedy", "advice", "seconds", "versions", "made", "created", "next"}
+    {"says", "sentence", "looks_like", "remedy", "advice", "seconds", "versions", "made", "created", "next", "inputs"}
 )
+#: Exit codes of a command that has a result: 5 where its checks failed.
+ENDED = (0, 5)
 
 
-def computed(command: str, study: str, seed: int) -> dict[str, Any]:
-    """Summary of `command` on `study`, by a process of its own; the text of a refusal where there is none."""
+class Case(NamedTuple):
+    """A command on a study.
+
+    Parameters
+    ----------
+    command : str
+    study : str
+        Relative to a checkout, or absolute.
+    name : str
+        Of the case.
+    """
+
+    command: str
+    study: str
+    name: str
+
+    @classmethod
+    def of(cls, command: str, study: Path | str, name: str) -> Case:
+        """Named by its command and its place."""
+        return cls(command, str(study), f"{command}-{name.strip('/').replace('/', '_')}")
+
+
+def cases(practice: Path | None, others: list[str], command: str) -> list[Case]:
+    """``make demo``, the studies of the configs, the practice series and what else is named."""
+    demo = "configs/drop_series/study.toml"
+    found = [Case.of("fit", demo, "demo")]
+    for file in sorted((ROOT / "configs").glob("*/study.toml")):
+        study = file.relative_to(ROOT).as_posix()
+        measured = any(path.suffix == ".csv" for path in file.parent.iterdir())
+        if study != demo:
+            found.append(Case.of("fit" if measured else "sweep", study, study.removesuffix("/study.toml")))
+        if measured:
+            found.append(Case.of("discover", study, study.removesuffix("/study.toml")))
+    for file in sorted(practice.glob("*/study.toml")) if practice else ():
+        found.append(Case.of("discover", file.resolve(), f"practice/{file.parent.name}"))
+    return [*found, *(Case.of(command, study, study.removesuffix("/study.toml")) for study in others)]
+
+
+def computed(case: Case, tree: Path, seed: int) -> dict[str, Any]:
+    """Results of a case by the code of a checkout, in a process of its own; the refusal where there are none."""
     with tempfile.TemporaryDirectory() as folder:
-        call = [sys.executable, "-m", "fibrefit", command, study, "--json", "-q"]
+        call = [sys.executable, "-m", "fibrefit", case.command, case.study, "--json", "-q", "--figures", "none"]
         call += ["--seed", str(seed), "--out", f"{folder}/result"]
-        ended = subprocess.run(call, capture_output=True, text=True, check=False)
-    if ended.returncode not in (0, 5):
-        return {"exit": ended.returncode, "says": ended.stderr}
-    return dict(json.loads(ended.stdout))
+        if case.command == "discover":
+            call += ["--time", "86400"]  # what a search comes to must not depend on how quick the machine is
+        found = {**os.environ, "PYTHONPATH": str(tree)}
+        ended = subprocess.run(call, capture_output=True, text=True, check=False, cwd=tree, env=found)
+        if ended.returncode not in ENDED:
+            return {"exit": ended.returncode, "says": ended.stderr}
+        return {"summary": json.loads(ended.stdout), "arrays": arrays(Path(folder) / "result" / "result.h5")}
+
+
+def arrays(file: Path) -> dict[str, str]:
+    """Digest of each array of numbers of a result, by its place in the file."""
+    found: dict[str, str] = {}
+
+    def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub":
+            values = np.ascontiguousarray(item[()])
+            digest = hashlib.sha256(f"{values.dtype}{values.shape}".encode() + values.tobytes())
+            found[name] = digest.hexdigest()[:16]
+
+    if file.exists():
+        with h5py.File(file) as content:
+            content.visititems(visit)
+    return found
+
+
+def state_of(tree: Path) -> str:
+    """Digest of the code of a checkout."""
+    whole = hashlib.sha256()
+    for file in sorted((tree / "fibrefit").rglob("*.py")):
+        whole.update(file.relative_to(tree).as_posix().encode() + b"\0" + file.read_bytes())
+    return whole.hexdigest()[:16]
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -57,28 +141,73 @@ def differences(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
     ]
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Keep or compare; the exit code is the number of studies that differ, at most 100."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("do", choices=["keep", "compare"])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("studies", nargs="+")
-    parser.add_argument("--command", default="fit", choices=["fit", "discover", "simulate", "sweep"])
-    parser.add_argument("--seed", type=int, default=0)
-    wanted = parser.parse_args(arguments)
-    wanted.folder.mkdir(parents=True, exist_ok=True)
-    changed = 0
-    for study in wanted.studies:
-        kept = wanted.folder / f"{wanted.command}-{study.strip('./').replace('/', '_')}.json"
-        found = computed(wanted.command, study, wanted.seed)
-        if wanted.do == "keep":
-            kept.write_text(json.dumps(found), encoding="utf-8")
-            print(f"{study}: kept", flush=True)
+def keep(folder: Path, wanted: list[Case], tree: Path, seed: int, seconds: float) -> int:
+    """Compute what a state of the code has not computed yet; how many cases are left undone."""
+    folder.mkdir(parents=True, exist_ok=True)
+    state, began = state_of(tree), time.monotonic()
+    for number, case in enumerate(wanted):
+        file = folder / f"{case.name}.json"
+        kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        if kept.get("state") == state and kept.get("seed") == seed:
+            print(f"{case.name}: kept already", flush=True)
             continue
-        lines = differences(json.loads(kept.read_text(encoding="utf-8")), found)
+        since = time.monotonic()
+        if since - began > seconds:
+            print(f"{len(wanted) - number} cases not looked at in {seconds:g} s; call it again", flush=True)
+            return len(wanted) - number
+        found = computed(case, tree, seed)
+        part = file.with_suffix(".tmp")
+        part.write_text(json.dumps({"state": state, "seed": seed, "found": found}), encoding="utf-8")
+        part.replace(file)
+        print(f"{case.name}: {time.monotonic() - since:.0f} s", flush=True)
+    return 0
+
+
+def compare(before: Path, after: Path, word: str) -> int:
+    """Say of each case whether both folders hold the same of it; how many do not."""
+    changed = 0
+    for name in sorted(
+        {path.name for folder in (before, after) for path in folder.glob("*.json") if word in path.name}
+    ):
+        missing = [str(folder) for folder in (before, after) if not (folder / name).exists()]
+        if missing:
+            changed += 1
+            print(f"{Path(name).stem}: not in {' and '.join(missing)}")
+            continue
+        old, new = (json.loads((folder / name).read_text(encoding="utf-8"))["found"] for folder in (before, after))
+        lines, number = differences(old, new), len(dict(leaves(new)))
         changed += bool(lines)
-        print(f"{study}: {'the same' if not lines else f'{len(lines)} differ'}", *lines[:20], sep="\n    ", flush=True)
-    return min(changed, 100)
+        said = f"{len(lines)} of {number} values differ" if lines else f"the same, {number} values"
+        print(f"{Path(name).stem}: {said}", *lines[:20], sep="\n    ")
+    return changed
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Keep or compare; the exit code is the number of cases that differ or were not computed, at most 100."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    kinds = parser.add_subparsers(dest="do", required=True)
+    keeps = kinds.add_parser("keep", help="compute and keep")
+    keeps.add_argument("folder", type=Path)
+    keeps.add_argument("studies", nargs="*", help="studies besides those that are always compared")
+    keeps.add_argument("--command", default="fit", choices=["fit", "discover", "sweep"], help="for these studies")
+    keeps.add_argument("--practice", type=Path, metavar="FOLDER", help="with one series a folder")
+    keeps.add_argument("--tree", type=Path, default=ROOT, help="checkout whose code is used; this one unless said")
+    keeps.add_argument("--seed", type=int, default=0)
+    keeps.add_argument("--seconds", type=float, default=float("inf"), help="after which no further case is begun")
+    keeps.add_argument("--list", action="store_true", help="name the cases and compute nothing")
+    compares = kinds.add_parser("compare", help="compare what is kept")
+    compares.add_argument("before", type=Path)
+    compares.add_argument("after", type=Path)
+    for kind in (keeps, compares):
+        kind.add_argument("--only", default="", metavar="WORD", help="cases whose name holds it")
+    wanted = parser.parse_args(arguments)
+    if wanted.do == "compare":
+        return min(compare(wanted.before, wanted.after, wanted.only), 100)
+    chosen = [case for case in cases(wanted.practice, wanted.studies, wanted.command) if wanted.only in case.name]
+    if wanted.list:
+        print(*(case.name for case in chosen), sep="\n")
+        return 0
+    return min(keep(wanted.folder, chosen, wanted.tree.resolve(), wanted.seed, wanted.seconds), 100)
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ class Study:
 
 
 def one(noise: str, number: int) -> tuple[tuple[str, ...], np.ndarray, float]:
-    """Go the whole way once: names, share of the draws below the truth, chance the parting check sees."""
+    """Go the whole way once: names, share of the draws below the truth, chance the Hausman test sees."""
     random = np.random.default_rng([7, number])
     shared = {name: float(PRIORS[name].quantile(random.random())) for name in ("stiffness", "damping", "friction")}
     own = [{name: float(PRIORS[name].quantile(random.random())) for name in ("position_zero", "release")} for _ in "ab"]
@@ -61,7 +61,7 @@ def one(noise: str, number: int) -> tuple[tuple[str, ...], np.ndarray, float]:
     found = sample_posterior(task, fitted(task), stated=PRIORS, noise=noise, settings=settings)
     truth = np.asarray(task.start)
     draws = found.draws.reshape(-1, found.target.size)[:, : len(truth)]
-    return task.problem.layout.free_names, np.mean(draws < truth, axis=0), found.parting.chance
+    return task.problem.layout.free_names, np.mean(draws < truth, axis=0), found.hausman.chance
 
 
 def study(noise: str, count: int) -> Study:
@@ -78,7 +78,7 @@ def told(found: Study) -> str:
     ):
         lines.append(f"{name:24} {100 * half:5.1f}  {100 * ninety:5.1f}   {even:.3f}")
     lines.append(
-        f"false alarms of the parting check: {np.mean(found.alarms < 1e-3):.3f} at 0.001, "
+        f"false alarms of the Hausman test: {np.mean(found.alarms < 1e-3):.3f} at 0.001, "
         f"{np.mean(found.alarms < 0.05):.3f} at 0.05"
     )
     return "\n".join(lines)

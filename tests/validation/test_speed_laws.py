@@ -54,7 +54,7 @@ class Case:
         found = series_study(load_study(folder))
         if found.answer != "speed_law":
             return found.answer
-        return " + ".join(sorted(one.law.parameter for one in found.verdict.told))
+        return " + ".join(sorted(one.law.parameter for one in found.verdict.curves))
 
 
 def share(cases: list[Case], wanted: set[str], folder: Path) -> float:

@@ -79,7 +79,7 @@ def _driven(time: float, u: float, v: float) -> float:
 
 
 def _net(force: float, v: float, shares: tuple[float, float]) -> float:
-    """Force that is left when friction is taken off; nil where it sticks."""
+    """Force that is left when friction is taken off; zero where it sticks."""
     net = force - TRUTH["offset"]
     level = TRUTH["friction"] * (1.0 + shares[0] * np.sign(v if v else net))
     if v == 0.0 and abs(net) <= level:

@@ -102,7 +102,7 @@ def short(tmp_path: Path) -> tuple[Problem, np.ndarray]:
 def test_windows_begin_where_the_mass_was_and_not_where_its_smoothed_position_is(tmp_path: Path) -> None:
     problem, true = short(tmp_path)
     residuals = np.asarray(problem.residuals(jnp.asarray(true)))[0, 0, 50 : 20 * 50].reshape(19, 50)
-    # Each window has two values of its own: its mean and its slope are nil. In the first the mass stands.
+    # Each window has two values of its own: its mean and its slope are zero. In the first the mass stands.
     times = np.arange(50) - 24.5
     assert np.abs(residuals.mean(axis=1)).max() < 0.5
     assert np.abs(residuals @ times / (times @ times)).max() * 25.0 < 0.5

@@ -21,8 +21,8 @@ from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
-from fibrefit.workflow.sampling.sample import Options
-from fibrefit.workflow.sampling.start import START, Start, _read
+from fibrefit.workflow.sampling.sample import SamplingOptions
+from fibrefit.workflow.sampling.start import START, SamplingStart, _read
 from tests.fitting import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
@@ -131,7 +131,7 @@ def test_a_checkpoint_goes_on_and_ends_the_same(study: Study, fit: Fit, sampled:
 def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
     """The same data; the fibre is held too stiff by a tenth."""
     held = load_study(study.source, [f'parameters.stiffness.fixed="{1.1 * made.TRUTH["stiffness"]} N/m"'])
-    options = Options(compare=(str(kept),))
+    options = SamplingOptions(compare=(str(kept),))
     wrong = sample_study(held, settings=Settings(seed=1, max_steps=30), options=options)
     against = wrong.summary().compared[0]
     assert against.foresight.value < -5.0 * against.foresight.error
@@ -168,7 +168,7 @@ def test_a_posterior_of_other_records_is_no_rival(kept: Path) -> None:
 
 def test_other_results_are_no_rivals(study: Study, saved: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="not a posterior"):
-        sample_study(study, options=Options(compare=(str(saved),)))
+        sample_study(study, options=SamplingOptions(compare=(str(saved),)))
 
 
 def test_the_fit_of_another_model_is_no_start(study: Study, fit: Fit) -> None:
@@ -191,7 +191,7 @@ def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) ->
 
 def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
-    start = Start(
+    start = SamplingStart(
         ("k", "b"), random.random(2), random.random(2), (random.random(2),), "ok", {"drive": random.random((3, 4))}
     )
     start.save(tmp_path)

@@ -66,7 +66,7 @@ def test_the_sentence_has_the_numbers(lawful: SeriesResult) -> None:
 
 
 def test_the_curve_holds_the_truth(lawful: SeriesResult) -> None:
-    (curve,) = lawful.verdict.told
+    (curve,) = lawful.verdict.curves
     truth = made.TRUTH["damping"] * (curve.speeds / 0.1) ** EXPONENT
     inside = (curve.low <= truth * 1.02) & (truth * 0.98 <= curve.high)
     assert inside[curve.speeds > 0.02].all()

@@ -186,7 +186,7 @@ def _shape(array: Any) -> tuple[Any, ...]:
 def _surroundings() -> str:
     """All that a program depends on besides its function and arguments."""
     device = jax.devices()[0]
-    told = {
+    content = {
         "versions": versions(),
         "source": source_digest(),
         "device": f"{device.platform} {device.device_kind} {len(jax.devices())} {device.client.platform_version}",
@@ -194,7 +194,7 @@ def _surroundings() -> str:
         "flags": os.environ.get("XLA_FLAGS", ""),
         "settings": f"{_setting('enable_x64')} {_setting('debug_nans')} {sys.byteorder}",
     }
-    return json.dumps(told, sort_keys=True)
+    return json.dumps(content, sort_keys=True)
 
 
 def _setting(name: str) -> Any:
@@ -263,7 +263,7 @@ class _Hits(threading.local):
 def _counter() -> _Hits:
     hits = _Hits()
 
-    def listen(event: str, **told: Any) -> None:
+    def listen(event: str, **content: Any) -> None:
         hits.number += event == "/jax/compilation_cache/cache_hits"
 
     jax.monitoring.register_event_listener(listen)
@@ -311,10 +311,10 @@ def _loaded(file: Path) -> Program | None:
 
     try:
         head, _, payload = file.read_bytes().partition(b"\n")
-        told = json.loads(head)
+        content = json.loads(head)
         _bind_lapack()
-        inputs = jax.tree.structure((tuple(range(told["inputs"])), {}))
-        skeleton = _built(told["result"])
+        inputs = jax.tree.structure((tuple(range(content["inputs"])), {}))
+        skeleton = _built(content["result"])
         outputs = jax.tree.structure(list(range(len(jax.tree.leaves(skeleton)))))
         compiled = deserialize_and_load(payload, inputs, outputs)
         os.utime(file)
@@ -345,7 +345,7 @@ def _save(file: Path, compiled: Any, skeleton: Any, inputs: int) -> None:
     from jax.experimental.serialize_executable import serialize
 
     try:
-        head = json.dumps({"inputs": inputs, "result": _told(skeleton)})
+        head = json.dumps({"inputs": inputs, "result": _description(skeleton)})
         payload, _, _ = serialize(compiled)
     except (NotDescribedError, NotImplementedError, ValueError, TypeError):
         return
@@ -366,25 +366,25 @@ def _trim(folder: Path) -> None:
             old.unlink(missing_ok=True)
 
 
-def _told(skeleton: Any) -> Any:
+def _description(skeleton: Any) -> Any:
     """Structure of a result as JSON; leaves are their numbers."""
     if skeleton is None or type(skeleton) is int:
         return skeleton
     if isinstance(skeleton, dict):
-        return {"dict": [[key, _told(value)] for key, value in skeleton.items()]}
+        return {"dict": [[key, _description(value)] for key, value in skeleton.items()]}
     if isinstance(skeleton, tuple) and hasattr(skeleton, "_fields"):
-        return {"named": fingerprint(type(skeleton)), "of": [_told(part) for part in skeleton]}
+        return {"named": fingerprint(type(skeleton)), "of": [_description(part) for part in skeleton]}
     if isinstance(skeleton, tuple | list):
-        return {type(skeleton).__name__: [_told(part) for part in skeleton]}
+        return {type(skeleton).__name__: [_description(part) for part in skeleton]}
     raise NotDescribedError(type(skeleton).__name__)
 
 
-def _built(told: Any) -> Any:
-    if not isinstance(told, dict):
-        return told
-    if "named" in told:
-        return resolved(told["named"])(*map(_built, told["of"]))
-    ((kind, parts),) = told.items()
+def _built(content: Any) -> Any:
+    if not isinstance(content, dict):
+        return content
+    if "named" in content:
+        return resolved(content["named"])(*map(_built, content["of"]))
+    ((kind, parts),) = content.items()
     if kind == "dict":
         return {key: _built(value) for key, value in parts}
     return (tuple if kind == "tuple" else list)(map(_built, parts))

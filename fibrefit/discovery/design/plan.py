@@ -128,7 +128,7 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     Parameters
     ----------
     search : Search
-        With all effects whose detection limits count in one frame, see `laid_out`.
+        With all effects whose detection limits count in one frame, see `set_up`.
     rivals : sequence of Explanation
         Two, or none.
     choices : sequence of Choice

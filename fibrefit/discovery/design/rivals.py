@@ -85,8 +85,8 @@ def _of_batch(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], batc
     for r, change in enumerate(there - here):
         own = np.array([slope[r] for slope in slopes]).T
         if np.isfinite(change).all() and np.isfinite(own).all():
-            left = change - own @ np.linalg.lstsq(own, change, rcond=None)[0] if slopes else change
-            apart[r] = np.sqrt(left @ left / number[r])
+            remaining = change - own @ np.linalg.lstsq(own, change, rcond=None)[0] if slopes else change
+            apart[r] = np.sqrt(remaining @ remaining / number[r])
     return apart
 
 
@@ -102,7 +102,7 @@ def _moved(task: Task, local: np.ndarray, each: tuple[str, ...]) -> list[np.ndar
 
 
 def _readings(task: Task, local: np.ndarray, data: Observations) -> np.ndarray:
-    """What a model says of records in units of the noise, ``(n_record, n_channel * n_time)``; nil where none counts."""
+    """What a model says of records in units of the noise, ``(n_record, n_channel * n_time)``; 0 where none counts."""
     problem = eqx.tree_at(lambda p: p.observations, task.problem, data)
     return np.asarray(_weighed(problem, jnp.asarray(local)))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import OutOfTimeError, check_time
-from fibrefit.discovery.engine.refit import Refit, Subset, led_along, refit
+from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
 from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
@@ -28,7 +28,7 @@ GROWTH, GROWN, FOLLOWED = 1.3, 20, 8
 PAST = 3
 """Strengths in turn with no lower cost after which the best one is past."""
 SHAPES = (0.25, 1.0, 4.0)
-"""Where a shape parameter, which has no slope while the strength is nil, starts: multiples of its typical size."""
+"""Where a shape parameter, which has no slope while the strength is zero, starts: multiples of its typical size."""
 SCOUTING = 6
 """Steps every start is given before the best ones go on."""
 FINALISTS = 2
@@ -176,10 +176,10 @@ class Trial:
         subset = context.subset(self.effects)
         ends = [refit(self.frame, subset, scout.local, context.whole) for scout in self.scouts]
         best = min(ends, key=lambda found: found.cost)
-        return Hypothesis(self.effects, retimed(self.frame, subset, best, context), self.frame)
+        return Hypothesis(self.effects, rescued_by_short_horizons(self.frame, subset, best, context), self.frame)
 
 
-def retimed(frame: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
+def rescued_by_short_horizons(frame: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
     """A refit led once more from what can be predicted to whole records, as long as that leads lower.
 
     Where later bounces are matched in the wrong order, the first ones still tell the way out.
@@ -221,15 +221,15 @@ def scouted(
     most = BLOWN * parent.fit.cost
     plain = [_put(frame, before, values) for values in begun] or _starts(frame, before, added)
     starts = [_gentle(frame, context, start, added, most) for start in plain]
-    blown = any(start is not first for start, first in zip(starts, plain, strict=True))
+    weakened = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
         first = sorted(
             (refit(frame, subset, start, context.whole, 1) for start in starts), key=lambda found: found.cost
         )
         starts = [found.local for found in first[:KEPT]]
     scouts = [refit(frame, subset, start, context.whole, SCOUTING, 1e-3) for start in starts]
-    if blown:
-        scouts += _led(frame, context, subset, min(scouts, key=lambda found: found.cost), added)
+    if weakened:
+        scouts += _continuation(frame, context, subset, min(scouts, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
     near = frame.sensitivities is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
     if not parent.effects and not near:
@@ -282,7 +282,7 @@ def _gentle(
     return start
 
 
-def _led(
+def _continuation(
     frame: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
 ) -> list[Refit]:
     """Continuation: refits at strengths that grow step by step, from a weak one; the other values are led along.
@@ -298,7 +298,7 @@ def _led(
         grown = goal != local
         if not (grown.any() and np.isfinite(goal[grown]).all()):
             break
-        start = led_along(frame, held, subset, local, goal, context.whole)
+        start = predictor_step(frame, held, subset, local, goal, context.whole)
         fit = refit(frame, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
         known = {name: float(local[0, frame.names.index(name)]) for name in strengths}

@@ -179,7 +179,7 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
     return step
 
 
-def led_along(
+def predictor_step(
     frame: Supermodel, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
     """Values that go to a goal, with those of a subset led along so that the cost rises least.

@@ -153,7 +153,7 @@ class Supermodel:
         return grams[:, keep][:, :, keep]
 
     def rows(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> jax.Array:
-        """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``; padded with nil, not whitened.
+        """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``; padded with zero, not whitened.
 
         Parameters and errors as `grams`.
         """

@@ -16,7 +16,7 @@ from fibrefit.effects.law import Effect
 from fibrefit.effects.template import class_name
 
 
-class Place(NamedTuple):
+class PortPlace(NamedTuple):
     """Where a law acts, in code.
 
     Parameters
@@ -58,29 +58,29 @@ def _method(head: tuple[str, str], answer: str = "self._at(VARIABLE)") -> str:
     return f"    def {head[0]}:\n        {head[1]}\n        return {answer}\n"
 
 
-PLACES: dict[str, Place] = {
-    "probe.force_of_position": Place(
+PLACES: dict[str, PortPlace] = {
+    "probe.force_of_position": PortPlace(
         "guide", "GuideLaw",
         _method(("force(self, position: jax.Array, velocity: jax.Array) -> jax.Array",
                  '"""Force on the weight against the + direction, in N."""')),
         "position",
     ),
-    "probe.friction_of_position": Place(
+    "probe.friction_of_position": PortPlace(
         "guide", "GuideLaw",
         _method(("roughness(self, position: jax.Array) -> jax.Array", '"""Addition to the friction, in N."""')),
         "position",
     ),
-    "probe.friction_of_speed": Place("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
-    "probe.friction_of_tension": Place("guide", "GuideLaw", _method(_FRICTION), "tension"),
-    "probe.tension_of_stretch": Place("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
-    "probe.tension_of_rate": Place("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
-    "probe.force_error_of_force": Place(
+    "probe.friction_of_speed": PortPlace("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
+    "probe.friction_of_tension": PortPlace("guide", "GuideLaw", _method(_FRICTION), "tension"),
+    "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
+    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
+    "probe.force_error_of_force": PortPlace(
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of force."""'),
                 "of_force(channels, lambda force: force + self._at(force))"),
         "force", 1, _ON.format("FIBRE"),
     ),
-    "probe.position_error_of_position": Place(
+    "probe.position_error_of_position": PortPlace(
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of position."""'),
                 'channels | {"position": channels["position"] + self._at(channels["position"])}'),
@@ -239,4 +239,4 @@ def start_of_law(law: Composed) -> dict[str, float]:
     return {f"{law.name}.{quantity.name}": value for quantity, value in named}
 
 
-__all__ = ["PLACES", "Composed", "Form", "Place", "composed", "effect_of_law", "start_of_law"]
+__all__ = ["PLACES", "Composed", "Form", "PortPlace", "composed", "effect_of_law", "start_of_law"]

@@ -29,21 +29,21 @@ class TracedRound:
 
     Parameters
     ----------
-    told : Round
-    left : (n_record, n_channel, n_time) or None
+    summary : Round
+    residuals : (n_record, n_channel, n_time) or None
         Residuals of the model before, simulated minus measured, in units of the noise.
-    left_with : tuple of (n_record, n_channel, n_time)
+    residuals_with : tuple of (n_record, n_channel, n_time)
         The same with each of the first of the ranking.
     """
 
-    told: Round
-    left: np.ndarray | None = None
-    left_with: tuple[np.ndarray, ...] = ()
+    summary: Round
+    residuals: np.ndarray | None = None
+    residuals_with: tuple[np.ndarray, ...] = ()
 
     @property
     def added(self) -> tuple[str, ...]:
         """Names of the effects that were added in it."""
-        return tuple((self.told.added or "").split(" + "))
+        return tuple((self.summary.added or "").split(" + "))
 
 
 SMALL = 0.05

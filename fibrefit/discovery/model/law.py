@@ -18,7 +18,7 @@ class ProposedLaw:
 
     Parameters
     ----------
-    told : ProposedLawSummary
+    summary : ProposedLawSummary
     file, source : str
         Its file in the folder `LAWS`, by name and content.
     probe : str
@@ -27,7 +27,7 @@ class ProposedLaw:
         Of the law at the knots of that curve, without their median, in SI units.
     """
 
-    told: ProposedLawSummary
+    summary: ProposedLawSummary
     file: str
     source: str
     probe: str

@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.roles import SLACK, TAUT
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import Strand
+from fibrefit.discovery.residuals.residuals import ChannelResidual
 from fibrefit.problem.diagnose.residuals import ResidualSet
 
 SOON = 2.0 / 3.0
@@ -34,13 +34,13 @@ class Contact(NamedTuple):
         At take-up, in m/s.
     """
 
-    strand: Strand
+    strand: ChannelResidual
     start: int
     stop: int
     speed: float
 
 
-def contacts(found: ResidualSet, own: list[Strand]) -> list[Contact]:
+def contacts(found: ResidualSet, own: list[ChannelResidual]) -> list[Contact]:
     """Contacts that begin with a slack fibre, in the order of records and time.
 
     Parameters
@@ -63,7 +63,7 @@ def contacts(found: ResidualSet, own: list[Strand]) -> list[Contact]:
     return listed
 
 
-def after_take_up(found: ResidualSet, own: list[Strand], phase: int) -> list[str]:
+def after_take_up(found: ResidualSet, own: list[ChannelResidual], phase: int) -> list[str]:
     """What can be said of the gap of one channel in a taut phase and the take-ups before it; empty where nothing can.
 
     Parameters

@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.discovery.residuals.chance import loudest
-from fibrefit.discovery.residuals.residuals import Strand, strands
+from fibrefit.discovery.residuals.residuals import ChannelResidual, channel_residuals
 from fibrefit.problem.diagnose.residuals import ResidualSet
 
 FEWEST = 10
@@ -37,7 +37,7 @@ def events(found: ResidualSet) -> tuple[tuple[str, float], ...]:
         A parameter that all records share, or all of one record does, is fitted to what is before an event and after
         it alike: an event is only seen where that leaves what is before it noise.
     """
-    pieces, listed = strands(found), []
+    pieces, listed = channel_residuals(found), []
     looks = sum(len(piece.times) // piece.window for piece in pieces)
     for r, record in enumerate(found.problem.layout.records):
         instant = _event(found, [piece for piece in pieces if piece.record == r], looks)
@@ -46,7 +46,7 @@ def events(found: ResidualSet) -> tuple[tuple[str, float], ...]:
     return tuple(listed)
 
 
-def _event(found: ResidualSet, own: list[Strand], looks: int) -> float | None:
+def _event(found: ResidualSet, own: list[ChannelResidual], looks: int) -> float | None:
     width = own[0].window
     powers = np.array([_powers(piece, width) for piece in own])
     limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
@@ -69,7 +69,7 @@ def _event(found: ResidualSet, own: list[Strand], looks: int) -> float | None:
     return float(own[0].times[first * width])
 
 
-def _powers(piece: Strand, width: int) -> np.ndarray:
+def _powers(piece: ChannelResidual, width: int) -> np.ndarray:
     number = len(piece.times) // width
     squares = np.where(piece.counted, piece.residual**2, 0.0)
     return squares[: number * width].reshape(number, width).mean(axis=1)
@@ -81,7 +81,7 @@ def _usual(values: np.ndarray, width: int) -> np.ndarray:
     return np.array([np.bincount(window).argmax() for window in windows])
 
 
-def _is_noise(piece: Strand, powers: np.ndarray, first: int, width: int) -> bool:
+def _is_noise(piece: ChannelResidual, powers: np.ndarray, first: int, width: int) -> bool:
     """Whether all windows before one, and the last few of them, are noise, each taken together."""
     return all(
         powers[first - number : first].mean()

@@ -34,7 +34,7 @@ def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, No
     return ResidualSet(problem, residuals, moved, noise)
 
 
-class Strand(NamedTuple):
+class ChannelResidual(NamedTuple):
     """One channel of one record.
 
     Parameters
@@ -70,15 +70,15 @@ class Strand(NamedTuple):
 
     @property
     def excess(self) -> np.ndarray:
-        """Squared residuals beyond what noise leaves on average, ``(n_sample,)``; nil where a sample does not count."""
+        """Squared residuals beyond what noise leaves on average, ``(n_sample,)``; 0 where a sample does not count."""
         return np.where(self.counted, self.residual**2 - 1.0, 0.0)
 
 
-def strands(found: ResidualSet) -> list[Strand]:
+def channel_residuals(found: ResidualSet) -> list[ChannelResidual]:
     """All channels of all records, without the padding."""
     counted, sigma = found.counted, found.sigma
     return [
-        Strand(
+        ChannelResidual(
             r,
             c,
             found.residuals[r, c, :count],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.discovery.residuals.residuals import Strand
+from fibrefit.discovery.residuals.residuals import ChannelResidual
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 LONGEST = 4096
@@ -31,7 +31,7 @@ class Spectrum:
     Parameters
     ----------
     frequency : (n_frequency,) in Hz
-        Above nil.
+        Above zero.
     power : (n_frequency,) in unit^2/Hz
     floor : (n_frequency,) in unit^2/Hz
         Of the noise at rest, without the mains.
@@ -45,7 +45,7 @@ class Spectrum:
     chance: tuple[float, float]
 
 
-def spectrum_of(own: Sequence[Strand]) -> Spectrum:
+def spectrum_of(own: Sequence[ChannelResidual]) -> Spectrum:
     """Spectrum of one channel.
 
     Parameters

@@ -8,10 +8,10 @@ from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.residuals import WINDOW, Strand, strands
+from fibrefit.discovery.residuals.residuals import WINDOW, ChannelResidual, channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.study.summaries.discovery import Place
+from fibrefit.study.summaries.discovery import GapPlace
 
 SPANS = (1, 4, 16)
 """Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""
@@ -26,7 +26,7 @@ OF_TIME = 0.7
 """Share of the time from which that goes without saying."""
 
 
-def places(found: ResidualSet) -> tuple[Place, ...]:
+def places(found: ResidualSet) -> tuple[GapPlace, ...]:
     """Stretches that hold most of the gap, the largest share first.
 
     Parameters
@@ -36,11 +36,11 @@ def places(found: ResidualSet) -> tuple[Place, ...]:
 
     Returns
     -------
-    tuple of Place
+    tuple of GapPlace
         At most `MOST`; none where the residuals are noise, but for one series in a hundred.
     """
     records, channels = found.problem.layout.records, found.channels
-    pieces = strands(found)
+    pieces = channel_residuals(found)
     looks = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
     listed = []
     for piece in pieces:
@@ -55,12 +55,12 @@ def places(found: ResidualSet) -> tuple[Place, ...]:
     # The same whole as that of the phases, and never less than what is listed.
     whole = max(sum(_by_phase(pieces).values()), sum(max(excess, 0.0) for excess, *_ in listed)) or 1.0
     return tuple(
-        Place(record=record, channel=channel, phase=phase, from_s=start, to_s=stop, share=excess / whole)
+        GapPlace(record=record, channel=channel, phase=phase, from_s=start, to_s=stop, share=excess / whole)
         for excess, record, channel, phase, start, stop in listed[:MOST]
     )
 
 
-def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:
+def _loud(piece: ChannelResidual, width: int, looks: int) -> np.ndarray:
     """Whether each window of `width` samples is louder than noise gets by chance, by itself or among its neighbours."""
     number = len(piece.times) // width
     cut = lambda values: values[: number * width].reshape(number, width).sum(axis=1)  # noqa: E731
@@ -82,7 +82,7 @@ def _loud(piece: Strand, width: int, looks: int) -> np.ndarray:
 
 def phase_shares(found: ResidualSet) -> dict[tuple[str, str], float]:
     """Share of the gap beyond noise in each channel and phase."""
-    channels, excess = found.channels, _by_phase(strands(found))
+    channels, excess = found.channels, _by_phase(channel_residuals(found))
     shares = {
         (channel, phase): excess.get((c, p), 0.0)
         for c, channel in enumerate(channels)
@@ -92,8 +92,8 @@ def phase_shares(found: ResidualSet) -> dict[tuple[str, str], float]:
     return {key: share / whole for key, share in shares.items()}
 
 
-def _by_phase(pieces: list[Strand]) -> dict[tuple[int, int], float]:
-    """Gap beyond noise, in units of the noise, by channel and phase; nil where there is less than noise leaves."""
+def _by_phase(pieces: list[ChannelResidual]) -> dict[tuple[int, int], float]:
+    """Gap beyond noise, in units of the noise, by channel and phase; zero where there is less than noise leaves."""
     sums: dict[tuple[int, int], float] = {}
     for piece in pieces:
         for phase, excess in enumerate(np.bincount(piece.phase, piece.excess, len(PHASES))):
@@ -112,7 +112,7 @@ def in_words(found: ResidualSet) -> str:
     ----------
     found : ResidualSet
     """
-    pieces = strands(found)
+    pieces = channel_residuals(found)
     excess = _by_phase(pieces)
     sure = [key for key in excess if _is_sure([p for p in pieces if p.channel == key[0]], key[1], len(excess))]
     if not sure:
@@ -129,7 +129,7 @@ def in_words(found: ResidualSet) -> str:
     return "; ".join([said, *more])
 
 
-def _is_sure(own: list[Strand], phase: int, looks: int) -> bool:
+def _is_sure(own: list[ChannelResidual], phase: int, looks: int) -> bool:
     """Whether a channel is louder in a phase than noise gets by chance, as if the phase lasted without a break."""
     inside = [piece.counted & (piece.phase == phase) for piece in own]
     number = sum(int(one.sum()) for one in inside)

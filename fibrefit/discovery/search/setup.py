@@ -53,7 +53,7 @@ def begun(
     return search, base
 
 
-def laid_out(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
+def set_up(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
     """All effects in one frame, at the values a task begins with where nothing was fitted; parameters as `begun`."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values

@@ -77,7 +77,7 @@ def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping
     for parameter in effect.parameters:
         name = f"{effect.name}.{parameter.name}"
         if parameter.name in effect.strength and errors.get(name, 0.0) > 0.0:
-            # What vanishes at infinity is as far from there, in its errors, as its inverse is from nil.
+            # What vanishes at infinity is as far from there, in its errors, as its inverse is from zero.
             far = values[name] if parameter.reciprocal else values[name] - parameter.null
             found.append(abs(far) / errors[name])
     return float(max(found))
@@ -85,9 +85,9 @@ def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping
 
 def _share_of_signal(search: Search, best: Hypothesis, other: Without) -> tuple[float, str]:
     """What an effect explains over what was measured, both rms, and of what."""
-    lacking, left = (unexplained_share(*alone(search.task, one)) for one in (other.lesser, best))
-    if lacking is not None and left is not None:
-        return float(np.sqrt(max(lacking**2 - left**2, 0.0))), "force"
+    lacking, remaining = (unexplained_share(*alone(search.task, one)) for one in (other.lesser, best))
+    if lacking is not None and remaining is not None:
+        return float(np.sqrt(max(lacking**2 - remaining**2, 0.0))), "force"
     return float(np.sqrt(max(other.gain, 0.0) / _loudness(search))), "readings"
 
 

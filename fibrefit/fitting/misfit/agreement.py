@@ -36,7 +36,7 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
     if len(scores.columns) < 2 or not shared:
         return None
     steps, errors = _steps(scores)
-    worst, chance, told = 1.0, 1.0, ""
+    worst, chance, change = 1.0, 1.0, ""
     for i in shared:
         seen = np.isfinite(errors[:, i]) & (errors[:, i] > 0.0)
         if (number := int(seen.sum())) < 2:
@@ -47,12 +47,12 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
         by_chance = float(fdtrc(number - 1, number / MEMORY, ratio)) * len(shared)
         if by_chance < chance:
             worst, chance = float(np.sqrt(ratio)), by_chance
-            told = _told(problem, i, values[i] + steps[seen, i])
+            change = _change(problem, i, values[i] + steps[seen, i])
     passed = chance >= RARE_SCATTER
     says = "Single records ask for the same values, within their error bars."
     if not passed:
         says = (
-            f"{told} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at "
+            f"{change} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at "
             f"least {RARE_SCATTER:g} is expected. What the model lacks changes this value with the conditions: it may "
             "mislead."
         )
@@ -83,7 +83,7 @@ def _steps(scores: Scores) -> tuple[np.ndarray, np.ndarray]:
     return steps, errors
 
 
-def _told(problem: Problem, index: int, found: np.ndarray) -> str:
+def _change(problem: Problem, index: int, found: np.ndarray) -> str:
     slot = problem.layout.entries[index][0]
     low, high = (format_quantity(float(value), slot.unit, 3) for value in (found.min(), found.max()))
     return f"The {slot.name.rpartition('.')[2].replace('_', ' ')} goes from {low} to {high}"

@@ -34,7 +34,7 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> str:
     and those the records do not see at all are told elsewhere.
     """
     variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
-    worst, told = OUTWEIGHED, ""
+    worst, named = OUTWEIGHED, ""
     for i, (slot, record) in enumerate(layout.entries):
         if record is None and slot.range.lower >= 0.0 and np.isfinite(variance[i]):
             moved = float(np.sqrt(_beyond_noise(scores) * variance[i]))
@@ -43,11 +43,11 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> str:
                 worst = ratio
                 said = format_quantity(float(values[i]), slot.unit, 2)
                 name = slot.name.rpartition(".")[2].replace("_", " ")
-                told = (
+                named = (
                     f"What is left is {ratio:.2g} times what the {name} of {said} does in the readings, at most "
                     f"{OUTWEIGHED:g} passes: this value may be off by a factor, and the fit is of no use."
                 )
-    return told
+    return named
 
 
 def _beyond_noise(scores: Scores) -> float:

@@ -58,7 +58,7 @@ def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
     differences = np.diff(scaled, 3, axis=1)[whole]
     if differences.size < FEW:
         return 0.0
-    # Squares rather than a median, which is nil where readings are coarse; the largest are those of a bounce.
+    # Squares rather than a median, which is zero where readings are coarse; the largest are those of a bounce.
     size = np.abs(differences)
     return float(np.sqrt(np.mean(np.minimum(size, 4.0 * np.mean(size)) ** 2) / 20.0))
 

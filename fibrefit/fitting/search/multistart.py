@@ -25,7 +25,7 @@ SAME_BASIN = 1e-3
 """Relative difference in cost below which two starts ended in the same minimum, if their values agree too."""
 
 
-def scattered(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:
+def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:
     """Starting values ``(number, n_free)`` in SI units: the centre, then a Latin hypercube around it.
 
     Parameters
@@ -72,8 +72,8 @@ class Searched(NamedTuple):
 def search(
     problem: Problem,
     starts: np.ndarray,
-    ladders: np.ndarray,
-    told: Callable[[float], None],
+    horizons: np.ndarray,
+    on_progress: Callable[[float], None],
     stop: Callable[[], bool] = lambda: False,
 ) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
@@ -85,10 +85,10 @@ def search(
     ----------
     problem : Problem
     starts : (n_start, n_free) free coordinates
-    ladders : (n_ladder, n_stage, n_record) int
+    horizons : (n_way, n_stage, n_record) int
         Ways to lengthen the horizon, taken in turn: a model that lacks something may follow one into a poor minimum and
         another into a better one.
-    told : callable
+    on_progress : callable
         Told the share that is done.
     stop : callable
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
@@ -103,29 +103,29 @@ def search(
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
-    number, stages = len(starts), ladders.shape[1]
-    ladder = np.arange(number) % len(ladders)
+    number, stages = len(starts), horizons.shape[1]
+    way = np.arange(number) % len(horizons)
     leader = np.arange(number)
-    nil = np.zeros(number, dtype=int)
-    found = Descent(starts, np.full(number, np.inf), nil, nil.astype(bool))
+    zero = np.zeros(number, dtype=int)
+    found = Descent(starts, np.full(number, np.inf), zero, zero.astype(bool))
     lost = np.zeros(number, dtype=bool)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
-            width = _widths_at_best(problem, found, ladders[ladder, stage])
-            run = _run(problem, found, width, ladders[ladder], stage)
-            tell = lambda share, stage=stage: told((stage + share) / stages)  # noqa: E731
+            width = _widths_at_best(problem, found, horizons[way, stage])
+            run = _run(problem, found, width, horizons[way], stage)
+            tell = lambda share, stage=stage: on_progress((stage + share) / stages)  # noqa: E731
             ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
             reached = lost | np.isin(leader, done)
             if not reached.all():
                 known = _as_far_as_known(found, ended, leader, reached)
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
-                return _best_alone(problem, known, width, ladders[ladder], stage, reached)
+                return _best_alone(problem, known, width, horizons[way], stage, reached)
             found = Descent(*(leaf[leader] for leaf in ended))
             if stage < stages - 1:
-                lost |= _are_lost(found.cost / ladders[ladder, stage].sum(axis=-1))
+                lost |= _are_lost(found.cost / horizons[way, stage].sum(axis=-1))
                 found = found._replace(cost=np.where(lost, np.inf, found.cost))
-            leader = _leaders(found, width, ladder)
+            leader = _leaders(found, width, way)
     return Searched(found, np.ones(number, dtype=bool))
 
 
@@ -145,7 +145,7 @@ def _stage(
     run: Callable[[np.ndarray], Descent],
     found: Descent,
     going: np.ndarray,
-    told: Callable[[float], None],
+    on_progress: Callable[[float], None],
     stop: Callable[[], bool],
 ) -> tuple[Descent, np.ndarray]:
     """Descents from the starts `going` over one horizon, and those that were reached before it was stopped."""
@@ -156,7 +156,7 @@ def _stage(
         descent = future.result()
         ended = Descent(*(_put(old, part, new) for old, new in zip(ended, descent, strict=True)))
         done += 1
-        told(done / len(parts))
+        on_progress(done / len(parts))
         if done < len(parts) and stop():
             break
     for future in futures[done:]:
@@ -213,19 +213,19 @@ def _are_lost(cost: np.ndarray) -> np.ndarray:
     return np.isfinite(cost.min()) & ~(cost <= LOST * cost.min())
 
 
-def _leaders(found: Descent, width: np.ndarray, ladder: np.ndarray) -> np.ndarray:
-    """For each start the first of those on its ladder that came to the same place."""
-    leader = np.arange(len(ladder))
+def _leaders(found: Descent, width: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """For each start the first of those on its way that came to the same place."""
+    leader = np.arange(len(way))
     for i in np.flatnonzero(np.isfinite(found.cost)):
         for j in np.unique(leader[:i][np.isfinite(found.cost[:i])]):
-            same = ladder[i] == ladder[j] and abs(found.cost[i] - found.cost[j]) <= SAME_BASIN * found.cost[j]
+            same = way[i] == way[j] and abs(found.cost[i] - found.cost[j]) <= SAME_BASIN * found.cost[j]
             if same and np.max(np.abs(found.free[i] - found.free[j]) / width) < SAME_PLACE:
                 leader[i] = j
                 break
     return leader
 
 
-def table(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
+def collected(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
     """Where the starts ended that came to an end, sorted into basins."""
     found, began = Descent(*(leaf[searched.ended] for leaf in searched.descent)), began[searched.ended]
     shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fibrefit.fitting.search.multistart import scattered, search
+from fibrefit.fitting.search.multistart import search, sobol_starts
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -20,7 +20,7 @@ LEADERS = 4
 """Starts of the fit without effects."""
 
 
-def nested(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) -> np.ndarray:
+def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) -> np.ndarray:
     """Starts of which most have the base values that a fit without the effects ends at.
 
     Parameters
@@ -40,13 +40,13 @@ def nested(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) 
     if len(starts) <= FEW or plain is None or stop():
         return starts
     problem, layout = plain.problem, plain.problem.layout
-    began = layout.free(scattered(layout, plain.start, plain.spread, LEADERS, seed))
-    found = search(problem, began, plain.ladders, lambda share: None, stop).descent
+    began = layout.free(sobol_starts(layout, plain.start, plain.spread, LEADERS, seed))
+    found = search(problem, began, plain.horizons, lambda share: None, stop).descent
     if not np.isfinite(found.cost).any():
         return starts
     led = starts.copy()
     rows = np.flatnonzero(np.arange(len(starts)) % AS_DRAWN)
-    led[np.ix_(rows, places(task.problem.layout, layout))] = layout.values(found.free[np.argmin(found.cost)])
+    led[np.ix_(rows, columns_in(task.problem.layout, layout))] = layout.values(found.free[np.argmin(found.cost)])
     return led
 
 
@@ -72,11 +72,11 @@ def without_effects(task: Task) -> Task | None:
     return replace(
         task,
         problem=Problem(model, plain, problem.observations, problem.soft_beyond),
-        start=task.start[places(layout, plain)],
+        start=task.start[columns_in(layout, plain)],
         spread={name: factor for name, factor in task.spread.items() if name in plain.names},
     )
 
 
-def places(layout: Layout, part: Layout) -> np.ndarray:
+def columns_in(layout: Layout, part: Layout) -> np.ndarray:
     """Where the free values of a part of a layout are among all of them, ``(n_part,)``; their order is the same."""
     return np.flatnonzero([slot.name in part.names for slot, _ in layout.entries])

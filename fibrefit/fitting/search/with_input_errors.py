@@ -40,7 +40,7 @@ MISSED = 0.03
 HOPELESS = 4.0
 """Variance that even the best errors of the inputs leave, from which they are not what the model lacks.
 
-They stay nil then, and the values those for inputs as they were measured.
+They stay zero then, and the values those for inputs as they were measured.
 """
 WHOLE = 0.99
 """Factor on a sample's weight from which it counts as a whole one."""
@@ -108,11 +108,11 @@ def with_input_errors(
         variance = max(1.0, end.normal.cost / number)
         if not variance < HOPELESS:
             return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
-        left, waves = view.left(end.local)
+        remaining, waves = view.residuals(end.local)
         place, there = end.place, corrected(problem, known, waves)
         found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
-        missed = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight - left[0]
-        near = float(np.mean(missed[left[0] != 0.0] ** 2)) < MISSED * variance
+        missed = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight - remaining[0]
+        near = float(np.mean(missed[remaining[0] != 0.0] ** 2)) < MISSED * variance
         if near and (roots is not None or sensitivities.downweight.min() > WHOLE):
             break
         roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in sensitivities.inverse]

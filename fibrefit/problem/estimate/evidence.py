@@ -5,7 +5,7 @@ Law
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
 of the priors; ``Z`` is the mean of that over a grid of the standard deviations between records. With probability one
 half records agree in all parameters. What makes them differ in one hardly leaves the others alone: each standard
-deviation is else nil with a probability of one in ten, or anything up to eight percent, uniform to one percent and
+deviation is else zero with a probability of one in ten, or anything up to eight percent, uniform to one percent and
 log-uniform beyond: a prior that is log-uniform throughout lets few records that happen to agree say that all would. All
 points of the grid share the slopes found at the mode: that is algebra on small matrices.
 

@@ -29,7 +29,7 @@ class Whitened(NamedTuple):
     normal : (n_free, n_free)
         Products of the slopes of all records.
     covariance : (n_free, n_free)
-        Inverse of `normal`, nil where nothing is seen: of the estimate, if the whitening is right.
+        Inverse of `normal`, zero where nothing is seen: of the estimate, if the whitening is right.
     gradient : (n_free,)
         Products of slopes and residuals.
     """
@@ -91,6 +91,6 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
-    """Pseudo-inverse of a symmetric matrix whose rows may have any units; nil where there is nothing."""
+    """Pseudo-inverse of a symmetric matrix whose rows may have any units; zero where there is nothing."""
     scale = scale_of(matrix)
     return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)

@@ -37,7 +37,7 @@ class HausmanTest:
     efficiency: np.ndarray
 
 
-def parting(
+def hausman_at(
     layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, belief: np.ndarray | None = None
 ) -> HausmanTest:
     """Compare the plain estimate with the one a whitened step leads to from there.
@@ -111,7 +111,7 @@ def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> n
     return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
 
 
-def parting_check(names: tuple[str, ...], found: HausmanTest) -> Check:
+def hausman_check(names: tuple[str, ...], found: HausmanTest) -> Check:
     """Whether both estimates agree within the error of their difference."""
     passed = found.chance >= UNLIKELY
     if passed:

@@ -57,7 +57,7 @@ def between(evidence: MarginalLikelihood) -> dict[str, Between]:
 
 
 def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
-    """Quantile of a standard deviation: nil with the weight of the first level, log-uniform around each other one."""
+    """Quantile of a standard deviation: zero with the weight of the first level, log-uniform around each other one."""
     logs = np.log(levels[1:])
     middles = 0.5 * (logs[1:] + logs[:-1])
     edges = np.concatenate([[1.5 * logs[0] - 0.5 * logs[1]], middles, [1.5 * logs[-1] - 0.5 * logs[-2]]])

@@ -74,7 +74,7 @@ class View:
 
         return of
 
-    def left(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, InputCoefficients]:
+    def residuals(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, InputCoefficients]:
         """Residuals ``(n_draw, n_record, n_channel, n_time)`` in units of the noise, and errors of the inputs.
 
         The first draw is at the best errors of the inputs, the others where these may be as well.
@@ -96,8 +96,8 @@ class View:
             coefficients = np.stack(
                 [best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)]
             )
-            left = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
-            found.append(row + left.reshape(draws, *row.shape))
+            errors = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
+            found.append(row + errors.reshape(draws, *row.shape))
         ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
         waves_found = dict(zip(self.raw.coefficients, np.split(np.array(best), ends, axis=1), strict=True))
         return np.stack(found, axis=1), waves_found
@@ -126,7 +126,7 @@ def _products(
     return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
 
 
-def apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) -> Place:
+def apart(unknowns: Unknowns, place: Place, seen: View, horizons: np.ndarray) -> Place:
     """Where records that may differ are best in plain least squares.
 
     A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
@@ -138,17 +138,17 @@ def apart(unknowns: Unknowns, place: Place, seen: View, ladders: np.ndarray) -> 
     place : Place
     seen : View
         Without a whitening.
-    ladders : (n_ladder, n_stage, n_record) int
+    horizons : (n_way, n_stage, n_record) int
         See `Task`.
     """
     sigma = np.full(len(unknowns.scattering), BROAD)
     found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH)]
     samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
-    for ladder in ladders:
+    for way in horizons:
         if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
             break
         there = place._replace(eta=np.zeros_like(place.eta))
-        for counts in ladder:
+        for counts in way:
             shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
             end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
             there = end.place

@@ -81,7 +81,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         traces=tuple(traces),
         start=_start(layout, declared, settings, starting),
         spread=_spread(declared, settings, starting),
-        ladders=_ladders(traces, starting),
+        horizons=_horizons(traces, starting),
         noise=noise,
         input_noise=_input_noise(study, traces, model),
         noise_given=given,
@@ -116,7 +116,7 @@ def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[st
     """Noise of each input as it was measured."""
     inputs = model.rig.inputs
     if model.rig.anchor is not None or model.rig.derived:
-        # What a motor's force is wrong by is no hiss that a rest would show: the error bars see it in the residuals.
+        # What a motor's force is wrong by does not show at rest: the error bars see it in the residuals.
         return dict.fromkeys(inputs, EXACT)
     raw = [
         trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
@@ -247,13 +247,13 @@ def _spread(
     return found | {name: min(found[name], 1.0 + 2.0 * b.relative) for name, b in beliefs.items() if b is not None}
 
 
-def _ladders(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
+def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
     """Samples of each record at each stage of each way to lengthen the horizon."""
     span = starting.settled - starting.moving
-    ends = [[starting.moving + factor * span for factor in ladder] for ladder in starting.ladders]
+    ends = [[starting.moving + factor * span for factor in way] for way in starting.horizons]
     places = [
-        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in ladder]
+        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in way]
         + [[len(trace.times) for trace in traces]]
-        for ladder in ends
+        for way in ends
     ]
     return np.array(places, dtype=np.int32)

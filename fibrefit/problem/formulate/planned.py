@@ -58,7 +58,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
         traces=traces,
         start=layout.pack(_values(study, model, traces)),
         spread={},
-        ladders=whole,
+        horizons=whole,
         noise=noise,
         input_noise={},
         noise_given=model.rig.channels,

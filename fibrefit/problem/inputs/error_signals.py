@@ -44,7 +44,7 @@ class InputErrors(NamedTuple):
 
 
 def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) -> Signals:
-    """Cosines at some places of one `CHUNK`, after the smoother, ``(n_place, n_time)``; nil where there is no such.
+    """Cosines at some places of one `CHUNK`, after the smoother, ``(n_place, n_time)``; zero where there is no such.
 
     A cosine shifted in time is a sum of two that are not: the smoother's weights are multiplied once for all instants.
     Each cosine is the one before it, turned on, as the functions themselves take most of the time.

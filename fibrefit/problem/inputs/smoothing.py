@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.errors import DataError
-from fibrefit.rigs.signals.rest import resolution
+from fibrefit.rigs.signals.rest import fast_part, resolution
 
 WIDTHS = (0.0015, 0.0025, 0.004, 0.006, 0.0085)
 """Half-widths of the windows, in s. Wider ones were measured to lose more of a drive's own motion than of its noise."""
@@ -64,13 +64,13 @@ def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     Returns
     -------
     (n_time, n_near, 2)
-        For the samples from ``n_near // 2`` before to as many after; nil beyond the ends and where damaged.
+        For the samples from ``n_near // 2`` before to as many after; zero beyond the ends and where damaged.
     """
     step = float(np.diff(times).mean())
     halves = sorted({max(round(width / step), FEWEST) for width in WIDTHS if 2.0 * width < step * len(values) / 3.0})
     halves = halves or [FEWEST]
     _refuse_holes(values, times, halves[0], where)
-    valid, noise = np.isfinite(values), _hiss(values)
+    valid, noise = np.isfinite(values), _fast_noise(values)
     fits = [_parabolas(values, half, step) for half in halves]
     agreed = _widest_agreed([(fit, noise * error) for fit, error, _ in fits])
     # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken. It goes from one width to
@@ -140,11 +140,9 @@ def _widest_agreed(fits: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
     return chosen
 
 
-def _hiss(values: np.ndarray) -> float:
-    """Noise of the fast part, from third differences, which motion hardly enters."""
-    finite = values[np.isfinite(values)]
-    fast = float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0))
-    return max(fast, resolution(finite) / np.sqrt(12.0)) + 1e-12
+def _fast_noise(values: np.ndarray) -> float:
+    """Noise of the fast part; coarse readings may stand still for long, and differ by whole steps then."""
+    return max(fast_part(values), resolution(values) / np.sqrt(12.0)) + 1e-12
 
 
 def _around(values: np.ndarray, weights: np.ndarray) -> np.ndarray:

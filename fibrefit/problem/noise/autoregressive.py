@@ -31,7 +31,7 @@ def order_and_covariance(residuals: np.ndarray, valid: np.ndarray) -> tuple[int,
 
 
 def pooled_autocovariance(residuals: np.ndarray, valid: np.ndarray, n_lag: int) -> np.ndarray:
-    """Autocovariance ``(n_lag,)`` of all records together; masked samples count as nil, which keeps it definite."""
+    """Autocovariance ``(n_lag,)`` of all records together; masked samples count as zero, which keeps it definite."""
     size = 1 << (2 * residuals.shape[1] - 1).bit_length()
     power = np.abs(np.fft.rfft(residuals, size, axis=1)) ** 2
     return np.fft.irfft(power.sum(axis=0))[:n_lag] / valid.sum()

@@ -124,7 +124,7 @@ def choose_noise_model(
     white = _score(White(evidence.valid), evidence, len(channels))
     numbers = {"white": len(channels), "autoregressive": len(channels) + sum(orders), "coloured": 3 * len(channels)}
     scores = {name: _score(whitening, evidence, numbers[name]) - white for name, whitening in found.items()}
-    # An autoregression of order nil is white noise: rounding must not choose between two names of one thing.
+    # An autoregression of order zero is white noise: rounding must not choose between two names of one thing.
     best = max(scores, key=lambda name: round(scores[name], 6))
     likelihood = likelihood_of(found[best], problem.observations, channels, known, heavy)
     says = _says(best, kind, scores, orders, noise, channels) + _tails(found[best], evidence, heavy)

@@ -73,7 +73,7 @@ class Likelihood(eqx.Module):
         Returns
         -------
         (n_record, n_channel, n_time)
-            Nil where the innovation is.
+            Zero where the innovation is.
         """
         return self.of_innovations(self.whitening.whiten(residuals), noise)
 

@@ -1,6 +1,6 @@
 """Noise of a channel, from the parts of the records in which nothing moves.
 
-A logger's noise is not white: slow wander adds to the fast hiss, and a rest of a tenth of a second shows little of it.
+A logger's noise is not white: 1/f noise adds to the white one, and a rest of a tenth of a second shows little of it.
 The spectrum of the rests is therefore modelled, and its total over the band of a whole record is the noise.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.rigs.signals.rest import hiss, resolution, rests
+from fibrefit.rigs.signals.rest import resolution, rests, white_noise
 from fibrefit.rigs.signals.trace import Trace
 
 MAINS = (50.0, 60.0)
@@ -153,13 +153,13 @@ def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
 
 def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
     rate = np.mean([trace.rate for trace in traces])
-    variance = np.mean([hiss(trace.channels[channel]) ** 2 for trace in traces])
+    variance = np.mean([white_noise(trace.channels[channel]) ** 2 for trace in traces])
     floor = float(min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate))
     return Noise(max(float(variance / (0.5 * rate)), floor), 0.0, 0.0, 0, floor=floor)
 
 
 def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [Hz] between nil and half the rate, and the one-sided power density of `values` there."""
+    """Frequencies [Hz] between zero and half the rate, and the one-sided power density of `values` there."""
     n = len(values)
     power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (n * rate)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
@@ -198,7 +198,7 @@ def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float
 
 
 def _line_variance(values: np.ndarray, rate: float) -> float:
-    """Variance of a sinusoid at the stronger mains frequency, less what hiss alone would show."""
+    """Variance of a sinusoid at the stronger mains frequency, less what white noise would show."""
     n, t = len(values), np.arange(len(values)) / rate
     found = []
     for line in MAINS:

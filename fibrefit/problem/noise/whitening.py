@@ -47,7 +47,7 @@ class White(eqx.Module):
 
     @property
     def log_scale(self) -> jax.Array:
-        """Nil."""
+        """Zero."""
         return jnp.zeros(())
 
     def whiten(self, residuals: jax.Array) -> jax.Array:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.posterior.prior import Density, Prior, log_slope
-from fibrefit.problem.posterior.scatter import Conditional, Scatter
+from fibrefit.problem.posterior.random_effects import Conditional, RandomEffects
 from fibrefit.problem.statement.problem import Problem
 
 LEVEL_SPREAD = 1.0
@@ -30,7 +30,7 @@ class LogPosterior(eqx.Module):
     noise_prior : Density
         Of the exponentials of the noise coordinates.
     likelihood : Likelihood
-    scatter : Scatter or None
+    random_effects : RandomEffects or None
         Deviations between records, integrated out; None where records share all they share.
     """
 
@@ -38,7 +38,7 @@ class LogPosterior(eqx.Module):
     prior: Density
     noise_prior: Density
     likelihood: Likelihood
-    scatter: Scatter | None = None
+    random_effects: RandomEffects | None = None
 
     @property
     def size(self) -> int:
@@ -66,25 +66,25 @@ class LogPosterior(eqx.Module):
     def log_likelihood(self, point: jax.Array) -> jax.Array:
         """Log density of the measured values."""
         free, noise = self.split(point)
-        if self.scatter is None:
+        if self.random_effects is None:
             local = self.problem.layout.local(self.problem.layout.values(free))
             return self.likelihood.log_density(residuals_at(self.problem, local), noise)
-        innovations, eta = self._with_deviations(self.scatter, free)
+        innovations, eta = self._with_deviations(self.random_effects, free)
         there = jnp.sum(self.likelihood.of_innovations(innovations, noise)) + self.likelihood.constant(noise)
-        return there + jax.nn.logsumexp(self.scatter.conditional(self.likelihood, innovations, noise, eta).logs)
+        return there + jax.nn.logsumexp(self.random_effects.conditional(self.likelihood, innovations, noise, eta).logs)
 
     def known_of_deviations(self, point: jax.Array) -> Conditional:
         """What the records say of their deviations at a point."""
-        assert self.scatter is not None
+        assert self.random_effects is not None
         free, noise = self.split(point)
-        innovations, eta = self._with_deviations(self.scatter, free)
-        return self.scatter.conditional(self.likelihood, innovations, noise, eta)
+        innovations, eta = self._with_deviations(self.random_effects, free)
+        return self.random_effects.conditional(self.likelihood, innovations, noise, eta)
 
-    def _with_deviations(self, scatter: Scatter, free: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def _with_deviations(self, random_effects: RandomEffects, free: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Innovations ``(n_record, n_channel, n_time)`` where deviations are linearised, and these deviations."""
         values = self.problem.layout.values(free)
-        eta = scatter.deviations(values)
-        residuals = residuals_at(self.problem, scatter.moved(self.problem.layout.local(values), eta))
+        eta = random_effects.deviations(values)
+        residuals = residuals_at(self.problem, random_effects.moved(self.problem.layout.local(values), eta))
         return self.likelihood.whitening.whiten(residuals), eta
 
     def __call__(self, point: jax.Array) -> jax.Array:

@@ -89,7 +89,7 @@ class Prior:
 
     @property
     def log_mass(self) -> float:
-        """Logarithm of the integral of the unscaled density over the support; nil where that is infinite."""
+        """Logarithm of the integral of the unscaled density over the support; zero where that is infinite."""
         if self.even:
             low, high = self._ends
             return math.log(high - low) if self.proper else 0.0

@@ -20,7 +20,7 @@ GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files], or i
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class TimeGap:
     """Samples that are missing.
 
     Parameters
@@ -49,7 +49,7 @@ class TimeBase:
         Where the times come from, as part of a sentence.
     uniform : bool
         Whether all steps are equal, gaps aside.
-    gaps : tuple of Gap
+    gaps : tuple of TimeGap
         Missing samples.
     lost : mapping of str to tuple of int
         Rows without a usable time, by reason.
@@ -68,7 +68,7 @@ class TimeBase:
     rate: float
     source: str
     uniform: bool = True
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[TimeGap, ...] = ()
     lost: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     header: str | None = None

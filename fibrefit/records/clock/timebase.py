@@ -18,9 +18,9 @@ from fibrefit.records.clock.base import (
     MOST_OFF,
     OFF_GRID,
     UNREADABLE,
-    Gap,
     Readings,
     TimeBase,
+    TimeGap,
     lost_rows,
     row_mask,
 )
@@ -207,10 +207,10 @@ def _alone(counts: np.ndarray, off: np.ndarray) -> np.ndarray:
     return alone
 
 
-def _gaps(times: np.ndarray, counts: np.ndarray, *, uniform: bool) -> tuple[Gap, ...]:
+def _gaps(times: np.ndarray, counts: np.ndarray, *, uniform: bool) -> tuple[TimeGap, ...]:
     missing = np.diff(counts) - 1
     longer = np.flatnonzero(missing > (0 if uniform else 2))
-    return tuple(Gap(float(times[i]), int(missing[i])) for i in longer)
+    return tuple(TimeGap(float(times[i]), int(missing[i])) for i in longer)
 
 
 def _uneven(steps: np.ndarray) -> str:

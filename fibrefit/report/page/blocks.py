@@ -83,7 +83,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Table(Block):
+class TableBlock(Block):
     """Rows under a head; the first cell of a row says what the row is about.
 
     Parameters
@@ -133,7 +133,7 @@ class Hidden(Block):
 
     kind: ClassVar[str] = "hidden"
     text: str = ""
-    tables: Sequence[Table] = ()
+    tables: Sequence[TableBlock] = ()
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class Step:
     heading, sentence : str
     before, after : float
         Gap.
-    table : Table
+    table : TableBlock
         Its candidates.
     models : tuple of str
         Keys of the models before and after it in the view of the records; empty where there is none.
@@ -172,7 +172,7 @@ class Step:
     sentence: str
     before: float
     after: float
-    table: Table
+    table: TableBlock
     models: tuple[str, ...] = ()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from fibrefit.core.units import format_quantity, shown_unit
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
-from fibrefit.report.page.blocks import Block, Hidden, Table
+from fibrefit.report.page.blocks import Block, Hidden, TableBlock
 from fibrefit.report.text import parameter_row
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import CheckSummary, FitResultSummary, Gap, ParameterSummary, Provenance
@@ -20,7 +20,7 @@ def failed_checks(checks: Sequence[CheckSummary]) -> list[str]:
     return [failure(check) for check in checks if not check.passed]
 
 
-def checks_table(checks: Sequence[CheckSummary]) -> Table:
+def checks_table(checks: Sequence[CheckSummary]) -> TableBlock:
     """Every check with what it says, those that failed first."""
     ordered = sorted(checks, key=lambda check: check.passed)
     rows = [
@@ -31,12 +31,12 @@ def checks_table(checks: Sequence[CheckSummary]) -> Table:
         )
         for check in ordered
     ]
-    return Table("Checks", ("what was tested", "", "what was found"), rows)
+    return TableBlock("Checks", ("what was tested", "", "what was found"), rows)
 
 
 def parameters_table(
     parameters: Mapping[str, ParameterSummary], before: Mapping[str, ParameterSummary] | None = None
-) -> Table:
+) -> TableBlock:
     """Values with errors and intervals, and what they were before where there is a before."""
     rows = []
     for name, found in parameters.items():
@@ -45,8 +45,10 @@ def parameters_table(
         rows.append((label, *(() if before is None else (then,)), value, error, unit, interval))
     rest = ("standard error", "unit", "95 % interval")
     if before is None:
-        return Table("Parameters", ("parameter", "value", *rest), rows, frozenset({1, 2}))
-    return Table("What it does to the parameters", ("parameter", "before", "after", *rest), rows, frozenset({1, 2, 3}))
+        return TableBlock("Parameters", ("parameter", "value", *rest), rows, frozenset({1, 2}))
+    return TableBlock(
+        "What it does to the parameters", ("parameter", "before", "after", *rest), rows, frozenset({1, 2, 3})
+    )
 
 
 def _like(then: ParameterSummary, now: ParameterSummary) -> str:
@@ -67,7 +69,7 @@ def between_note(summary: FitResultSummary) -> str:
     return "Records do not differ beyond their errors." if summary.between_records else ""
 
 
-def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] | None, first: Gap | None) -> Table:
+def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] | None, first: Gap | None) -> TableBlock:
     """Gap of each record and channel, worst first, with that of the first model where there is one."""
     channels = list(whole.channels)
     names = sorted(after, key=lambda name: -((before or after)[name].total or 0.0))
@@ -76,7 +78,9 @@ def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] |
     head = ("record", *(f"{channel}" for channel in channels), "all channels")
     note = "Gap: RMS of measured minus simulated over the RMS of the noise; 1 is expected of a right model."
     columns = frozenset(range(1, len(head)))
-    return Table("The gap of each record" if first is None else "The gap before and after", head, rows, columns, note)
+    return TableBlock(
+        "The gap of each record" if first is None else "The gap before and after", head, rows, columns, note
+    )
 
 
 def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:
@@ -119,8 +123,8 @@ def origin_block(origin: Provenance) -> Hidden:
     if origin.seconds is not None:
         facts.append(("seconds", f"{origin.seconds:.1f}"))
     tables = (
-        Table("Run", ("setting", "value"), facts),
-        Table("Files", ("file", "SHA-256"), list(origin.inputs.items())),
-        Table("Packages", ("package", "version"), list(origin.versions.items())),
+        TableBlock("Run", ("setting", "value"), facts),
+        TableBlock("Files", ("file", "SHA-256"), list(origin.inputs.items())),
+        TableBlock("Packages", ("package", "version"), list(origin.versions.items())),
     )
     return Hidden("Where it comes from: study, files, versions", origin.resolved_study, tables)

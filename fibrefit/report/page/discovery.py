@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.report.discovery import EVIDENCE, verdict_line
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, Table, Telling, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, TableBlock, Telling, Words
 from fibrefit.report.page.common import (
     ARROW,
     changed,
@@ -16,7 +16,7 @@ from fibrefit.report.page.common import (
     in_full,
     parameters_table,
 )
-from fibrefit.report.page.records import Model, Sight, fit_bands, records_block, simulated
+from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
@@ -110,7 +110,7 @@ def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
     return Story("How it was found", steps, expected, max(step.before for step in steps))
 
 
-def _candidates(heading: str, ranking: Sequence[Candidate]) -> Table:
+def _candidates(heading: str, ranking: Sequence[Candidate]) -> TableBlock:
     rows = [
         (
             one.effect,
@@ -124,7 +124,7 @@ def _candidates(heading: str, ranking: Sequence[Candidate]) -> Table:
     ]
     others = len(ranking) - len(rows)
     note = f"{EVIDENCE}{f' And {others} more that leave a larger gap.' if others > 0 else ''}"
-    return Table(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
+    return TableBlock(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
 
 
 def _value(name: str, candidate: Candidate) -> str:
@@ -134,21 +134,21 @@ def _value(name: str, candidate: Candidate) -> str:
     return f"{name.rpartition('.')[2].replace('_', ' ')} {value}{f' ± {error}' if error else ''}{shown}"
 
 
-def _left_out(summary: DiscoverySummary) -> Table | None:
+def _left_out(summary: DiscoverySummary) -> TableBlock | None:
     if not summary.held_out:
         return None
     rows = [(held.record, f"{held.gap_before:.2f}", f"{held.gap_after:.2f}") for held in summary.held_out]
     note = "Each record predicted from a fit to the others; only its own zero and start are fitted."
-    return Table("Each record left out in turn", ("record", "before", "after"), rows, frozenset({1, 2}), note)
+    return TableBlock("Each record left out in turn", ("record", "before", "after"), rows, frozenset({1, 2}), note)
 
 
-def _tried(summary: DiscoverySummary) -> Table | None:
+def _tried(summary: DiscoverySummary) -> TableBlock | None:
     if summary.rounds or not summary.ranking:
         return None
     return _candidates("What was tried", summary.ranking)
 
 
-def _detectable(summary: DiscoverySummary) -> Table | None:
+def _detectable(summary: DiscoverySummary) -> TableBlock | None:
     if not summary.detectable:
         return None
     rows = [
@@ -156,7 +156,7 @@ def _detectable(summary: DiscoverySummary) -> Table | None:
         for one in summary.detectable
     ]
     note = "Smallest strength that these records would have shown; a weaker effect may be there."
-    return Table("What would have been found", ("effect", "parameter", "shows from"), rows, frozenset({2}), note)
+    return TableBlock("What would have been found", ("effect", "parameter", "shows from"), rows, frozenset({2}), note)
 
 
 def _smallest(value: float | None, unit: str) -> str:
@@ -174,15 +174,15 @@ def view_of_search(result: Result) -> Records | None:
     if not final:
         return None
     gaps = {name: one.gap for name, one in summary.records.items()}
-    models = [Model("final", "final model" if summary.added else "model", "final", True, final)]
+    models = [CourseModel("final", "final model" if summary.added else "model", "final", True, final)]
     if summary.added:
         first = simulated(groups, "predictions_before")
-        models = [Model("first", "first model", "first", True, first), *_between(summary, groups, gaps), *models]
+        models = [CourseModel("first", "first model", "first", True, first), *_between(summary, groups, gaps), *models]
     said = "95 % interval of a new measurement by the final model: noise and errors of the values"
     return records_block(Sight(groups, gaps, models, fit_bands(groups, final, gaps), said, summary.places))
 
 
-def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) -> list[Model]:
+def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) -> list[CourseModel]:
     """Models of the rounds, and candidates that were not added; from what they leave."""
     rounds = groups.get("rounds", {})
     if "left" not in rounds:
@@ -192,12 +192,12 @@ def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) ->
         if number > 1:
             added = summary.rounds[number - 2].added
             label = f"after round {number - 1}: {added}"
-            found.append(Model(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
+            found.append(CourseModel(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
     for i, (number, effect) in enumerate(zip(rounds["tried_in"].values, rounds["effect"].values, strict=True)):
         if summary.rounds[int(number) - 1].added != effect:
             label = f"round {number} with {effect} instead"
             left = rounds["left_with"].values[i]
-            found.append(Model(f"tried{i}", label, "tried", False, _readings(left, groups, gaps)))
+            found.append(CourseModel(f"tried{i}", label, "tried", False, _readings(left, groups, gaps)))
     return found
 
 

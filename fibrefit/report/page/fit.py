@@ -11,7 +11,7 @@ from fibrefit.report.page.common import (
     parameters_table,
     told_gap,
 )
-from fibrefit.report.page.records import Model, Sight, fit_bands, records_block, simulated
+from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import VERDICTS
 from fibrefit.study.summaries.summaries import FitSummary
 
@@ -69,7 +69,7 @@ def view_of_fit(result: Result) -> Records | None:
     if not readings:
         return None
     gaps = {name: one.gap for name, one in summary.records.items()}
-    model = Model("final", "model", "final", True, readings)
+    model = CourseModel("final", "model", "final", True, readings)
     bands = fit_bands(groups, readings, gaps)
     said = "95 % interval of a new measurement: noise and errors of the values"
     return records_block(Sight(groups, gaps, (model,), bands, said))

@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from fibrefit.core.environment import versions
-from fibrefit.report.page.blocks import Result, Table, Telling
+from fibrefit.report.page.blocks import Result, TableBlock, Telling
 from fibrefit.report.page.kinds import told_of
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.part import Part
@@ -111,7 +111,7 @@ def _script(needed: bool) -> str:
     return "\n".join(["window.fibrefit = {};", *parts])
 
 
-def _side_by_side(results: Sequence[Result]) -> Table | None:
+def _side_by_side(results: Sequence[Result]) -> TableBlock | None:
     """Value and error of every parameter that more than one result has; nothing where there is none."""
     columns = [_values(result.summary) for result in results]
     names = list(dict.fromkeys(n for column in columns for n in column))
@@ -121,7 +121,7 @@ def _side_by_side(results: Sequence[Result]) -> Table | None:
         return None
     head = ("parameter", *(f"{results[i].name} ({results[i].folder})" for i in used))
     rows = [(name, *(columns[i].get(name, "") for i in used)) for name in shared]
-    return Table("Side by side", head, rows, frozenset(range(1, len(used) + 1)))
+    return TableBlock("Side by side", head, rows, frozenset(range(1, len(used) + 1)))
 
 
 def _values(summary: Part) -> dict[str, str]:

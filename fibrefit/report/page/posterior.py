@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Telling, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full
-from fibrefit.report.page.records import Band, Model, Sight, records_block
+from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.posterior import VERDICTS
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.summaries import PosteriorSummary
@@ -44,7 +44,7 @@ def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:
     return [*told, ("samples inside the 90 % band", covered)] if covered else told
 
 
-def _parameters(summary: PosteriorSummary) -> Table:
+def _parameters(summary: PosteriorSummary) -> TableBlock:
     rows = []
     for name, known in summary.parameters.items():
         mean, sd, unit = with_error(known.mean, known.sd, known.unit)
@@ -52,7 +52,7 @@ def _parameters(summary: PosteriorSummary) -> Table:
         rows.append((name, mean, sd, "" if unit == "-" else unit, ends, known.prior))
     kind = f"{100 * summary.interval_probability:g} % interval"
     head = ("parameter", "mean", "standard deviation", "unit", kind, "prior")
-    return Table("Parameters", head, rows, frozenset({1, 2}))
+    return TableBlock("Parameters", head, rows, frozenset({1, 2}))
 
 
 def view_of_posterior(result: Result) -> Records | None:
@@ -66,5 +66,5 @@ def view_of_posterior(result: Result) -> Records | None:
     for channel in channels:
         low, _, high = predicted[f"{channel}_measured"].values
         bands[channel] = Band(low, high)
-    model = Model("final", "median of the model", "final", True, middle)
+    model = CourseModel("final", "median of the model", "final", True, middle)
     return records_block(Sight(result.groups, {}, (model,), bands, "90 % posterior predictive band"))

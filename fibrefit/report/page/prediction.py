@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.units import format_quantity, format_share
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Table, Telling, Words
+from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
 from fibrefit.report.page.common import failed_checks, gaps_table, in_full, parameters_table
-from fibrefit.report.page.records import Z_95, Band, Model, Sight, records_block, simulated
+from fibrefit.report.page.records import Z_95, Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 
@@ -44,11 +44,11 @@ def told_prediction(result: Result) -> Telling:
     )
 
 
-def _predicted(summary: PredictionSummary) -> Table:
+def _predicted(summary: PredictionSummary) -> TableBlock:
     rows = [_row(name, one) for name, one in summary.channels.items()]
     rows += [_row(f"{name}, from one start", one) for name, one in summary.followed.items()]
     head = ("channel", "explained", "rms", "expected", "rms in the fit", "inside the 95 % band")
-    return Table("How well it is predicted", head, rows, frozenset(range(1, len(head))), EXPECTED)
+    return TableBlock("How well it is predicted", head, rows, frozenset(range(1, len(head))), EXPECTED)
 
 
 def _row(name: str, one: PredictedChannel) -> tuple[str, ...]:
@@ -73,6 +73,6 @@ def view_of_prediction(result: Result) -> Records | None:
         half = Z_95 * (np.zeros_like(values) if sd is None else np.nan_to_num(sd.values))
         bands[channel] = Band(values - half, values + half)
     gaps = {name: one.gap for name, one in summary.records.items()}
-    model = Model("final", "prediction", "final", True, readings)
+    model = CourseModel("final", "prediction", "final", True, readings)
     said = "95 % interval of a new reading: noise, what the fit lacked, errors of the values"
     return records_block(Sight(groups, gaps, (model,), bands, said))

@@ -13,7 +13,7 @@ from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
 from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.discovery import Place
+from fibrefit.study.summaries.discovery import GapPlace
 from fibrefit.study.summaries.summaries import Gap
 
 FINE = 0.01
@@ -24,7 +24,7 @@ Z_95 = 1.959964
 CONDITIONS = ("lift", "inclination", "added_mass")
 
 
-class Model(NamedTuple):
+class CourseModel(NamedTuple):
     """One simulation of all records.
 
     Parameters
@@ -60,21 +60,21 @@ class Sight(NamedTuple):
         ``observed_data``, ``motion`` and ``constant_data`` are read.
     gaps : mapping of record to Gap
         With the noise of each channel.
-    models : sequence of Model
+    models : sequence of CourseModel
         The final one last.
     bands : mapping of channel to Band
     band : str
         What the band is.
-    places : sequence of Place
+    places : sequence of GapPlace
         Where the first model goes wrong.
     """
 
     groups: Groups
     gaps: Mapping[str, Gap]
-    models: Sequence[Model]
+    models: Sequence[CourseModel]
     bands: Mapping[str, Band]
     band: str
-    places: Sequence[Place] = ()
+    places: Sequence[GapPlace] = ()
 
 
 class _Scale(NamedTuple):
@@ -218,7 +218,7 @@ def _conditions(groups: Groups, record: int) -> str:
     )
 
 
-def _place(place: Place) -> dict[str, Any]:
+def _place(place: GapPlace) -> dict[str, Any]:
     return {
         "record": place.record,
         "channel": place.channel,

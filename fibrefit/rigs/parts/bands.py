@@ -43,7 +43,7 @@ class SpeedBands(eqx.Module):
         return jnp.where(crossed, after, band)
 
     def _absent(self) -> jax.Array:
-        nil = jnp.array(True)
+        zero = jnp.array(True)
         for law in self.laws:
-            nil &= law.absent()
-        return nil
+            zero &= law.absent()
+        return zero

@@ -51,7 +51,7 @@ class PointChain(eqx.Module):
     fibre : Fibre
         The laws of the whole.
     mass : () in kg
-        Of all points; nil where there are none.
+        Of all points; zero where there are none.
     gravity : () in m/s^2
         Along the line, from its first end to its last.
     points : int
@@ -116,13 +116,13 @@ class PointChain(eqx.Module):
         return state._replace(memories=memories), found
 
     def derivative(self, state: ChainState, modes: Modes, near: End, far: End) -> ChainState:
-        """Rate of the state; nil where the fibre has no mass."""
+        """Rate of the state; zero where the fibre has no mass."""
         there, loads = self.there(), self._loads(state, modes, near, far)
         point = jnp.where(there, self.mass, 1.0) / self.points
-        nil = jnp.zeros(())
+        zero = jnp.zeros(())
         speeds = tuple(jnp.where(there, speed, 0.0) for speed in state.speeds)
         rates = tuple(
-            jnp.where(there, (after - before) / point + self.gravity, nil) for before, after in pairwise(loads)
+            jnp.where(there, (after - before) / point + self.gravity, zero) for before, after in pairwise(loads)
         )
         stretched = zip(self._stretched(state, near, far), modes, strict=True)
         changes = tuple(self.fibre.memory_rates(*segment, own, mode) for (segment, own), mode in stretched)

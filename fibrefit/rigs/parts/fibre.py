@@ -72,7 +72,7 @@ class Fibre(eqx.Module):
         return elastic + viscous + added
 
     def at_rest(self, tension: jax.Array) -> jax.Array:
-        """Length at which a fibre long at rest carries `tension`; where it is nil, just taut."""
+        """Length at which a fibre long at rest carries `tension`; where it is zero, just taut."""
 
         def static(stretch: jax.Array) -> jax.Array:
             memories = tuple(law.memory_at_rest(stretch) for law in self.laws)
@@ -92,7 +92,7 @@ class Fibre(eqx.Module):
         return _creep(self, tension, length, memories)
 
     def tension(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:
-        """Tension in N; nil unless loaded."""
+        """Tension in N; zero unless loaded."""
         return jnp.where(mode == LOADED, self.pull(length, rate, memories), 0.0)
 
     def margin(self, length: jax.Array, rate: jax.Array, memories: Memories, mode: jax.Array) -> jax.Array:

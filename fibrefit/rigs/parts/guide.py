@@ -78,7 +78,7 @@ class Guide(eqx.Module):
         return total + viscosity * velocity
 
     def net_force(self, drive: jax.Array, mode: jax.Array, now: Sliding) -> jax.Array:
-        """Force that accelerates the weight when `drive` acts on it besides the guide, in N; nil at rest."""
+        """Force that accelerates the weight when `drive` acts on it besides the guide, in N; zero at rest."""
         level = self.level(mode.astype(float), now.velocity, now)
         net = drive - self.single_valued(now.position, now.velocity)
         if now.bristle is None:
@@ -87,7 +87,7 @@ class Guide(eqx.Module):
         return jnp.where(mode == REST, 0.0, net - jnp.where(_creeps(mode), bent, mode * level))
 
     def speed(self, mode: jax.Array, velocity: jax.Array) -> jax.Array:
-        """Rate of the position, in m/s: exactly nil at rest."""
+        """Rate of the position, in m/s: exactly zero at rest."""
         return jnp.where(mode == REST, 0.0, velocity)
 
     def bristle_rate(self, mode: jax.Array, now: Sliding) -> jax.Array | None:
@@ -105,7 +105,7 @@ class Guide(eqx.Module):
         return rigid if now.bristle is None else jnp.where(_creeps(mode), creeping, rigid)
 
     def stop(self, mode: jax.Array, crossed: jax.Array, velocity: jax.Array) -> jax.Array:
-        """Velocity after a switch: nil where a sliding weight has turned round."""
+        """Velocity after a switch: zero where a sliding weight has turned round."""
         return jnp.where(crossed & (mode != REST) & ~_creeps(mode), 0.0, velocity)
 
     def settle(self, drive: jax.Array, mode: jax.Array, crossed: jax.Array, now: Sliding) -> jax.Array:

@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.core.errors import DataError
 
 LEAST = 1e-4
-"""Damping in N s/m over stiffness in N/m below which a search would not begin: at nil it has no slope."""
+"""Damping in N s/m over stiffness in N/m below which a search would not begin: at zero it has no slope."""
 
 
 def spring_and_damper(

@@ -15,7 +15,7 @@ BLOCK = 32
 SHORTEST_REST = 64
 DRIFT = 0.003
 """Share of its travel by which an input or a reading may move while the rig is at rest."""
-FIRST, WANDER = 4, 4.0
+FIRST, SPREADS = 4, 4.0
 """First blocks that show how noise moves their means, and how many standard deviations of those are still rest."""
 SLOW = 6.0
 """Largest move of a block's mean that is taken for slow noise, in standard deviations of the fast noise."""
@@ -29,7 +29,7 @@ def rests(trace: Trace) -> list[slice]:
     ]
     # Before the motion a block by itself may be damaged or loud; after it, one may look like rest at a turning point.
     seen, ahead = FIRST, _run_length(_still(signals, FIRST), 1)
-    # What is at rest shows how noise wanders, and that what follows is at rest too.
+    # What is at rest shows how slow noise moves, and that what follows is at rest too.
     while ahead > seen:
         seen, ahead = ahead, _run_length(_still(signals, ahead), 1)
     if ahead < FIRST:
@@ -62,13 +62,16 @@ class _Signal(NamedTuple):
         first = self.means[:seen]
         if seen < FIRST or len(first) < seen or not np.isfinite(first).all():
             return self.least
-        return max(self.least, self.most if seen == FIRST else min(WANDER * float(np.std(first)), self.most))
+        return max(self.least, self.most if seen == FIRST else min(SPREADS * float(np.std(first)), self.most))
 
 
 def _of_reading(signal: np.ndarray) -> _Signal:
     # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
     # within one block.
-    white, travel = hiss(signal), float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
+    white, travel = (
+        white_noise(signal),
+        float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0,
+    )
     return _Signal(_means(signal), max(1.2 * white, resolution(signal)), max(DRIFT * travel, SLOW * white))
 
 
@@ -102,7 +105,7 @@ def _run_length(flags: np.ndarray, spared: int = 0) -> int:
     return max(first - 1, 0)
 
 
-def hiss(signal: np.ndarray) -> float:
+def white_noise(signal: np.ndarray) -> float:
     """Standard deviation of the fast part, from third differences, which motion hardly enters."""
     finite = signal[np.isfinite(signal)]
     # A simulated record has none at all: rounding must not look like motion then.

@@ -52,7 +52,7 @@ def starting_guided_mass(traces: Sequence[Trace], stated: Stated, initial: Initi
         settled=np.minimum(begin + _horizon(traces), end) if free else end,
         spread=dict.fromkeys(("mass", "friction", "force_offset", VISCOUS), 1.5) | {SPRING: 1.2, ZERO: 1.5},
         # Windows do not get longer: there is nothing to be learnt from a part of them first.
-        ladders=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)) if free else ((),),
+        horizons=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)) if free else ((),),
     )
 
 
@@ -86,8 +86,8 @@ def _columns(trace: Trace, spring: bool, free: bool) -> _Columns:
     terms |= ({SPRING: position} if spring else {}) | {"force_offset": np.ones_like(speed)}
     force = np.zeros_like(speed)
     if not free:
-        told = trace.inputs["force"][:, 0] if "force" in trace.inputs else trace.channels["force"]
-        force = trace.conditions["gain"] * told
+        measured = trace.inputs["force"][:, 0] if "force" in trace.inputs else trace.channels["force"]
+        force = trace.conditions["gain"] * measured
         moving = moving & np.isfinite(force)
     force = force - trace.conditions["added_mass"] * acceleration
     return _Columns({name: term[moving] for name, term in terms.items()}, force[moving])

@@ -38,8 +38,8 @@ def starting_pulley_drive(traces: Sequence[Trace], stated: Stated, initial: Init
         moving=begins,
         settled=begins + FIRST,
         spread={"stiffness": 1.5, "damping": 5.0, "friction": 3.0},
-        # Every stroke brings new contacts to time: longer ladders than a single drop needs.
-        ladders=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
+        # Every stroke brings new contacts to time: longer horizons than a single drop needs.
+        horizons=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
     )
 
 

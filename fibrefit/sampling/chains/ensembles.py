@@ -54,7 +54,7 @@ class SamplerProgress:
 
 
 @dataclass(frozen=True)
-class Course:
+class ChainHistory:
     """What a run ended with.
 
     Parameters
@@ -119,14 +119,14 @@ class _Ensemble:
         return Chain(self.start, self.start_log_density, points, log_density, self.sampler.random_state)
 
 
-def run(
+def run_ensembles(
     target: Target,
     approximation: Approximation,
     settings: Settings,
     checkpoint_file: Path | None = None,
     resume: bool = False,
     progress: Callable[[SamplerProgress], None] | None = None,
-) -> Course:
+) -> ChainHistory:
     """Sample until the ensembles agree and enough draws are gathered, or the budget is spent.
 
     Parameters
@@ -144,7 +144,7 @@ def run(
 
     Returns
     -------
-    Course
+    ChainHistory
         The same bits for the same arguments, in one go or resumed, unless ``settings.max_seconds`` ends it.
 
     Raises
@@ -171,7 +171,7 @@ def run(
     warm_up = int(WARM_UP * points.shape[1])
     acceptance = _acceptance(points[:, warm_up:])
     seconds = time.perf_counter() - began
-    return Course(points, log_density, warm_up, acceptance, *found, seconds, resumed_at)
+    return ChainHistory(points, log_density, warm_up, acceptance, *found, seconds, resumed_at)
 
 
 def next_look(steps: int) -> int:

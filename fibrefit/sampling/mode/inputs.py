@@ -52,14 +52,14 @@ class Settled:
     values : (n_free,) in SI units
     widening : (n_free, n_free)
         Covariance in free coordinates that the errors add to that of values sampled with the inputs as corrected.
-    parting : HausmanTest
+    hausman : HausmanTest
         Of the plain estimate, with input errors of its own, and of this one.
     """
 
     task: Task
     values: np.ndarray
     widening: np.ndarray
-    parting: HausmanTest
+    hausman: HausmanTest
 
 
 def cleaned(
@@ -111,7 +111,7 @@ def settled(
     """
     problem, layout = task.problem, task.problem.layout
     at = _evaluate(problem, known, values, coefficients, whitening, level)
-    parting = hausman_test(at.step, at.of_plain, at.covariance)
+    hausman = hausman_test(at.step, at.of_plain, at.covariance)
     for _ in range(STEPS):
         error = np.sqrt(np.clip(np.diag(at.covariance), 0.0, None))
         change = float(np.max(np.abs(at.step) / np.where(error > 0.0, error, np.inf)))
@@ -122,7 +122,7 @@ def settled(
     slope = _slope(layout, values)
     widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
     found = replace(task, problem=corrected(problem, known, coefficients))
-    return Settled(found, values, widening, parting)
+    return Settled(found, values, widening, hausman)
 
 
 class _Evaluation(NamedTuple):

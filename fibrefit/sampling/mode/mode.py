@@ -12,7 +12,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.problem.posterior.scatter import Conditional
+from fibrefit.problem.posterior.random_effects import Conditional
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
 
@@ -40,16 +40,16 @@ class _Local(NamedTuple):
 
 @eqx.filter_jit
 def _local(density: LogPosterior, point: jax.Array) -> _Local:
-    problem, scatter = density.problem, density.scatter
+    problem, random_effects = density.problem, density.random_effects
     free, noise = density.split(point)
     values = problem.layout.values(free)
     local, stretched = problem.layout.local(values), jnp.ones(len(problem.layout.local_free))
     known = None
-    if scatter is not None:
-        eta = scatter.deviations(values)
-        local = scatter.moved(local, eta)
+    if random_effects is not None:
+        eta = random_effects.deviations(values)
+        local = random_effects.moved(local, eta)
         stretched = (
-            jnp.ones((len(local), len(problem.layout.slots))).at[:, jnp.array(scatter.columns)].set(jnp.exp(eta))
+            jnp.ones((len(local), len(problem.layout.slots))).at[:, jnp.array(random_effects.columns)].set(jnp.exp(eta))
         )
         stretched = stretched[:, None, None, jnp.array(problem.layout.local_free)]
     linear = problem.linearised_at(local)
@@ -60,9 +60,9 @@ def _local(density: LogPosterior, point: jax.Array) -> _Local:
     # Priors are independent: the diagonal is all there is.
     bend = -jax.jvp(jax.grad(density.log_prior), (point,), (jnp.ones_like(point),))[1]
     curvature, cross = _curvature(density, linear, slope, noise)
-    if scatter is not None:
+    if random_effects is not None:
         innovations = density.likelihood.whitening.whiten(linear.residuals)
-        known = scatter.conditional(density.likelihood, innovations, noise, eta)
+        known = random_effects.conditional(density.likelihood, innovations, noise, eta)
     return _Local(value + of_prior, gradient + flat, curvature, bend, cross, known)
 
 
@@ -84,8 +84,8 @@ def _curvature(
     gram = jnp.zeros((size, size)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
     whole = jnp.zeros((density.size, density.size)).at[:size, :size].set(gram * slope[:, None] * slope)
     cross = None
-    if density.scatter is not None:
-        own = jnp.einsum("rcti,rctk->rik", weighted, density.scatter.slopes)
+    if density.random_effects is not None:
+        own = jnp.einsum("rcti,rctk->rik", weighted, density.random_effects.slopes)
         number = jnp.arange(len(rows))[:, None]
         cross = jnp.zeros((len(rows), density.size, own.shape[-1])).at[number, rows].add(own, mode="drop")
         cross = cross.at[:, :size].multiply(slope[:, None]).at[:, size:].set(0.0)
@@ -113,9 +113,9 @@ class _OfGrid(NamedTuple):
 
 def _of_grid(density: LogPosterior, here: _Local) -> _OfGrid | None:
     """What deviations take off the curvature ``(n_grid, n, n)`` and add to the mean gradient ``(n_grid, n)``."""
-    if here.known is None or here.cross is None or density.scatter is None:
+    if here.known is None or here.cross is None or density.random_effects is None:
         return None
-    sigma = np.asarray(density.scatter.sigma)[:, None, :]
+    sigma = np.asarray(density.random_effects.sigma)[:, None, :]
     logs, pull, curvature = map(np.asarray, here.known)
     matrix = sigma[..., None] * curvature * sigma[..., None, :] + np.eye(sigma.shape[-1])
     inner = sigma[..., None] * np.linalg.inv(matrix) * sigma[..., None, :]

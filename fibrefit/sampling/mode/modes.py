@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.chains.ensembles import Course, SamplerProgress, run
+from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress, run_ensembles
 from fibrefit.sampling.evidence import Evidence, bridge
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
@@ -33,7 +33,7 @@ class Mode:
     approximation : Approximation
     weight : float
         Share of the posterior's mass; 0 to 1.
-    course : Course or None
+    course : ChainHistory or None
         None where the mode was too light to be sampled.
     evidence : Evidence
         By bridge sampling, or by Laplace's method with an infinite error where it was not sampled.
@@ -43,7 +43,7 @@ class Mode:
 
     approximation: Approximation
     weight: float
-    course: Course | None
+    course: ChainHistory | None
     evidence: Evidence
     absorbed: bool = False
 
@@ -92,7 +92,7 @@ def sample_modes(
 
     def sampled(number: int, budget: Settings, go_on: bool) -> Mode:
         approximation = approximations[number]
-        course = run(target, approximation, budget, files[number], go_on, progress)
+        course = run_ensembles(target, approximation, budget, files[number], go_on, progress)
         return Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed))
 
     modes = [sampled(0, settings, resume)]

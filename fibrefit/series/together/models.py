@@ -171,11 +171,11 @@ def _alone(search: Search, frame: Supermodel) -> np.ndarray:
     found = blank.copy()
     for r in range(len(blank)):
         ends = []
-        for ladder, start in (
+        for way, start in (
             (context.counts, _suggested(frame, blank, context.data_start)),
             (context.counts[-1:], blank),
         ):
-            for counts in ladder:
+            for counts in way:
                 only = np.where(np.arange(len(blank)) == r, counts, 0)
                 end = refit(frame, own, np.repeat(start[r : r + 1], len(blank), axis=0), only)
                 start = end.local

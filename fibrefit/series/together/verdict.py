@@ -23,7 +23,7 @@ BAND = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
-class Told:
+class LawCurve:
     """A parameter over speed, as the law says.
 
     Parameters
@@ -67,7 +67,7 @@ class Verdict:
     models : ThreeModels
     left_out : mapping of answer to LeftOut
     gaps : mapping of answer to float
-    told : tuple of Told
+    curves : tuple of LawCurve
         A curve for each law of the model with laws.
     speeds : mapping of parameter to (n_record, 3) in m/s
         See `speeds_of`.
@@ -82,7 +82,7 @@ class Verdict:
     models: ThreeModels
     left_out: Mapping[Answer, LeftOut]
     gaps: Mapping[Answer, float]
-    told: tuple[Told, ...]
+    curves: tuple[LawCurve, ...]
     speeds: Mapping[str, np.ndarray]
     own: OwnValues
     populations: Mapping[str, Population]
@@ -128,8 +128,8 @@ def judged(task: Task, seed: int = 0, tell: Callable[[str, float | None], None] 
     motion = found.before.motion
     speeds = speeds_of(motion, np.asarray(task.problem.observations.experiment.count))
     own = own_values_about(found.law if answer == "speed_law" else found.constant, found, answer)
-    told = tuple(
-        _told(found.law, BY_EFFECT[effect.name], speeds) for effect in found.law.effects if parameter_of(effect)
+    curves = tuple(
+        _law_curve(found.law, BY_EFFECT[effect.name], speeds) for effect in found.law.effects if parameter_of(effect)
     )
     pooled = {name: population(own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)}
     return Verdict(
@@ -137,7 +137,7 @@ def judged(task: Task, seed: int = 0, tell: Callable[[str, float | None], None] 
         models=found,
         left_out=predicted,
         gaps=gaps,
-        told=told,
+        curves=curves,
         speeds=speeds,
         own=own,
         populations={name: one for name, one in pooled.items() if one is not None},
@@ -148,8 +148,8 @@ def judged(task: Task, seed: int = 0, tell: Callable[[str, float | None], None] 
 def _answer(found: ThreeModels, predicted: Mapping[Answer, LeftOut]) -> Answer:
     """A law has to be more probable, and to predict records it has not seen better, than constant parameters."""
     gain, own = found.law.log - found.constant.log, found.own.log - found.constant.log
-    foreseen = predicted["speed_law"].foresight.sum() - predicted["constant"].foresight.sum()
-    lawful = gain > PREFERRED and foreseen > 0.0
+    gained = predicted["speed_law"].foresight.sum() - predicted["constant"].foresight.sum()
+    lawful = gain > PREFERRED and gained > 0.0
     if own > max(gain if lawful else 0.0, 0.0) + PREFERRED:
         return "per_record"
     return "speed_law" if lawful else "constant"
@@ -190,7 +190,7 @@ def _of_mode(scattering: np.ndarray, at: object, sigma: np.ndarray) -> OwnValues
     return OwnValues(tuple(unknowns.names[k] for k in scattering), values, values * relative)
 
 
-def _told(found: Weighed, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> Told:
+def _law_curve(found: Weighed, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> LawCurve:
     slow, fast = span(speeds[law.parameter])
     over = np.geomspace(slow, fast, POINTS)
     unknowns, place = found.evidence.mode.unknowns, found.evidence.mode.place
@@ -200,7 +200,7 @@ def _told(found: Weighed, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> To
     drawn = np.clip(drawn, unknowns.lower, unknowns.upper)
     best, *others = (_over(law, unknowns.names, unknowns.value(z), over) for z in (place.z, *drawn))
     low, high = np.quantile(np.array(others), BAND, axis=0)
-    return Told(law, over, best, low, high)
+    return LawCurve(law, over, best, low, high)
 
 
 def _over(law: SpeedLaw, names: tuple[str, ...], values: np.ndarray, speeds: np.ndarray) -> np.ndarray:

@@ -14,10 +14,10 @@ from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Frequency
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
-class Files(Table):
+class Files(StudyTable):
     """``[files]``: what has to be said of files that can be read in two ways, or have no headings."""
 
     columns: tuple[StrictStr, ...] = Field(default=(), description='Headings in order: ["time [s]", "force [N]"].')
@@ -29,7 +29,7 @@ class Files(Table):
     decimal: Literal[".", ","] | None = Field(default=None, description="Character before decimals.")
 
 
-class ReadingParts(Table):
+class ReadingParts(StudyTable):
     """The parts of a study that tell how to read a file; all that counts for bare files."""
 
     channels: dict[Literal[tuple(ROLES)], Said] = Field(default_factory=dict)  # type: ignore[valid-type]

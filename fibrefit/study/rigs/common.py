@@ -19,7 +19,7 @@ from fibrefit.study.quantity import (
     LengthNoise,
     refusal,
 )
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
 def required(description: str) -> Any:
@@ -32,7 +32,7 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
-class RecordTable(Table):
+class RecordTable(StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
     file: StrictStr | None = optional("Measured data; relative to the study file.")
@@ -64,7 +64,7 @@ class RecordTable(Table):
         return self
 
 
-class Channels(Table):
+class Channels(StudyTable):
     """Column header of each role; found by the headers' own words where absent."""
 
     time: Said | None = None
@@ -72,7 +72,7 @@ class Channels(Table):
     position: Said | None = None
 
 
-class NoiseLevels(Table):
+class NoiseLevels(StudyTable):
     """Standard deviation of each channel's noise; estimated from the records where absent."""
 
     force: ForceNoise | None = None

@@ -13,7 +13,7 @@ from fibrefit.study.channels import Said
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.common import RecordTable, optional, required
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
 class RigDeclaration(Protocol):
@@ -54,17 +54,17 @@ def derived_study(rig: RigDeclaration) -> type[Study]:
     noise: dict[str, Any] = {role: (_quantity(ROLES[role], above=True) | None, None) for role in rig.measured}
     kind: dict[str, Any] = {"kind": (Literal[rig.kind], ...)}
 
-    def table(part: str, what: str, base: type[Table], keys: dict[str, Any]) -> type[Table]:
+    def table(part: str, what: str, base: type[StudyTable], keys: dict[str, Any]) -> type[StudyTable]:
         return create_model(f"{title}{part}", __base__=base, __doc__=f"{what} of a {said}.", **keys)
 
     record = table("Record", "One record", RecordTable, constants)
-    columns = table("Channels", "Channels", Table, channels)
-    levels = table("Noise", "Noise", Table, noise)
+    columns = table("Channels", "Channels", StudyTable, channels)
+    levels = table("Noise", "Noise", StudyTable, noise)
     study: type[Study] = create_model(
         f"{title}Study",
         __base__=Study,
         __doc__=f"Study of a {said}.",
-        rig=(table("Rig", "``[rig]``", Table, kind | constants), ...),
+        rig=(table("Rig", "``[rig]``", StudyTable, kind | constants), ...),
         channels=(columns, columns()),
         noise=(levels, levels()),
         records=(tuple[record, ...], Field(min_length=1)),  # type: ignore[valid-type]

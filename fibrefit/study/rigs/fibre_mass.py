@@ -9,10 +9,10 @@ from pydantic import Field
 from fibrefit.study.quantity import Angle, Distance, Instant, Length, Mass, MassOrNone, Points, Position
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
-class FibreMassConstants(Table):
+class FibreMassConstants(StudyTable):
     """Constants of a weight on one fibre in an inclined guide."""
 
     weight_mass: Mass = required("Mass of the moving weight.")

@@ -9,10 +9,10 @@ from pydantic import Field
 from fibrefit.study.quantity import Duration, Gain, MassOrNone
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
-class GuidedMassConstants(Table):
+class GuidedMassConstants(StudyTable):
     """Constants of a mass in a guide that a measured force drives."""
 
     window: Duration | None = optional("Length of the stretches that are simulated from states of their own.")

@@ -24,13 +24,13 @@ from fibrefit.study.quantity import (
 )
 from fibrefit.study.rigs.common import RecordTable, optional, required
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 MOST = 20_000
 """Frequencies of one sweep."""
 
 
-class InvertedPendulumConstants(Table):
+class InvertedPendulumConstants(StudyTable):
     """Constants of an inverted pendulum held by two driven fibres."""
 
     rod_length: Length = required("Length of the pendulum, l.")
@@ -55,7 +55,7 @@ class InvertedPendulumRig(InvertedPendulumConstants):
     kind: Literal["inverted_pendulum"]
 
 
-class PendulumChannels(Table):
+class PendulumChannels(StudyTable):
     """Channels of an inverted pendulum."""
 
     time: Said | None = None
@@ -65,7 +65,7 @@ class PendulumChannels(Table):
     drive: Said | None = None
 
 
-class PendulumNoise(Table):
+class PendulumNoise(StudyTable):
     """Noise of an inverted pendulum."""
 
     angle: AngleNoise | None = None
@@ -80,7 +80,7 @@ class SweepCurve(InvertedPendulumConstants):
     name: Annotated[StrictStr, Field(min_length=1)] = Field(description="Name of the curve in results.")
 
 
-class SweepSettings(Table):
+class SweepSettings(StudyTable):
     """Frequencies of the drive, how each run is made, and the curves."""
 
     lowest: Frequency = Field(default=0.5, description="First frequency.")

@@ -10,10 +10,10 @@ from fibrefit.study.channels import Said
 from fibrefit.study.quantity import AngleNoise, Inertia, Length, Mass
 from fibrefit.study.rigs.common import RecordTable, optional
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
-class PendulumConstants(Table):
+class PendulumConstants(StudyTable):
     """Constants of a plain pendulum; without any of them friction and damping are per unit of its inertia."""
 
     moment_of_inertia: Inertia | None = optional("Moment of inertia about the pivot; 1 kg m^2 when absent.")
@@ -31,14 +31,14 @@ class PendulumRig(PendulumConstants):
     kind: Literal["pendulum"]
 
 
-class AngleChannel(Table):
+class AngleChannel(StudyTable):
     """Channels of a plain pendulum."""
 
     time: Said | None = None
     angle: Said | None = None
 
 
-class PlainPendulumNoise(Table):
+class PlainPendulumNoise(StudyTable):
     """Noise of a plain pendulum."""
 
     angle: AngleNoise | None = None

@@ -10,10 +10,10 @@ from fibrefit.study.channels import Said
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
-from fibrefit.study.table import Table
+from fibrefit.study.table import StudyTable
 
 
-class PulleyDriveConstants(Table):
+class PulleyDriveConstants(StudyTable):
     """Constants of a weight on an incline, pulled by a drive over a pulley."""
 
     weight_mass: Mass = required("Mass of the moving weight.")

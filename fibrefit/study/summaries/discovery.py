@@ -12,7 +12,7 @@ from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 
 
-class Place(Part):
+class GapPlace(Part):
     """A stretch of a record in which model and measurement differ."""
 
     record: str
@@ -42,7 +42,7 @@ class Round(Part):
     added: str | None
     gap_before: float
     gap_after: float
-    where: tuple[Place, ...] = ()
+    where: tuple[GapPlace, ...] = ()
     ranking: tuple[Candidate, ...] = ()
     sentence: str
 
@@ -75,7 +75,7 @@ class Unexplained(Part):
     """What is left that no effect accounts for."""
 
     gap: float
-    where: tuple[Place, ...] = ()
+    where: tuple[GapPlace, ...] = ()
     looks_like: str | None = None
     curves: tuple[FreeCurve, ...] = Field(default=(), description="What it looks like, best first.")
 
@@ -203,7 +203,7 @@ class DiscoverySummary(FitResultSummary):
     undone: tuple[str, ...] = Field(default=(), description="Other parts that it did not suffice for.")
 
     @property
-    def places(self) -> tuple[Place, ...]:
+    def places(self) -> tuple[GapPlace, ...]:
         """Where the first model goes wrong."""
         if self.rounds:
             return self.rounds[0].where

@@ -27,7 +27,7 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
-from fibrefit.workflow.batches.jobs import Conditions, conditions_of, headed
+from fibrefit.workflow.batches.jobs import RecordConditions, headed, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
 from fibrefit.workflow.together.pooled import USABLE, pooled_batch, quantities_of
@@ -76,7 +76,7 @@ class Batch(AnyResult):
     jobs : tuple of Job
     items : mapping of str to BatchItem
         In the order of the jobs.
-    conditions : mapping of str to Conditions
+    conditions : mapping of str to RecordConditions
         Of the records, where each was identified by itself.
     seconds : float
         Of this run; what an earlier one had done is not counted.
@@ -89,7 +89,7 @@ class Batch(AnyResult):
     name: str
     jobs: tuple[Job, ...]
     items: Mapping[str, BatchItem]
-    conditions: Mapping[str, Conditions] = field(default_factory=dict)
+    conditions: Mapping[str, RecordConditions] = field(default_factory=dict)
     seconds: float = 0.0
     taken_up: int = 0
     folder: Path | None = None
@@ -210,7 +210,7 @@ def batch_studies(
         items[job.name] = _kept(folder / ITEMS / places[job], job, done)
         follow(*_progress_line(len(items), len(jobs), items, (len(items) - taken_up), time.perf_counter() - began))
     ordered = {job.name: items[job.name] for job in jobs}
-    return Batch(name, tuple(jobs), ordered, conditions_of(jobs), time.perf_counter() - began, taken_up)
+    return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
 
 
 def _known(place: Path, job: Job) -> BatchItem | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from fibrefit.study.summaries.summaries import BatchItem, CheckSummary
 
 if TYPE_CHECKING:
-    from fibrefit.workflow.batches.jobs import Conditions
+    from fibrefit.workflow.batches.jobs import RecordConditions
 
 MOST_NAMED = 5
 """Items named in a sentence; the others are counted."""
@@ -49,13 +49,13 @@ def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) ->
     )
 
 
-def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, Conditions]) -> list[list[str]]:
+def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, RecordConditions]) -> list[list[str]]:
     """Head and one row an item, for a spreadsheet; numbers in SI units, empty where there is none.
 
     Parameters
     ----------
     items : mapping of str to BatchItem
-    conditions : mapping of str to Conditions
+    conditions : mapping of str to RecordConditions
         Of the items that are one record.
     """
     known = {name: one.units[name] for one in conditions.values() for name in one.values}

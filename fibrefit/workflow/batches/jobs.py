@@ -18,7 +18,7 @@ from fibrefit.workflow.together.pooled import MOTION
 Each = Literal["record", "study"]
 
 
-class Conditions(NamedTuple):
+class RecordConditions(NamedTuple):
     """Conditions of one record, in SI units.
 
     Parameters
@@ -132,7 +132,7 @@ def studies_of(origins: Sequence[Origin]) -> Iterator[Study]:
             yield loaded(origin)
 
 
-def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
+def record_conditions(jobs: Sequence[Job]) -> dict[str, RecordConditions]:
     """What is known of the records that were identified by themselves; nothing of those that cannot be read."""
     from fibrefit.problem.formulate.formulate import stated_of
     from fibrefit.rigs.catalogue import rig_of
@@ -149,11 +149,11 @@ def conditions_of(jobs: Sequence[Job]) -> dict[str, Conditions]:
         units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions}
         units |= MOTION
         values = {name: stated[name] for name in units if math.isfinite(stated.get(name, math.nan))}
-        found[job.name] = Conditions(values, units)
+        found[job.name] = RecordConditions(values, units)
     return found
 
 
-def headed(conditions: Conditions) -> dict[str, float]:
+def headed(conditions: RecordConditions) -> dict[str, float]:
     """Conditions by names with their units: ``lift [m]``."""
     return {
         name if conditions.units[name] == "-" else f"{name} [{conditions.units[name]}]": value

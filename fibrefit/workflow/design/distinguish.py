@@ -12,7 +12,7 @@ from fibrefit.core.progress import Progress
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import laid_out
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.report.confusion import distinguish_report
@@ -75,7 +75,7 @@ class Confused(AnyResult, Saved):
         """None: all of it is in the summary."""
         return {}
 
-    def told(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """The same as a document for programs."""
         return self.summary().model_dump(mode="json", by_alias=True)
 
@@ -140,7 +140,7 @@ def confuse_study(
     candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
     task = task_of(study)
     fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
-    search = laid_out(task, fit, tuple(candidates.values()), on_progress)
+    search = set_up(task, fit, tuple(candidates.values()), on_progress)
     base = search.base
     on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)

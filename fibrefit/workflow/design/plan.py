@@ -16,7 +16,7 @@ from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Choice, said_of
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun, laid_out
+from fibrefit.discovery.search.setup import begun, set_up
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.identify import identify
 from fibrefit.problem.task import Task
@@ -199,7 +199,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
         )
     fit = None if is_planned(study) else identify(task, 1, progress=progress)
     effects = {n: e for n, e in candidates_of(study, aim.only, aim.exclude).items() if aim.only or is_lasting(e)}
-    search = laid_out(task, fit, tuple(effects.values()), tell)
+    search = set_up(task, fit, tuple(effects.values()), tell)
     found = _rivals(study, task, search, rivals, fit, tell) if rivals else []
     tell("weighing the records that could be taken", None)
     ranked, now = worths(search, found, choices)

@@ -36,7 +36,7 @@ Choose = Callable[[Sequence[Candidate]], str | None]
 
 
 @dataclass(frozen=True)
-class Options:
+class SearchOptions:
     """What a search was asked to do, and a program must know to do it again.
 
     Parameters
@@ -82,7 +82,7 @@ class Discovery(Predicts, Saved):
     finding : Finding
     candidates : dict of str to Effect class
         Those that were tried, by the name a study gives them.
-    options : Options
+    options : SearchOptions
     chosen : bool
         Whether a person chose among the candidates.
     """
@@ -91,7 +91,7 @@ class Discovery(Predicts, Saved):
     records: tuple[Record, ...]
     finding: Finding
     candidates: Candidates
-    options: Options
+    options: SearchOptions
     chosen: bool = False
 
     @property
@@ -152,7 +152,7 @@ class Discovery(Predicts, Saved):
             folder = directory.path / LAWS
             folder.mkdir(exist_ok=True)
             (folder / law.file).write_text(law.source, encoding="utf-8")
-            added = (*added, str(directory.out / law.told.effect))
+            added = (*added, str(directory.out / law.summary.effect))
         write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
         write_figures(directory, self.plot)
 
@@ -212,7 +212,7 @@ def discover_study(
     'nothing_missing'
     """
     study = as_study(study)
-    options = Options(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds)
+    options = SearchOptions(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds)
     candidates = candidates_of(study, options.only, options.exclude, options.also)
     (progress or quiet)("reading records", None)
     records = read_records(study)
@@ -225,13 +225,13 @@ WITH_A_PERSON = 86400.0
 """Seconds where a person chooses: to think takes time too."""
 
 
-def inputs_of(study: Study, options: Options) -> list[Path]:
+def inputs_of(study: Study, options: SearchOptions) -> list[Path]:
     """Every file a search rests on: those of the study, and those with effects of the user's own."""
     files = [name.rpartition(":")[0] for name in (*options.only, *options.also) if ".py:" in name]
     return list(dict.fromkeys([*study.input_files(), *map(study.path_of, files)]))
 
 
-def finished(folder: Path, study: Study, options: Options) -> DiscoverySummary | None:
+def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySummary | None:
     """Result of the same search in a folder: the same study, files, settings, seed and versions.
 
     Parameters
@@ -239,7 +239,7 @@ def finished(folder: Path, study: Study, options: Options) -> DiscoverySummary |
     folder : pathlib.Path
         Where it may be.
     study : Study
-    options : Options
+    options : SearchOptions
 
     Returns
     -------

@@ -16,7 +16,7 @@ from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
-from fibrefit.workflow.discovery.told import told
+from fibrefit.workflow.discovery.statements import statements_of
 from fibrefit.workflow.fit_files import fit_groups, fit_summary, gap_summary, parameter_summary
 
 
@@ -34,8 +34,8 @@ def discovery_summary(
         verdict=finding.verdict,
         reason=finding.reason,
         added=tuple(effect.name for effect in finding.added),
-        told=told(finding),
-        rounds=tuple(step.told for step in finding.steps),
+        told=statements_of(finding),
+        rounds=tuple(step.summary for step in finding.steps),
         cannot_tell_apart=finding.cannot_tell_apart,
         separated_by=finding.separated_by,
         detectable=finding.detectable,
@@ -44,7 +44,7 @@ def discovery_summary(
         held_out=finding.held_out,
         weights=finding.weights,
         ranking=finding.ranking,
-        proposed_law=finding.proposed_law and finding.proposed_law.told,
+        proposed_law=finding.proposed_law and finding.proposed_law.summary,
         untried=finding.untried,
         undone=finding.undone,
     )
@@ -110,7 +110,7 @@ def discovery_groups(finding: Finding) -> dict[str, dict[str, Variable]]:
 
 
 def _trials(finding: Finding) -> dict[str, Variable]:
-    looks = [step.told.ranking for step in finding.steps] or [finding.ranking]
+    looks = [step.summary.ranking for step in finding.steps] or [finding.ranking]
     trials = [(number, candidate) for number, look in enumerate(looks, 1) for candidate in look]
     values = [(i, name, one) for i, (_, c) in enumerate(trials) for name, one in c.parameters.items()]
     return {

@@ -11,7 +11,7 @@ from pathlib import Path
 from fibrefit.core.environment import versions
 from fibrefit.store import ResultDirectory, Run
 from fibrefit.study import Study
-from fibrefit.workflow.discovery.discover import Options
+from fibrefit.workflow.discovery.discover import SearchOptions
 from fibrefit.workflow.growing import growing_folder
 
 JOURNAL = "journal"
@@ -19,7 +19,7 @@ JOURNAL = "journal"
 
 @contextmanager
 def journal_folder(
-    out: Path, study: Study, options: Options, *, force: bool = False, resume: bool = False
+    out: Path, study: Study, options: SearchOptions, *, force: bool = False, resume: bool = False
 ) -> Iterator[tuple[ResultDirectory, Path]]:
     """Folder of a result, and the one in it where a search keeps what it has found so far.
 
@@ -28,7 +28,7 @@ def journal_folder(
     out : pathlib.Path
         Folder of the result.
     study : Study
-    options : Options
+    options : SearchOptions
     force : bool
         Replace an earlier result, and forget a search that was cut short.
     resume : bool

@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.roles import PHASES
 from fibrefit.discovery.model.finding import Finding, TracedRound
-from fibrefit.discovery.residuals.residuals import strands
+from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import phase_shares
 from fibrefit.fitting.result import Identification
@@ -35,7 +35,7 @@ def residual_groups(finding: Finding) -> dict[str, Group]:
 
 def _rounds(finding: Finding) -> Group:
     """Residuals before each round, and with the first candidates of its ranking; nothing where no round kept them."""
-    kept = [(number, found) for number, found in enumerate(finding.steps, 1) if found.left is not None]
+    kept = [(number, found) for number, found in enumerate(finding.steps, 1) if found.residuals is not None]
     if not kept:
         return {}
     tried = [(number, c.effect, left) for number, found in kept for c, left in _traced(found)]
@@ -43,7 +43,7 @@ def _rounds(finding: Finding) -> Group:
     return {
         **_coordinates(finding.before),
         "round": Variable(np.array([number for number, _ in kept]), ("round",), doc="Counted from 1."),
-        "left": Variable(_rounded([found.left for _, found in kept]), ("round", *GRID), doc=f"{doc}, before."),
+        "left": Variable(_rounded([found.residuals for _, found in kept]), ("round", *GRID), doc=f"{doc}, before."),
         "tried_in": Variable(np.array([n for n, *_ in tried], dtype=int), ("tried",), doc="Round it was tried in."),
         "effect": Variable(np.array([name for _, name, _ in tried], dtype=object), ("tried",)),
         "left_with": Variable(_rounded([left for *_, left in tried]), ("tried", *GRID), doc=f"{doc}, with the effect."),
@@ -51,7 +51,7 @@ def _rounds(finding: Finding) -> Group:
 
 
 def _traced(step: TracedRound) -> list:
-    return list(zip(step.told.ranking, step.left_with, strict=False))
+    return list(zip(step.summary.ranking, step.residuals_with, strict=False))
 
 
 def _rounded(residuals: Sequence) -> np.ndarray:
@@ -97,11 +97,14 @@ def _spectra(finding: Finding) -> Group:
 
 def _spectra_of(found: Identification) -> list:
     channels = range(len(found.problem.model.rig.channels))
-    return [spectrum_of([strand for strand in strands(found.left) if strand.channel == c]) for c in channels]
+    return [
+        spectrum_of([strand for strand in channel_residuals(found.residual_set) if strand.channel == c])
+        for c in channels
+    ]
 
 
 def _shares(found: Identification) -> Group:
-    shares, channels = phase_shares(found.left), found.problem.model.rig.channels
+    shares, channels = phase_shares(found.residual_set), found.problem.model.rig.channels
     return {
         "channel": _coordinates(found)["channel"],
         "phase": Variable(np.array(PHASES, dtype=object), ("phase",)),

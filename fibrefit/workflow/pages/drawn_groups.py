@@ -28,11 +28,13 @@ def motion_group(problem: Problem, moved: Motion) -> dict[str, Variable]:
 
 def conditions_group(problem: Problem) -> dict[str, Variable]:
     """Number of samples and conditions of each record."""
-    told = problem.observations.experiment
-    found = {"samples": Variable(np.asarray(told.count), ("record",), doc="Number of samples, without the padding.")}
+    experiment = problem.observations.experiment
+    found = {
+        "samples": Variable(np.asarray(experiment.count), ("record",), doc="Number of samples, without the padding.")
+    }
     for condition in problem.model.rig.conditions:
-        if condition.name in told.conditions:
-            values = np.asarray(told.conditions[condition.name])
+        if condition.name in experiment.conditions:
+            values = np.asarray(experiment.conditions[condition.name])
             found[condition.name] = Variable(values, ("record",), condition.unit, condition.doc)
     return {"record": _records(problem), **found}
 

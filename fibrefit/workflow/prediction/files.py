@@ -73,7 +73,7 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
     sigma = found.sigma(*found.parts)[:, c]
     error = np.asarray(data.measured[channel]) - found.seen.motion.readings[channel]
     expected = np.sqrt(expected_square(parts, counted)) * gap.noise
-    told = PredictedChannel(
+    predicted = PredictedChannel(
         rms=gap.rms,
         unit=gap.unit,
         explained=gap.explained,
@@ -82,13 +82,13 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
         expected=float(expected),
         inside=float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted])),
     )
-    return told, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
+    return predicted, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
 
 
 def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tuple[float, float]]:
     """The same of a force that drives the rig: it is held against what the fit left of its own."""
     fitted = found.known.gaps.get("force")
-    told = PredictedChannel(
+    predicted = PredictedChannel(
         rms=force.rms,
         unit="N",
         explained=force.explained,
@@ -96,7 +96,7 @@ def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tup
         fit_explained=None if fitted is None else fitted.explained,
         expected=None if fitted is None else fitted.rms,
     )
-    return told, (0.0 if fitted is None else force.rms / fitted.rms, LACKING)
+    return predicted, (0.0 if fitted is None else force.rms / fitted.rms, LACKING)
 
 
 def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:
@@ -114,9 +114,9 @@ def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple
     if verdict == "not_trusted":
         return next(check.says for check in checks if not check.passed)
     shares = []
-    for name, told in channels.items():
-        rms = format_quantity(told.rms, told.unit, 3)
-        share = "" if told.explained is None else f"{format_share(told.explained)} of the {name}, "
+    for name, predicted in channels.items():
+        rms = format_quantity(predicted.rms, predicted.unit, 3)
+        share = "" if predicted.explained is None else f"{format_share(predicted.explained)} of the {name}, "
         shares.append(f"{share}within {rms} rms")
     begin = (
         "The values hold for these records: " if verdict == "holds" else "The values do not hold for these records: "

@@ -103,7 +103,7 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
         names, covariance = _of_estimate(groups["estimate"], parameters)
         gaps = dict(summary.gap.channels)
     elif isinstance(summary, PosteriorSummary):
-        parameters = {known: _of_posterior(told) for known, told in summary.parameters.items() if "noise." not in known}
+        parameters = {known: _of_posterior(one) for known, one in summary.parameters.items() if "noise." not in known}
         names, covariance = _of_draws(groups["posterior"], tuple(parameters))
         gaps = {}
     else:
@@ -125,14 +125,14 @@ def _means(summary: FitResultSummary, study: Study) -> dict[str, ParameterSummar
         for name in declared & set(record.parameters):
             own.setdefault(name, []).append(record.parameters[name])
     return {
-        name: told[0].model_copy(
+        name: each[0].model_copy(
             update={
-                "value": float(np.mean([one.value for one in told])),
-                "std_error": float(np.std([one.value for one in told], ddof=1)) if len(told) > 1 else None,
+                "value": float(np.mean([one.value for one in each])),
+                "std_error": float(np.std([one.value for one in each], ddof=1)) if len(each) > 1 else None,
                 "interval_95": None,
             }
         )
-        for name, told in own.items()
+        for name, each in own.items()
     }
 
 
@@ -144,7 +144,7 @@ def _of_estimate(
     whole = np.asarray(group["covariance"].values, dtype=float)
     shared = [i for i, name in enumerate(listed) if name in parameters and np.isfinite(whole[i, i])]
     # Values each record has its own of: the next record has another one.
-    own = [n for n, told in parameters.items() if n not in listed and told.free and told.std_error]
+    own = [n for n, one in parameters.items() if n not in listed and one.free and one.std_error]
     covariance = np.zeros((len(shared) + len(own),) * 2)
     covariance[: len(shared), : len(shared)] = whole[np.ix_(shared, shared)]
     for i, name in enumerate(own, len(shared)):
@@ -152,8 +152,8 @@ def _of_estimate(
     return (*(listed[i] for i in shared), *own), covariance
 
 
-def _of_posterior(told: PosteriorParameter) -> ParameterSummary:
-    return ParameterSummary(value=told.mean, std_error=told.sd, unit=told.unit, interval_kind="posterior")
+def _of_posterior(one: PosteriorParameter) -> ParameterSummary:
+    return ParameterSummary(value=one.mean, std_error=one.sd, unit=one.unit, interval_kind="posterior")
 
 
 def _of_draws(group: Mapping[str, Variable], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:

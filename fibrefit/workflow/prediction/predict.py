@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import Progress
-from fibrefit.fitting.evaluate import look
+from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import predictive_variance, problem_parameters
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
@@ -128,7 +128,7 @@ def predict_study(
     tell("fitting zero and start of each record", 0.3)
     held = with_nuisances_found(task)
     tell("simulating", 0.7)
-    seen = look(held.task, held.task.problem, held.local)
+    seen = evaluate(held.task, held.task.problem, held.local)
     tell("predictive band", 0.8)
     force, parts = force_balance(held.task, held.task.start), _variances(task, held, known)
     return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
@@ -154,8 +154,10 @@ def predict_with(summary: Part, groups: Groups, model: Study, study: Study) -> P
 def _with_values(study: Study, known: Known) -> Study:
     """The study with the model and the values of a result."""
     tables = {
-        name: ParameterTable(initial=told.value if told.unit == "-" else f"{told.value!r} {told.unit}")
-        for name, told in known.parameters.items()
+        name: ParameterTable(
+            initial=parameter.value if parameter.unit == "-" else f"{parameter.value!r} {parameter.unit}"
+        )
+        for name, parameter in known.parameters.items()
     }
     effects = tuple(_found_from_anywhere(effect, known.study) for effect in known.study.model.effects)
     model = known.study.model.model_copy(update={"effects": effects})

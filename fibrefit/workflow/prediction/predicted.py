@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.fitting.evaluate import Look
+from fibrefit.fitting.evaluate import Evaluation
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.task import Task
 from fibrefit.records import Record
@@ -28,7 +28,7 @@ class Predicted:
     known : Known
         What the result says.
     held : Held
-    seen : Look
+    seen : Evaluation
         The simulated motion, and how far it is from what was measured.
     force : ForceBalance or None
         What inverse dynamics leaves of a force that drives the rig.
@@ -41,7 +41,7 @@ class Predicted:
     records: tuple[Record, ...]
     known: Known
     held: Held
-    seen: Look
+    seen: Evaluation
     force: ForceBalance | None
     parts: Mapping[str, np.ndarray]
     seconds: float

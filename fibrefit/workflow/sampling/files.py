@@ -5,7 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.report.posterior import advice
+from fibrefit.report.posterior import posterior_advice
 from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
@@ -65,7 +65,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         fit_status=found.start.status,
         remarks=posterior.remarks,
         checks=checks,
-        advice=advice(checks, course.converged, found.cross_check is not None),
+        advice=posterior_advice(checks, course.converged, found.cross_check is not None),
         provenance=origin,
     )
 

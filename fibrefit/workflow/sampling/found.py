@@ -16,11 +16,11 @@ from fibrefit.sampling.predict import Bands
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import ComparedModel, Status
 from fibrefit.workflow.compare import Rival, compared
-from fibrefit.workflow.sampling.start import Start
+from fibrefit.workflow.sampling.start import SamplingStart
 
 
 @dataclass(frozen=True)
-class Options:
+class SamplingOptions:
     """What a run was asked for beside the settings of the sampler.
 
     Parameters
@@ -58,17 +58,17 @@ class Findings:
     cross_check : CrossCheck or None
         With NUTS.
     rivals : tuple of Rival
-    options : Options
+    options : SamplingOptions
     """
 
     study: Study
-    start: Start
+    start: SamplingStart
     posterior: Posterior
     bands: Mapping[str, Bands]
     cross_validation: CrossValidation
     cross_check: CrossCheck | None
     rivals: tuple[Rival, ...]
-    options: Options
+    options: SamplingOptions
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:

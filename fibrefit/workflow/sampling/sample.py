@@ -29,7 +29,7 @@ from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.sampling.files import groups_of, posterior_summary
-from fibrefit.workflow.sampling.found import Findings, Options
+from fibrefit.workflow.sampling.found import Findings, SamplingOptions
 from fibrefit.workflow.sampling.progress import followed
 from fibrefit.workflow.sampling.start import CHAINS, begin
 from fibrefit.workflow.saved import Saved, write_figures, write_parts
@@ -42,7 +42,7 @@ BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", 
 """Settings that say when a run ends and what is reported of it: a run may go on with others."""
 
 
-def identity(options: Options, settings: Settings) -> str:
+def identity(options: SamplingOptions, settings: Settings) -> str:
     """All that makes a run what it is, and that must stay the same when it goes on."""
     fixed = {field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in BUDGET}
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
@@ -195,7 +195,7 @@ def sample(
     >>> sorted(set(posterior.to_datatree().children) & {"posterior", "log_likelihood"})
     ['log_likelihood', 'posterior']
     """
-    options = Options(noise, heavy or student_t, nuts, tuple(map(str, compare)))
+    options = SamplingOptions(noise, heavy or student_t, nuts, tuple(map(str, compare)))
     asked = settings_of({"seed": seed, **settings})
     return sample_study(
         as_study(study), start=start, settings=asked, options=options, folder=checkpoint, progress=progress
@@ -207,7 +207,7 @@ def sample_study(
     *,
     start: Fit | None = None,
     settings: Settings | None = None,
-    options: Options | None = None,
+    options: SamplingOptions | None = None,
     folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Sampled:
@@ -220,7 +220,7 @@ def sample_study(
         Fit of the same study; made where there is none.
     settings : Settings, optional
         Of the sampler.
-    options : Options, optional
+    options : SamplingOptions, optional
     folder : str or pathlib.Path, optional
         Folder in which the chains are kept while they grow; those that are there already go on.
     progress : callable, optional
@@ -235,7 +235,7 @@ def sample_study(
     UsageError
         If the chains of the folder belong to another run, settings cannot work, or a package is missing.
     """
-    settings, options, on_progress = settings or Settings(), options or Options(), progress or _ignored
+    settings, options, on_progress = settings or Settings(), options or SamplingOptions(), progress or _ignored
     if options.nuts:
         require_nuts()
     on_progress("reading records", None)

@@ -28,7 +28,7 @@ MOST_BASINS = 8
 
 
 @dataclass(frozen=True)
-class Start:
+class SamplingStart:
     """A fit, as far as a posterior needs it.
 
     Parameters
@@ -79,7 +79,7 @@ def begin(
     seed: int,
     folder: Path | None,
     progress: Progress,
-) -> Start:
+) -> SamplingStart:
     """Where the walkers begin: where they began before, around the fit that is given, or around one made now; kept.
 
     Parameters
@@ -114,7 +114,7 @@ def begin(
     return start
 
 
-def start_of(found: Identification) -> Start:
+def start_of(found: Identification) -> SamplingStart:
     """From an identification: the best minimum, and the best start of each other one."""
     starts = found.starts
     basins = []
@@ -122,7 +122,7 @@ def start_of(found: Identification) -> Start:
         inside = np.flatnonzero(starts.basin == basin)
         if inside.size:
             basins.append(starts.values[inside[np.argmin(starts.cost[inside])]])
-    return Start(
+    return SamplingStart(
         found.problem.layout.free_names,
         found.values,
         found.plain.values,
@@ -132,20 +132,20 @@ def start_of(found: Identification) -> Start:
     )
 
 
-def _read(path: Path) -> Start:
+def _read(path: Path) -> SamplingStart:
     try:
         kept = json.loads(path.read_text(encoding="utf-8"))
         basins = tuple(np.array(basin, dtype=float) for basin in kept["basins"])
         values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
         coefficients = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
-        return Start(tuple(kept["names"]), values, plain, basins, str(kept["status"]), coefficients)
+        return SamplingStart(tuple(kept["names"]), values, plain, basins, str(kept["status"]), coefficients)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
         ) from None
 
 
-def _agreeing(start: Start, names: tuple[str, ...], where: str) -> Start:
+def _agreeing(start: SamplingStart, names: tuple[str, ...], where: str) -> SamplingStart:
     if start.names != names:
         other = sorted(set(start.names) ^ set(names))
         raise UsageError(

@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.thresholds import GAP
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
-from fibrefit.series.together.verdict import Told, Verdict
+from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.series.trends import Quantity
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
@@ -25,10 +25,10 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
     """The three models."""
     base = float(found.left_out["constant"].foresight.sum())
     shared: dict[s.Answer, Weighed] = {"constant": found.models.constant, "speed_law": found.models.law}
-    told = {}
+    summaries = {}
     for name, log in found.logs.items():
         model = shared.get(name)
-        told[name] = s.RivalSummary(
+        summaries[name] = s.RivalSummary(
             log_bayes_factor=log,
             gap=found.gaps[name],
             gap_left_out=found.left_out[name].gap,
@@ -36,7 +36,7 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
             laws=() if model is None else model.names,
             parameters={} if model is None else parameters_of(model),
         )
-    return told
+    return summaries
 
 
 def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
@@ -60,11 +60,11 @@ def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
 def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
     """Every law that was tried by itself."""
     base = found.models.constant.log
-    told = []
+    summaries = []
     for one in found.models.ranked:
         law = BY_EFFECT[one.effects[-1].name]
         own = {name: value for name, value in _safe(one).items() if name.startswith(f"{law.effect.name}.")}
-        told.append(
+        summaries.append(
             s.LawSummary(
                 effect=law.effect.name,
                 parameter=law.parameter,
@@ -73,14 +73,14 @@ def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
                 parameters=own,
             )
         )
-    return tuple(told)
+    return tuple(summaries)
 
 
 def _safe(one: Weighed) -> dict[str, ParameterSummary]:
     return parameters_of(one) if np.isfinite(one.evidence.z).all() else {}
 
 
-def speed_curve_summary(one: Told) -> s.SpeedCurveSummary:
+def speed_curve_summary(one: LawCurve) -> s.SpeedCurveSummary:
     """A parameter over speed."""
     return s.SpeedCurveSummary(
         parameter=one.law.parameter,
@@ -96,7 +96,7 @@ def speed_curve_summary(one: Told) -> s.SpeedCurveSummary:
 
 def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[Quantity]) -> dict[str, s.SeriesRecord]:
     """What each record says."""
-    told = {}
+    summaries = {}
     for r, name in enumerate(names):
         speeds = {
             key: (float(rows[r, 0]), float(rows[r, 2]))
@@ -114,17 +114,17 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
                 unit=BASE.get(parameter, "-"),
             )
         left = {key: float(one.gaps[r]) for key, one in found.left_out.items()}
-        told[name] = s.SeriesRecord(
+        summaries[name] = s.SeriesRecord(
             speeds=speeds, conditions=by_record(conditions, r), parameters=parameters, gap_left_out=left
         )
-    return told
+    return summaries
 
 
 def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
     """Whether the answer can be trusted."""
     gap = found.gaps[found.answer]
-    foreseen = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
-    agree = (foreseen > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < DECIDED
+    gained = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
+    agree = (gained > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < DECIDED
     ends = _at_ends(found)
     return (
         CheckSummary(
@@ -140,9 +140,9 @@ def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
         CheckSummary(
             name="records left out agree",
             passed=agree,
-            says=f"Laws of speed predict records left out by {foreseen:.3g} nats more than constant parameters; the "
+            says=f"Laws of speed predict records left out by {gained:.3g} nats more than constant parameters; the "
             f"marginal likelihood has it {found.logs['speed_law']:.3g}.",
-            statistic=foreseen,
+            statistic=gained,
             threshold=0.0,
             identifier="left_out",
             quantity="records left out",
@@ -204,6 +204,6 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
                 for key in ("values", "low", "high")
             },
         }
-        for one in found.told
+        for one in found.curves
     }
     return {"records": records, "left_out": left, **curves}

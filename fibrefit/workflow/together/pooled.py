@@ -88,5 +88,5 @@ def pooled_batch(
     parameters, conditions = quantities_of(items)
     names = [name for name, item in items.items() if item.status in USABLE]
     pooled = {one.name: (population(one.values, one.errors), one.unit) for one in parameters}
-    told = {name: population_summary(one, unit) for name, (one, unit) in pooled.items() if one is not None}
-    return told, tuple(map(trend_summary, trends(names, parameters, conditions)))
+    populations = {name: population_summary(one, unit) for name, (one, unit) in pooled.items() if one is not None}
+    return populations, tuple(map(trend_summary, trends(names, parameters, conditions)))

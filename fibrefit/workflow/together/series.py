@@ -111,7 +111,7 @@ class SeriesResult(AnyResult, Saved):
             models=files.rival_summaries(found),
             laws=files.law_summaries(found),
             not_told_apart=found.alike if found.answer == "speed_law" else (),
-            curves=tuple(map(files.speed_curve_summary, found.told)),
+            curves=tuple(map(files.speed_curve_summary, found.curves)),
             population={name: population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
             trends=tuple(map(trend_summary, self.trends)),

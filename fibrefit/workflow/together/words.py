@@ -5,7 +5,7 @@ from __future__ import annotations
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.speeds import span
-from fibrefit.series.together.verdict import Told, Verdict
+from fibrefit.series.together.verdict import LawCurve, Verdict
 
 BASE = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
 
@@ -21,8 +21,8 @@ def answer_in_words(found: Verdict) -> str:
 
 
 def _lawful(found: Verdict, number: int) -> str:
-    said = ", ".join(_change(one) for one in found.told)
-    forms = " and ".join(_form(found, one) for one in found.told)
+    said = ", ".join(_change(one) for one in found.curves)
+    forms = " and ".join(_form(found, one) for one in found.curves)
     gap = f"gap {found.gaps['speed_law']:.2f}, and {found.left_out['speed_law'].gap:.2f} where each is left out in turn"
     rest = _rest(found)
     alike = f" {_names(found.alike)} would serve as well." if found.alike else ""
@@ -33,7 +33,7 @@ def _lawful(found: Verdict, number: int) -> str:
     )
 
 
-def _change(one: Told) -> str:
+def _change(one: LawCurve) -> str:
     first, last = one.values[0], one.values[-1]
     verb = "rises" if last > first else "falls"
     ends = f"between {one.speeds[0]:.2g} and {one.speeds[-1]:.2g} m/s"
@@ -45,7 +45,7 @@ def _digits(value: float, unit: str) -> str:
     return format_quantity(float(value), unit, 3)
 
 
-def _form(found: Verdict, one: Told) -> str:
+def _form(found: Verdict, one: LawCurve) -> str:
     law, best = one.law, found.best
     name = f"{law.effect.name}.exponent"
     if law.form == "free curve":
@@ -56,7 +56,7 @@ def _form(found: Verdict, one: Told) -> str:
 
 
 def _rest(found: Verdict) -> str:
-    lawful = {one.law.parameter for one in found.told}
+    lawful = {one.law.parameter for one in found.curves}
     rest = [name for name in dict.fromkeys(law.parameter for law in BY_EFFECT.values()) if name not in lawful]
     rest = [name for name in rest if name in found.speeds]
     if not rest:

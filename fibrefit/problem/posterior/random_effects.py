@@ -41,7 +41,7 @@ class Conditional(NamedTuple):
     curvature: jax.Array
 
 
-class Scatter(eqx.Module):
+class RandomEffects(eqx.Module):
     """What is needed to integrate the deviations out.
 
     Parameters
@@ -118,11 +118,11 @@ class Scatter(eqx.Module):
         return gain, log_det
 
 
-def drawn_deviations(scatter: Scatter, known: Conditional, random: np.random.Generator) -> np.ndarray:
+def drawn_deviations(random_effects: RandomEffects, known: Conditional, random: np.random.Generator) -> np.ndarray:
     """One draw of the deviations of all records, ``(n_record, n_scattering)``, from what is known of them."""
     logs, pull, curvature = map(np.asarray, known)
     weight = np.exp(logs - logs.max())
-    sigma = np.asarray(scatter.sigma)[random.choice(len(weight), p=weight / weight.sum())]
+    sigma = np.asarray(random_effects.sigma)[random.choice(len(weight), p=weight / weight.sum())]
     matrix = sigma[:, None] * curvature * sigma + np.eye(len(sigma))
     middle = -sigma * np.linalg.solve(matrix, (sigma * pull)[..., None])[..., 0]
     root = np.linalg.cholesky(np.linalg.inv(matrix))

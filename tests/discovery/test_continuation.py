@@ -14,15 +14,15 @@ from fibrefit.discovery.engine.candidates import (
     PAST,
     SMALL,
     Hypothesis,
+    _continuation,
     _gentle,
-    _led,
     _scaled,
     _starts,
     scouted,
 )
-from fibrefit.discovery.engine.refit import Subset, led_along, refit
+from fibrefit.discovery.engine.refit import Subset, predictor_step, refit
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import laid_out
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
 from tests.discovery.made import BASE
@@ -37,7 +37,7 @@ def search(task: Task) -> Search:
     layout = task.problem.layout
     start = {name: np.full(len(layout.records), BASE[name]) for name in layout.names}
     quiet = replace(task, start=layout.pack(start))
-    return laid_out(quiet, None, (VISCOUS, STIFFENING), lambda what, share: None)
+    return set_up(quiet, None, (VISCOUS, STIFFENING), lambda what, share: None)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_other_values_make_up_for_a_change_as_a_refit_does(search: Search, paren
     subset, held = context.subset((VISCOUS,)), context.subset(())
     goal = parent.fit.local.copy()
     goal[:, frame.names.index(STRENGTH)] = 0.05
-    led = led_along(frame, held, subset, parent.fit.local, goal, context.whole)
+    led = predictor_step(frame, held, subset, parent.fit.local, goal, context.whole)
     np.testing.assert_allclose(led[:, frame.names.index(STRENGTH)], 0.05)
     best = refit(frame, held, goal, context.whole, enough=1e-9)
     costs = [frame.costs(values, context.whole).sum() for values in (goal, led, best.local)]
@@ -92,7 +92,7 @@ def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent
     weak = parent.fit.local.copy()
     weak[:, parent.frame.names.index(STRENGTH)] = 0.5
     begun = refit(parent.frame, Subset(context.base, context.each), weak, context.whole)
-    led = _led(parent.frame, context, subset, begun, (VISCOUS,))
+    led = _continuation(parent.frame, context, subset, begun, (VISCOUS,))
     strengths = np.array([fit.local[0, parent.frame.names.index(STRENGTH)] for fit in led])
     np.testing.assert_allclose(strengths, 0.5 * GROWTH ** np.arange(1, len(led) + 1))
     costs = np.array([fit.cost for fit in led])

@@ -12,17 +12,17 @@ from scipy.stats import multivariate_normal
 from fibrefit.problem.estimate.evidence import grid_of
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import White
-from fibrefit.problem.posterior.scatter import Scatter, drawn_deviations
+from fibrefit.problem.posterior.random_effects import RandomEffects, drawn_deviations
 
 RECORDS, SAMPLES, NUMBER = 3, 12, 2
 EXACT = 1e-9
 
 
-def linear(eta: np.ndarray, random: np.random.Generator) -> tuple[Scatter, np.ndarray, np.ndarray]:
+def linear(eta: np.ndarray, random: np.random.Generator) -> tuple[RandomEffects, np.ndarray, np.ndarray]:
     """A scatter of linear records, its slopes, and residuals without deviations."""
     slopes = 30.0 * random.standard_normal((RECORDS, 1, SAMPLES, NUMBER))
     grid, log_prior = grid_of(NUMBER)
-    scatter = Scatter(
+    random_effects = RandomEffects(
         slopes=jnp.asarray(slopes),
         products=jnp.einsum("rcti,rctj->rcij", slopes, slopes),
         middle=jnp.zeros(NUMBER),
@@ -33,7 +33,7 @@ def linear(eta: np.ndarray, random: np.random.Generator) -> tuple[Scatter, np.nd
         places=(0, 1),
         columns=(0, 1),
     )
-    return scatter, slopes[:, 0], random.standard_normal((RECORDS, SAMPLES))
+    return random_effects, slopes[:, 0], random.standard_normal((RECORDS, SAMPLES))
 
 
 def white() -> Likelihood:
@@ -46,24 +46,26 @@ def white() -> Likelihood:
 def test_what_is_integrated_is_dense_algebra_wherever_it_is_linearised(away: float) -> None:
     random = np.random.default_rng(1)
     eta = away * random.standard_normal((RECORDS, NUMBER))
-    scatter, slopes, residuals = linear(eta, random)
+    random_effects, slopes, residuals = linear(eta, random)
     there, noise = residuals + np.einsum("rti,ri->rt", slopes, eta), jnp.log(jnp.array([1.3]))
     likelihood = white()
-    known = scatter.conditional(likelihood, jnp.asarray(there[:, None]), noise, jnp.asarray(eta))
+    known = random_effects.conditional(likelihood, jnp.asarray(there[:, None]), noise, jnp.asarray(eta))
     found = np.asarray(known.logs) + float(jnp.sum(likelihood.of_innovations(jnp.asarray(there[:, None]), noise)))
     found += float(likelihood.constant(noise))
     for g in (0, 5, 40, 80):
-        exact = float(scatter.log_prior[g])
+        exact = float(random_effects.log_prior[g])
         for r in range(RECORDS):
-            covariance = 1.69 * np.eye(SAMPLES) + slopes[r] * np.asarray(scatter.sigma[g]) ** 2 @ slopes[r].T
+            covariance = 1.69 * np.eye(SAMPLES) + slopes[r] * np.asarray(random_effects.sigma[g]) ** 2 @ slopes[r].T
             exact += multivariate_normal.logpdf(residuals[r], cov=covariance)
         assert found[g] == pytest.approx(exact, rel=EXACT, abs=1e-6)
 
 
 def test_deviations_are_drawn_from_their_normal_law() -> None:
     random = np.random.default_rng(2)
-    scatter, slopes, residuals = linear(np.zeros((RECORDS, NUMBER)), random)
-    one = dataclasses.replace(scatter, sigma=scatter.sigma[80:81], log_prior=scatter.log_prior[80:81])
+    random_effects, slopes, residuals = linear(np.zeros((RECORDS, NUMBER)), random)
+    one = dataclasses.replace(
+        random_effects, sigma=random_effects.sigma[80:81], log_prior=random_effects.log_prior[80:81]
+    )
     none = jnp.zeros((RECORDS, NUMBER))
     known = one.conditional(white(), jnp.asarray(residuals[:, None]), jnp.zeros(1), none)
     drawn = np.stack([drawn_deviations(one, known, random) for _ in range(4000)])
@@ -77,9 +79,9 @@ def test_deviations_are_drawn_from_their_normal_law() -> None:
 
 
 def test_records_that_agree_leave_the_density_as_it_was() -> None:
-    """The negative control: with no standard deviation but nil nothing is added."""
-    scatter, _, residuals = linear(np.zeros((RECORDS, NUMBER)), np.random.default_rng(3))
-    still = dataclasses.replace(scatter, sigma=jnp.zeros((1, NUMBER)), log_prior=jnp.zeros(1))
+    """The negative control: with no standard deviation but zero nothing is added."""
+    random_effects, _, residuals = linear(np.zeros((RECORDS, NUMBER)), np.random.default_rng(3))
+    still = dataclasses.replace(random_effects, sigma=jnp.zeros((1, NUMBER)), log_prior=jnp.zeros(1))
     none = jnp.zeros((RECORDS, NUMBER))
     known = still.conditional(white(), jnp.asarray(residuals[:, None]), jnp.zeros(1), none)
     assert float(known.logs[0]) == pytest.approx(0.0, abs=1e-12)

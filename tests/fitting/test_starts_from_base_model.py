@@ -13,8 +13,8 @@ import pytest
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import scattered
-from fibrefit.fitting.search.starts_from_base_model import AS_DRAWN, FEW, nested, without_effects
+from fibrefit.fitting.search.multistart import sobol_starts
+from fibrefit.fitting.search.starts_from_base_model import AS_DRAWN, FEW, starts_from_base_model, without_effects
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.task import Task
 from tests.fitting import made
@@ -31,8 +31,8 @@ def viscous(tmp_path_factory: pytest.TempPathFactory) -> Task:
 
 def test_most_starts_begin_where_the_base_model_ends(viscous: Task, task: Task, found: Identification) -> None:
     layout = viscous.problem.layout
-    drawn = scattered(layout, viscous.start, viscous.spread, made.STARTS, 0)
-    led = nested(viscous, drawn, 0, GOING_ON)
+    drawn = sobol_starts(layout, viscous.start, viscous.spread, made.STARTS, 0)
+    led = starts_from_base_model(viscous, drawn, 0, GOING_ON)
     kept = np.arange(made.STARTS) % AS_DRAWN == 0
     np.testing.assert_array_equal(led[kept], drawn[kept])
     strength = layout.free_names.index("guide.viscous_friction.viscous_coefficient")
@@ -44,8 +44,8 @@ def test_most_starts_begin_where_the_base_model_ends(viscous: Task, task: Task, 
 
 def test_a_few_starts_a_model_without_effects_and_one_to_be_stopped_are_left(viscous: Task, task: Task) -> None:
     for one, number, stop in ((viscous, FEW, GOING_ON), (task, 8, GOING_ON), (viscous, 8, lambda: True)):
-        drawn = scattered(one.problem.layout, one.start, one.spread, number, 0)
-        assert nested(one, drawn, 0, stop) is drawn
+        drawn = sobol_starts(one.problem.layout, one.start, one.spread, number, 0)
+        assert starts_from_base_model(one, drawn, 0, stop) is drawn
 
 
 def test_an_effect_that_is_held_stays_and_what_needs_another_goes_with_it(viscous: Task) -> None:
@@ -66,7 +66,7 @@ def test_an_effect_that_is_held_stays_and_what_needs_another_goes_with_it(viscou
 def test_the_fit_is_that_of_starts_as_they_are_drawn(viscous: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     led = identify(viscous, starts=made.STARTS)
     module = importlib.import_module("fibrefit.fitting.identify")
-    monkeypatch.setattr(module, "nested", lambda task, starts, *_: starts)
+    monkeypatch.setattr(module, "starts_from_base_model", lambda task, starts, *_: starts)
     drawn = identify(viscous, starts=made.STARTS)
     errors = np.sqrt(np.diag(drawn.covariance))
     assert np.abs((led.values - drawn.values) / errors).max() < 0.05

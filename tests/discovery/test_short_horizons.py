@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine import candidates
-from fibrefit.discovery.engine.candidates import SearchContext, retimed
+from fibrefit.discovery.engine.candidates import SearchContext, rescued_by_short_horizons
 from fibrefit.discovery.engine.refit import Refit, Subset
 
 WHOLE = 100
@@ -29,7 +29,7 @@ def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], 
     monkeypatch.setattr(candidates, "refit", descend)
     context = SearchContext((), (), (), np.array([[stage] for stage in stages]), {})
     frame: Any = SimpleNamespace(sensitivities=sensitivities)
-    return retimed(frame, Subset((), ()), ends(1000.0), context).cost
+    return rescued_by_short_horizons(frame, Subset((), ()), ends(1000.0), context).cost
 
 
 def test_it_goes_on_as_long_as_that_leads_lower(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,11 +21,11 @@ CONDITIONS = {
     "wrap_angle": ("a wrap angle of", "deg"),
     "gain": ("a gain of", "-"),
 }
-"""How a sentence names a condition, and the unit it is told in."""
+"""How a sentence names a condition, and its unit."""
 PERCENT = 100.0
 
 
-def told(finding: Finding) -> tuple[str, ...]:
+def statements_of(finding: Finding) -> tuple[str, ...]:
     """Sentences on what was added that is a mistake of the study or belongs to one record.
 
     Parameters
