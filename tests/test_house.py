@@ -70,19 +70,6 @@ MANY_ARGUMENTS = frozenset(
     }
 )
 
-#: Numbers that say how something is computed, not what is made of it, in modules that also judge: what each counts or
-#: limits. Nothing may be added here.
-METHOD = {
-    "fitting.misfit.structure": {"FEW": "ordinates", "SHORTEST": "samples"},
-    "problem.diagnose.inverse_dynamics": {"STANDING": "masking"},
-    "workflow.batches.files": {"MOST_NAMED": "length"},
-    "discovery.conclusion": {"GLS_NEEDS": "time"},
-    "discovery.engine.marginal": {"WRONG_MINIMUM": "convergence"},
-    "discovery.forward_selection": {"COMPARED": "breadth", "FAR_BEHIND": "breadth", "PARTNERS": "breadth"},
-    "discovery.residuals.innovations": {"FEWEST": "ordinates", "RANK": "rank"},
-    "discovery.search.search": {"NEARLY": "path", "REFITTED": "breadth", "UNPROMISING": "breadth", "WIDELY": "breadth"},
-}
-
 #: Rooms of any size: one file a command, one a picture.
 ONE_FILE_A_THING = ("cli", "plots")
 
@@ -260,7 +247,7 @@ def numbers_compared(tree: ast.Module) -> set[str]:
 
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if not m.endswith("thresholds") and judges(MODULES[m])))
 def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None:
-    found = numbers_compared(MODULES[module]) - set(METHOD.get(module, {}))
+    found = numbers_compared(MODULES[module])
     assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
 
 

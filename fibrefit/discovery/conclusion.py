@@ -15,6 +15,7 @@ from fibrefit.discovery.curves.free_form import Reading, described, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
+from fibrefit.discovery.engine.effort import time_for_gls
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS, widens
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
@@ -272,12 +273,8 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         spread=dict.fromkeys(task.spread, NEARBY),
         horizons=task.horizons[:1, -1:],
     )
-    enough, coefficients = budget.left > GLS_NEEDS * budget.seconds, coefficients_of(search, best)
+    enough, coefficients = time_for_gls(budget.left, budget.seconds), coefficients_of(search, best)
     return identify(
         nearby, FINAL_STARTS if coefficients is None else 1, seed, coefficients=coefficients, whiten=enough,
         progress=search.tell, stop=lambda: budget.left < 0.0,
     )  # fmt: skip
-
-
-GLS_NEEDS = 0.3
-"""Share of the time that has to be left for the whitened estimate of a driven rig."""

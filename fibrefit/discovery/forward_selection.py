@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
+from fibrefit.discovery.engine.effort import COMPARED, PROMISING, is_partner, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
@@ -30,7 +31,7 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
-from fibrefit.discovery.search.search import PROMISING, Search, Tried
+from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.effects.catalogue import is_costly
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
@@ -41,8 +42,6 @@ from fibrefit.study.summaries.summaries import ParameterSummary
 
 LISTED = 8
 """Candidates whose parameters are shown with errors."""
-COMPARED = 3
-"""Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
 NOISES = 2
 """Times the noise of a round is taken from what its best candidate leaves."""
 
@@ -234,9 +233,9 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
         search = search.weighed_with(scales)
-        behind_at_most = FAR_BEHIND if richest.log > parent.log + NAMED else 0.0
+        once_more = weighed_again([one.log for one in ranked], richest.log > parent.log + NAMED)
         parent = scales.again(parent)
-        near = [one for i, one in enumerate(ranked) if i < COMPARED or one.log > ranked[0].log - behind_at_most]
+        near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
         alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
@@ -260,10 +259,6 @@ def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
     inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
     cost = max(occam(parent.evidence, one.evidence), 0.0)
     return one.moved_to(parent.log + (gain + cost) / inflation - cost)
-
-
-FAR_BEHIND = 30.0
-"""Nats behind one that may get its name from which a candidate is not weighed again in better known noise."""
 
 
 def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
@@ -290,17 +285,14 @@ def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:
         effects = [
             one.effects[-1] for one in look.found if one is not first and one.effects[-1] is not first.effects[0]
         ]
-        allowed = [effect for effect in search.extensions(first) if effect in effects[:PARTNERS]]
+        partners = [effect for i, effect in enumerate(effects) if is_partner(i)]
+        allowed = [effect for effect in search.extensions(first) if effect in partners]
         found += search.tried(first, allowed, "trying effects in pairs").found
     pairs = _same_noise(search, look.parent, found)
     best = pairs.found[0] if pairs.found else None
     if best is None or pairs.gain(best) <= NAMED + np.log(max(len(found), 1)):
         return look, None
     return (pairs, best) if pruned(pairs.search.scales, best) is best else (look, None)
-
-
-PARTNERS = 8
-"""Effects tried beside each of the best ones where none is found by itself."""
 
 
 def pruned(scales: Scales, best: Weighed) -> Weighed:

@@ -52,6 +52,10 @@ LOUDEST = 1.5
 """Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
 FEWEST = 200
 """Samples below which a phase is too short to be judged: their mean square scatters by a tenth."""
+ORDINATES = 8
+"""Ordinates of a spectrum below which an octave says nothing: their mean is uncertain by a third."""
+SHORTEST = 16
+"""Samples of the shortest piece that has a spectrum: its lowest octave holds one ordinate."""
 
 RARE_SCATTER = 1e-3
 """Probability of a scatter between records below which it is not put down to chance, over all parameters."""

@@ -7,6 +7,9 @@ GAP = 1.1
 posterior, of a series and of a prediction."""
 BALANCE = 0.1
 """Share of a measured force that inverse dynamics may leave: accelerations come from positions differentiated twice."""
+STANDING = 1e-3
+"""Speed in m/s below which the direction of motion is not believed, and friction may be anything: positions read to
+some micrometres at 100 Hz tell no less."""
 UNLIKELY = 1e-3
 """Probability below which the difference of plain and whitened estimates is not taken for chance: one right fit of a
 thousand is suspected (Hausman, Econometrica 46 (1978))."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 import textwrap
+from collections.abc import Sequence
 
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import WIDTH, items, paragraph, section, table
@@ -16,12 +17,22 @@ VERDICTS = {
     "suspect": "Most can be used, not all: see what to doubt.",
     "failed": "None of these identifications can be used.",
 }
+MOST_NAMED = 5
+"""Items named in a sentence; the others are counted."""
 MOST_ERRORS = 12
 """Items that could not be carried out and are listed with the reason."""
 SPREAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 MORE = 2.0
 """Robust standard deviation between items over their median standard error: above it they differ significantly."""
+
+
+def items_in_words(wrong: Sequence[str], total: int, what: str) -> str:
+    """How many of all items something is said of, the first ones by name."""
+    if not wrong:
+        return f"All {total}: yes."
+    more = f" and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
+    return f"{len(wrong)} of {total} items {what}: {', '.join(wrong[:MOST_NAMED])}{more}."
 
 
 def batch_report(summary: BatchSummary) -> str:

@@ -120,7 +120,7 @@ def an_event(share: float) -> bool:
     """Whether what is left is told as an event where a curve accounts for such a share of it."""
     kept, reading = (cast(Any, SimpleNamespace(fit=SimpleNamespace(cost=cost))) for cost in (1e3, 1e3 * (1.0 - share)))
     step = np.where(SAMPLE >= 1130, 6.0 * np.sin(0.7 * SAMPLE), 0.0)
-    found: Any = SimpleNamespace(left=with_gap(noise_alone(0, records=1), step))
+    found: Any = SimpleNamespace(residual_set=with_gap(noise_alone(0, records=1), step))
     found.problem = found.residual_set.problem
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(conclusion, "described", lambda reading: "a curve")
@@ -141,6 +141,20 @@ def told_at_rest(power: float) -> bool:
     """Whether rests of such a power, in units of the noise in motion, are held against it."""
     traces = [one._replace(channels={"force": np.sqrt(power) * one.channels["force"]}) for one in resting(0, 0.0)]
     return innovations.against_rest(traces, "force", pink(0.0)) is not None
+
+
+def told_by(ordinates: float) -> bool:
+    """Whether so many ordinates at rest are held against the noise in motion."""
+    noise, frequency = pink(0.0), np.array([10.0] * int(ordinates) + [200.0] * 20)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(innovations, "rests", lambda trace: [slice(0, 100)])
+        patched.setattr(innovations, "periodogram", lambda values, rate: (frequency, noise.density(frequency)))
+        return innovations.against_rest(resting(0, 0.0)[:1], "force", noise) is not None
+
+
+def seen(share: float) -> bool:
+    """Whether a direction with such a share of a record's information is seen in a part of it."""
+    return innovations._gain(np.diag([1.0, share]), np.ones(2), np.ones(2))[1] == 2
 
 
 def steady(size: float) -> bool:
@@ -175,6 +189,8 @@ CASES = (
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
+    Bracket("FEWEST", innovations, told_by, 9.0, 7.0),
+    Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
     Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
 )
 

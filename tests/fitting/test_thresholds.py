@@ -53,7 +53,7 @@ def unseen(change: float) -> bool:
     return any("not visible" in weak.says for weak in weaknesses(LAYOUT, np.ones(3), covariance, normal))
 
 
-def sobol_starts(ratio: float) -> bool:
+def scattered(ratio: float) -> bool:
     """Verdict on six records whose values scatter so many times as much as their errors, in squares."""
     steps = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None] * np.sqrt(ratio * 5.0 / 6.0)
     slot = SimpleNamespace(name="stiffness", unit="N/m")
@@ -64,6 +64,18 @@ def sobol_starts(ratio: float) -> bool:
         check = agreement.records_agree(problem, np.zeros(1), scores)
     assert check is not None
     return check.passed
+
+
+def of_fast(differences: float) -> bool:
+    """Whether so many third differences say how large the fast noise is."""
+    row = np.random.default_rng(0).standard_normal((1, int(differences) + 3))
+    return structure._fast(row, np.ones(row.shape, dtype=bool)) > 0.0
+
+
+def with_spectrum(samples: float) -> bool:
+    """Whether a piece of so many samples has a spectrum."""
+    values = np.random.default_rng(0).standard_normal(int(samples))
+    return bool(structure._shares([(values, 1e4)], Noise(1e-4, 0.0, 0.0, 1000)))
 
 
 CASES = (
@@ -88,7 +100,9 @@ CASES = (
     Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
     Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
-    Bracket("RARE_SCATTER", agreement, lambda x: sobol_starts(x), 4.7, 5.2),
+    Bracket("ORDINATES", structure, of_fast, 9.0, 7.0),
+    Bracket("SHORTEST", structure, with_spectrum, 17.0, 15.0),
+    Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
     Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
 )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,14 @@ def compared(share: float) -> bool:
     return not np.isfinite(found.scores).any()
 
 
+def standing(speed: float) -> bool:
+    """Whether a mass of such a speed counts as one that stands: no force is asked of it but the measured one."""
+    guide = SimpleNamespace(net_force=lambda drive, direction, sliding: drive - 2.0 * direction)
+    system = SimpleNamespace(gain=1.0, offset=0.0, mass=3.0, guide=guide)
+    one = np.ones(1)
+    return bool(inverse_dynamics._asked(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
+
+
 CASES = (
     Bracket(
         "UNLIKELY",
@@ -28,6 +38,7 @@ CASES = (
         1 / 0.0013,
         1 / 0.0007,
     ),
+    Bracket("STANDING", inverse_dynamics, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", hausman, compared, 0.015, 0.025),
     Bracket("BALANCE", inverse_dynamics, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),
 )

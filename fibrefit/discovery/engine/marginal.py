@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
+from fibrefit.discovery.engine.effort import astray
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
@@ -36,8 +37,6 @@ from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 
-WRONG_MINIMUM = 8.0
-"""Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
@@ -168,7 +167,7 @@ class Scales:
             start = place_of(unknowns, local, found.place.eta)
             evidence = self._settled(unknowns, start, frame, found.sigma, slopes)
             ends.append(Weighed(effects, frame, evidence))
-            if ends[-1].log > parent.log - WRONG_MINIMUM:
+            if not astray(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
 

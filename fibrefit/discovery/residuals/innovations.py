@@ -18,7 +18,7 @@ from scipy.stats import chi2, gamma
 
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
-from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, QUANTISED
+from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FEWEST, QUANTISED, RANK
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gauss_newton import STEP
 from fibrefit.problem.estimate.gls import inverse
@@ -31,12 +31,8 @@ WINDOWS = 6
 """Parts of a motion that hold equal information."""
 WAVES = 3
 """Half periods of the slow changes in time that parameters are tested for."""
-RANK = 1e-4
-"""Share of a record's information below which a direction is not seen in a part of it."""
 SLOW, FAST = 40.0, 100.0
 """Frequencies in Hz below and above which the noise at rest is held against that in motion."""
-FEWEST = 8
-"""Ordinates at rest that tell anything."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, alone, fit_all, scouted
+from fibrefit.discovery.engine.effort import astray, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
-from fibrefit.discovery.engine.marginal import WRONG_MINIMUM, Scales
+from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.secant import Seed
@@ -24,24 +25,12 @@ from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 
 Progress = Callable[[str, float | None], None]
-PROMISING = 0.5
-"""Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
-REFITTED = 4
-"""Candidates that always are."""
-WIDELY = 4
-"""Candidates whose slopes promise most, that are searched for from every sign and shape; the others from where slopes
-promise most of them."""
 FOLLOWED = 24
 """Candidates that are searched for before it is asked whether one of them is more than chance; if none, others are."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
-UNPROMISING = 0.0
-"""Nats that slopes promise below which an effect is not looked at any further. They are taken at a few shapes, and what
-they promise includes its price: to be named, an effect would have to gain twice as much at a shape between these."""
 INSTEAD = 6
 """Candidates that are also followed from where records do not differ: whether they do what differences would."""
-NEARLY = 1.1
-"""Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 
 
 class Tried(NamedTuple):
@@ -211,7 +200,7 @@ class Search:
             Nats that slopes have to promise of an effect that is followed, where fewer would do otherwise.
         """
         plain = self.plain(parent)
-        far = self.gap(plain) > NEARLY
+        far = not slopes_tell(self.gap(plain))
         follow = partial(self._by_promise, parent, plain) if far else partial(self._from_slopes, parent)
         found = follow(effects, what, least)
         reached = {one.effects[-1] for one in found}
@@ -306,7 +295,7 @@ class Search:
     ) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
         ends = sorted(self._in_plain_squares(plain, promises, what), key=lambda end: end.fit.cost)
-        near = _near(plain.fit.cost, [end.fit.cost for end in ends])
+        near = promising(plain.fit.cost, [end.fit.cost for end in ends])
         jobs = [
             self.recalled(
                 "weighed", parent, (end.names, end.fit.cost, near[i]), partial(self._weighed, parent, end, near[i])
@@ -322,7 +311,7 @@ class Search:
         if not near:
             return self.scales.at_once(end.frame, end.effects, end.fit.local, parent)
         found = self.scales.weigh(end.frame, end.effects, end.fit.local)
-        if found.log > parent.log - WRONG_MINIMUM:
+        if not astray(found.log, parent.log):
             return found
         effect = end.effects[-1]
         promise = self.scales.screened(parent, end.frame, [effect])[effect]
@@ -335,7 +324,7 @@ class Search:
     ) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
         begun = {
-            effect: () if i < WIDELY and not _has_valleys(effect) else _begun(promise)
+            effect: () if is_searched_widely(i) and not _has_valleys(effect) else _begun(promise)
             for i, (effect, promise) in enumerate(promises.items())
         }
         jobs = [
@@ -348,7 +337,7 @@ class Search:
         tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
         trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
         trials.sort(key=lambda trial: trial.scouts[0].cost)
-        close = _near(plain.fit.cost, [trial.scouts[0].cost for trial in trials])
+        close = promising(plain.fit.cost, [trial.scouts[0].cost for trial in trials])
         near = [trial for trial, is_near in zip(trials, close, strict=True) if is_near]
         further = [
             self.recalled(
@@ -366,8 +355,12 @@ class Search:
 
 
 def _worth(effect: type[Effect], promised: float, least: float) -> bool:
-    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there."""
-    return bool(effect.singular) or promised > max(UNPROMISING, least)
+    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there.
+
+    Slopes are taken at a few shapes, and what they promise includes its price: where that is nothing, an effect would
+    have to gain twice as much at a shape between these to be named.
+    """
+    return bool(effect.singular) or promised > max(0.0, least)
 
 
 def _best(promises: Mapping[type[Effect], Promise], seen: Sequence[type[Effect]], number: int) -> list[type[Effect]]:
@@ -382,12 +375,6 @@ def _has_valleys(effect: type[Effect]) -> bool:
 def _begun(promise: Promise) -> tuple[dict[str, float], ...]:
     """Where slopes promise most of an effect, and the same with the effect hardly there."""
     return (promise.values,) if promise.values == promise.weak else (promise.values, promise.weak)
-
-
-def _near(before: float, costs: Sequence[float]) -> list[bool]:
-    """Which of some costs, the lowest first, fall so far below that of the model before that they may be the best."""
-    most = PROMISING * (before - costs[0]) if costs else 0.0
-    return [i < REFITTED or before - cost >= most for i, cost in enumerate(costs)]
 
 
 def _name(thing: Any) -> str | None:

@@ -10,12 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, absent_values, carried
+from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
-from fibrefit.discovery.search.search import NEARLY, Progress, Search
+from fibrefit.discovery.search.search import Progress, Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
@@ -47,7 +48,7 @@ def begun(
     search = replace(search, folder=folder)
     base = search.scales.weigh(frame, (), search.base.fit.local)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
-    if search.gap(search.base) <= NEARLY:
+    if slopes_tell(search.gap(search.base)):
         search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
         base = search.scales.again(base)
     return search, base

@@ -13,16 +13,22 @@ from scipy.special import fdtri
 
 from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, PHASES
-from fibrefit.fitting.thresholds import CHANCE, FEWEST, LOUDEST, PHASE_RATIO, RARE_POWER, SPECTRUM_RATIO, STATE_SHARE
+from fibrefit.fitting.thresholds import (
+    CHANCE,
+    FEWEST,
+    LOUDEST,
+    ORDINATES,
+    PHASE_RATIO,
+    RARE_POWER,
+    SHORTEST,
+    SPECTRUM_RATIO,
+    STATE_SHARE,
+)
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 
 HATS = 12
 DRAWS = 20
-FEW = 8
-"""Ordinates of a spectrum below which an octave tells nothing."""
-SHORTEST = 16
-"""Samples of a piece that has a spectrum."""
 
 
 def structure_checks(residual_set: ResidualSet) -> tuple[Check, ...]:
@@ -56,7 +62,7 @@ def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
     """Standard deviation of the fast part of some samples, from third differences: hardly anything else enters them."""
     whole = inside[:, 3:] & inside[:, 2:-1] & inside[:, 1:-2] & inside[:, :-3]
     differences = np.diff(scaled, 3, axis=1)[whole]
-    if differences.size < FEW:
+    if differences.size < ORDINATES:
         return 0.0
     # Squares rather than a median, which is zero where readings are coarse; the largest are those of a bounce.
     size = np.abs(differences)
@@ -104,7 +110,7 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
     found = []
     for edge in edges:
         left, still = ([share for frequency, share in of if edge <= frequency < 2 * edge] for of in (moving, resting))
-        if len(left) < FEW or (resting and len(still) < FEW):
+        if len(left) < ORDINATES or (resting and len(still) < ORDINATES):
             continue
         frequency = np.array([frequency for frequency, _ in moving if edge <= frequency < 2 * edge])
         stated = float(np.mean(known.density(frequency) / fitted.density(frequency)))

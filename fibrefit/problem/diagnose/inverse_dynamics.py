@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import BALANCE
+from fibrefit.problem.thresholds import BALANCE, STANDING
 from fibrefit.rigs.parts.guide import Sliding
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
@@ -22,8 +22,6 @@ from fibrefit.simulation.model import pushed_by
 
 MOTION, FORCES = 100.0, 20.0
 """Frequencies in Hz up to which position is differentiated, and up to which forces are compared."""
-STANDING = 1e-3
-"""Speed in m/s below which the direction of motion is not believed."""
 
 
 class ForceBalance(NamedTuple):

@@ -15,11 +15,11 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
-from fibrefit.discovery.engine.marginal import WRONG_MINIMUM
+from fibrefit.discovery.engine.effort import astray, slopes_tell
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.search.search import NEARLY, Search, Tried
+from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.effects.law import Effect
 from fibrefit.series.together.laws import parameter_of
 
@@ -57,7 +57,7 @@ class SpeedSearch(Search):
 
     def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
         """A parent with each of some laws, as far as the time goes."""
-        far = self.gap(self.plain(parent)) > NEARLY
+        far = not slopes_tell(self.gap(self.plain(parent)))
         jobs = [partial(self._with_law, parent, effect, far) for effect in effects]
         found = fit_all(jobs, lambda done: self.tell(what, done / max(len(jobs), 1)))
         missed = tuple(effect for effect, one in zip(effects, found, strict=True) if one is None)
@@ -75,7 +75,7 @@ class SpeedSearch(Search):
         subset, whole = self.context.subset(effects), self.context.whole
         fits = [refit(frame, subset, end.local, whole) for end in best]
         found = self.scales.weigh(frame, effects, min(fits, key=lambda fit: fit.cost).local)
-        if found.log > parent.log - WRONG_MINIMUM:
+        if not astray(found.log, parent.log):
             return found
         # What contains its parent is no less probable than that by much: it begins from there.
         again = self.scales.weigh(frame, effects, near, parent.evidence.mode.sigma, parent.evidence.mode.place.eta)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal
 
+from fibrefit.report.batch import items_in_words
 from fibrefit.study.summaries.summaries import BatchItem, CheckSummary
 
 if TYPE_CHECKING:
     from fibrefit.workflow.batches.jobs import RecordConditions
-
-MOST_NAMED = 5
-"""Items named in a sentence; the others are counted."""
 
 
 def batch_status(items: Mapping[str, BatchItem]) -> Literal["ok", "suspect", "failed"]:
@@ -36,12 +34,10 @@ def batch_checks(items: Mapping[str, BatchItem]) -> tuple[CheckSummary, ...]:
 
 
 def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) -> CheckSummary:
-    named = ", ".join(wrong[:MOST_NAMED]) + (f" and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else "")
-    says = f"{len(wrong)} of {total} items {what}: {named}." if wrong else f"All {total}: yes."
     return CheckSummary(
         name=name,
         passed=not wrong,
-        says=says,
+        says=items_in_words(wrong, total, what),
         statistic=float(len(wrong)),
         threshold=0.0,
         identifier=quantity.replace(" ", "_"),

@@ -1,0 +1,73 @@
+"""Every number that says how far a search looks, with its meaning: it costs time or a miss, and no verdict rests on it.
+
+What decides stands in `thresholds`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+NEARLY = 1.1
+"""Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
+WRONG_MINIMUM = 8.0
+"""Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
+PROMISING = 0.5
+"""Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
+REFITTED = 4
+"""Candidates that always are."""
+WIDELY = 4
+"""Candidates whose slopes promise most, that are searched for from every sign and shape; the others from where slopes
+promise most of them."""
+COMPARED = 3
+"""Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
+FAR_BEHIND = 30.0
+"""Nats behind one that may get its name from which a candidate is not weighed again in better known noise."""
+PARTNERS = 8
+"""Effects tried beside each of the best ones where none is found by itself."""
+GLS_NEEDS = 0.3
+"""Share of the time that has to be left for the GLS estimate of a driven rig."""
+
+
+def slopes_tell(gap: float) -> bool:
+    """Whether a model with such a gap is near enough to what is missing for its slopes to lead there."""
+    return gap <= NEARLY
+
+
+def astray(log: float, parent: float) -> bool:
+    """Whether a hypothesis that contains its parent lies in a wrong minimum, by the evidence of both in nats."""
+    return not log > parent - WRONG_MINIMUM
+
+
+def promising(before: float, costs: Sequence[float]) -> list[bool]:
+    """Which of some costs, the lowest first, fall so far below that of the model before that they may be the best."""
+    most = PROMISING * (before - costs[0]) if costs else 0.0
+    return [i < REFITTED or before - cost >= most for i, cost in enumerate(costs)]
+
+
+def is_searched_widely(place: int) -> bool:
+    """Whether a candidate is searched for from every sign and shape, by its place among those that promise most."""
+    return place < WIDELY
+
+
+def weighed_again(logs: Sequence[float], named: bool) -> list[bool]:
+    """Which candidates are weighed in better known noise.
+
+    Parameters
+    ----------
+    logs : sequence of float
+        Their evidence in nats, the most probable first.
+    named : bool
+        Whether the first may get its name.
+    """
+    behind = FAR_BEHIND if named else 0.0
+    return [i < COMPARED or log > logs[0] - behind for i, log in enumerate(logs)]
+
+
+def is_partner(place: int) -> bool:
+    """Whether an effect is tried beside another one, by its place among those that gained most by themselves."""
+    return place < PARTNERS
+
+
+def time_for_gls(left: float, given: float) -> bool:
+    """Whether enough of the time given is left for a GLS estimate, both in s."""
+    return left > GLS_NEEDS * given

@@ -1,0 +1,38 @@
+"""Every number that says how far a search looks is what it is: with twice or half of it, it would look elsewhere."""
+
+from __future__ import annotations
+
+import pytest
+
+from fibrefit.discovery.engine import effort
+from tests.brackets import Bracket, thresholds
+
+COSTS = (0.0, *[90.0] * 10)
+"""Of candidates on a model whose cost is 100: one takes nearly all of it, the others a tenth."""
+LOGS = (50.0, *[-200.0] * 10)
+"""Nats of candidates, the others far behind the first."""
+
+CASES = (
+    Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
+    Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
+    Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
+    Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
+    Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
+    Bracket("COMPARED", effort, lambda x: effort.weighed_again(LOGS, True)[int(x)], 2.0, 3.0),
+    Bracket("FAR_BEHIND", effort, lambda x: effort.weighed_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
+    Bracket("PARTNERS", effort, lambda x: effort.is_partner(int(x)), 7.0, 8.0),
+    Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
+)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_search_turns_there(case: Bracket, monkeypatch: pytest.MonkeyPatch) -> None:
+    case.test(monkeypatch)
+
+
+def test_no_number_is_without_a_case() -> None:
+    assert thresholds(effort) == {case.name for case in CASES}
+
+
+def test_a_candidate_behind_one_without_a_name_is_not_weighed_again() -> None:
+    assert effort.weighed_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
