@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fibrefit.cli.terminal import Terminal, harmless, say
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 
 EVERY = 30.0
 """Seconds between two lines where no person is looking: a log says where the work stands."""
@@ -30,7 +30,7 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
         To be called with what is being done and the share that is done.
     """
     if terminal.quiet:
-        yield lambda doing, share: None
+        yield quiet
         return
     if not sys.stderr.isatty():
         with _logged() as tell:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.discovery.search.search import Progress
 from fibrefit.discovery.search.setup import begun
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
@@ -40,7 +40,7 @@ def discover(
     -------
     Finding
     """
-    limits, tell = limits or Limits(), progress or (lambda what, share: None)
+    limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(limits.seconds)
     before = identify(
         task, STARTS, limits.seed, whiten=False, progress=progress, stop=lambda: budget.used > BASE * limits.seconds

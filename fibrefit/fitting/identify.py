@@ -13,6 +13,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.errors import DataError
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
@@ -36,7 +37,6 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corre
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 
-Progress = Callable[[str, float | None], None]
 Stop = Callable[[], bool]
 
 
@@ -79,7 +79,7 @@ def identify(
     KeyboardInterrupt
         If it is stopped before anything is known.
     """
-    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    began, tell = time.perf_counter(), progress or quiet
     task = _softened(task) if robust else task
     searched = (
         replace(task, problem=corrected(task.problem, input_errors(task), coefficients)) if coefficients else task

@@ -123,15 +123,9 @@ class Fit(Predicts, Saved):
 
 
 def fit_study(
-    study: Study | str | Path,
-    *,
-    starts: int = STARTS,
-    seed: int = 0,
-    robust: bool = False,
-    profile: bool = False,
-    progress: Progress | None = None,
-    stop: Callable[[], bool] = lambda: False,
-) -> Fit:
+    study: Study | str | Path, *, starts: int = STARTS, seed: int = 0, robust: bool = False, profile: bool = False,
+    progress: Progress | None = None, stop: Callable[[], bool] = lambda: False,
+) -> Fit:  # fmt: skip
     """Identify the model of a study from its records by least squares.
 
     Parameters
@@ -142,10 +136,8 @@ def fit_study(
         Starts of the multistart.
     seed : int
         Of the scatter of starts; the same seed gives the same result.
-    robust : bool
-        Soft-L1 loss for residuals beyond three times the noise.
-    profile : bool
-        Replace the normal intervals of shared parameters by profile-likelihood ones.
+    robust, profile : bool
+        Soft-L1 loss for residuals beyond three times the noise; profile-likelihood intervals of shared parameters.
     progress : callable, optional
         Called with what is being done and the share that is finished.
     stop : callable

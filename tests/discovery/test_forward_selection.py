@@ -53,7 +53,6 @@ class Case:
     """A search over records made with a viscous friction of some coefficient, and white noise."""
 
     def __init__(self, task: Task, coefficient: float, scatter: float = 0.0, seed: int = 0) -> None:
-        quiet = lambda what, share: None  # noqa: E731
         self.before = identified(task)
         values = task.problem.layout.pack({name: np.full(len(task.traces), BASE[name]) for name in BASE})
         plain = replace(self.before.plain, values=values)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, alone, fit_all, scouted
 from fibrefit.discovery.engine.effort import astray, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
@@ -24,7 +25,6 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.effects.law import Effect, extends
 from fibrefit.problem.task import Task
 
-Progress = Callable[[str, float | None], None]
 FOLLOWED = 24
 """Candidates that are searched for before it is asked whether one of them is more than chance; if none, others are."""
 SCREENING_SHARE = 0.7

@@ -9,6 +9,7 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, absent_values, carried
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
@@ -16,7 +17,7 @@ from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
-from fibrefit.discovery.search.search import Progress, Search
+from fibrefit.discovery.search.search import Search
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.inputs.sensitivities import sensitivities_of

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.candidates import absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
@@ -34,8 +35,6 @@ PREFERRED = 5.0
 MOST_LAWS = 3
 SIMPLER = 1.0
 """Nats within which the law with fewer parameters is taken."""
-
-Progress = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class ThreeModels:
     ranked: tuple[Weighed, ...]
 
 
-def three_models(task: Task, seed: int = 0, tell: Progress = lambda what, share: None) -> ThreeModels:
+def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeModels:
     """Fit the three models.
 
     Parameters

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
@@ -100,7 +101,7 @@ class Verdict:
         return {"constant": 0.0, "speed_law": self.models.law.log - base, "per_record": self.models.own.log - base}
 
 
-def judged(task: Task, seed: int = 0, tell: Callable[[str, float | None], None] = lambda what, share: None) -> Verdict:
+def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
     """Fit and compare the three models.
 
     Parameters

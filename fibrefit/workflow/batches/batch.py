@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
@@ -193,7 +193,7 @@ def batch_studies(
     """
     from fibrefit.plots import file_names
 
-    began, follow = time.perf_counter(), progress or _ignored
+    began, follow = time.perf_counter(), progress or quiet
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     folder, *others = (folders,) if isinstance(folders, Path) else folders
     items: dict[str, BatchItem] = {}
@@ -271,7 +271,3 @@ def _progress_line(
     rate = here / max(seconds, 1e-9)
     pace = f"{rate:.2g} a second" if rate >= 1.0 else f"{60.0 * rate:.2g} a minute"
     return f"{done} of {total} identified{also}; {pace}, about {spoken(remaining)} left", done / total
-
-
-def _ignored(doing: str, share: float | None) -> None:
-    """Progress is not shown."""

@@ -7,31 +7,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
+from fibrefit.workflow.batches.item import Job
 from fibrefit.workflow.batches.jobs import Each, jobs_of, origins_of, run_of
 from fibrefit.workflow.batches.shards import part_of, parts_of
 from fibrefit.workflow.growing import growing_folder
 
 
 def batch(
-    series: str | Path | Sequence[str | Path],
-    out: str | Path | None = None,
-    *,
-    rig: str | None = None,
-    overrides: Sequence[str] = (),
-    each: Each | None = None,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    starts: int = 32,
-    seed: int = 0,
-    robust: bool = False,
-    force: bool = False,
-    resume: bool = False,
-    shard: tuple[int, int] | None = None,
-    progress: Progress | None = None,
-) -> Batch:
+    series: str | Path | Sequence[str | Path], out: str | Path | None = None, *, rig: str | None = None,
+    overrides: Sequence[str] = (), each: Each | None = None, processes: int | None = None,
+    scheduler: str | None = None, starts: int = 32, seed: int = 0, robust: bool = False, force: bool = False,
+    resume: bool = False, shard: tuple[int, int] | None = None, progress: Progress | None = None,
+) -> Batch:  # fmt: skip
     """Identify every record, or every study, of a series by itself, and write the results as one table.
 
     Parameters
@@ -50,24 +40,19 @@ def batch(
         On this machine; one a core by default. More than one needs a script guarded by ``if __name__ == "__main__"``.
     scheduler : str, optional
         Address of a running Dask scheduler.
-    starts, seed : int
+    starts, seed, robust : int, int, bool
         As for `fibrefit.fit`.
-    robust : bool
-        As for `fibrefit.fit`.
-    force : bool
-        Replace what is in the folder.
-    resume : bool
-        Keep what an interrupted or finished run there has done.
+    force, resume : bool
+        Replace what is in the folder; keep what an interrupted or finished run there has done.
     shard : (int, int), optional
-        Number of a part, from 1, and how many parts there are: only that part is done, in a folder of its own beside
-        `out`. A run without it takes up what the parts have done.
+        Number of a part, from 1, and of parts: only that part is done, in a folder of its own beside `out`. A run
+        without it takes up what the parts have done.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
     Returns
     -------
     Batch
-        With ``items``, ``status``, ``folder``, ``report()``, ``summary()``, ``to_dataframe()`` and ``plot()``;
         `fibrefit.read_batch` reads its table.
 
     Raises
@@ -81,18 +66,21 @@ def batch(
     >>> found.status, len(found.items)
     ('ok', 5)
     """
-    words = [str(word) for word in ((series,) if isinstance(series, str | Path) else series)]
+    words = (series,) if isinstance(series, str | Path) else series
     # Workers elsewhere have a working folder of their own.
-    words = [os.path.abspath(word) for word in words] if scheduler else words
-    origins = origins_of(words, rig, overrides)
+    origins = origins_of([os.path.abspath(word) if scheduler else str(word) for word in words], rig, overrides)
     jobs = jobs_of(origins, each, starts, seed, robust)
-    name = jobs[0].study.name.partition(",")[0] if len(origins) == 1 and each != "study" else f"{len(jobs)} studies"
+    name = _named(jobs, len(origins), each)
     whole = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
     folder, jobs = part_of(whole, jobs, shard)
-    engine = Engine(processes or os.cpu_count() or 1, scheduler)
+    engine, tell = Engine(processes or os.cpu_count() or 1, scheduler), progress or quiet
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
-        if progress:
-            progress(f"{len(jobs)} identifications", None)
-        found = replace(batch_studies(name, jobs, (directory.path, *parts_of(whole)), engine, progress), folder=folder)
+        tell(f"{len(jobs)} identifications", None)
+        found = replace(batch_studies(name, jobs, (directory.path, *parts_of(whole)), engine, tell), folder=folder)
         found.write(directory)
     return found
+
+
+def _named(jobs: Sequence[Job], studies: int, each: Each | None) -> str:
+    """Name of a batch: that of its study where the records of a single one are identified."""
+    return jobs[0].study.name.partition(",")[0] if studies == 1 and each != "study" else f"{len(jobs)} studies"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.search.search import Search
@@ -135,7 +135,7 @@ def confuse_study(
     True
     """
     began, study = time.perf_counter(), as_study(study)
-    on_progress = progress or (lambda what, share: None)
+    on_progress = progress or quiet
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
     task = task_of(study)

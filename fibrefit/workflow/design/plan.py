@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Choice, said_of
@@ -185,7 +185,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     ['damping', 'friction', 'stiffness']
     """
     began, study, aim = time.perf_counter(), as_study(study), aim or Aim()
-    tell = progress or (lambda what, share: None)
+    tell = progress or quiet
     rivals = aim.rivals or _of_discovery(study)
     purpose = aim.purpose or ("rivals" if rivals else "errors")
     _refuse(aim, rivals, purpose)

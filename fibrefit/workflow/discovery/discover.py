@@ -158,18 +158,10 @@ class Discovery(Predicts, Saved):
 
 
 def discover_study(
-    study: Study | str | Path,
-    *,
-    max_effects: int = 3,
-    only: Sequence[str] = (),
-    exclude: Sequence[str] = (),
-    also: Sequence[str] = (),
-    seed: int = 0,
-    seconds: float = SECONDS,
-    choose: Choose | None = None,
-    folder: Path | None = None,
-    progress: Progress | None = None,
-) -> Discovery:
+    study: Study | str | Path, *, max_effects: int = 3, only: Sequence[str] = (), exclude: Sequence[str] = (),
+    also: Sequence[str] = (), seed: int = 0, seconds: float = SECONDS, choose: Choose | None = None,
+    folder: Path | None = None, progress: Progress | None = None,
+) -> Discovery:  # fmt: skip
     """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
 
     Parameters

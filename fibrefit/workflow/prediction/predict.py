@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import predictive_variance, problem_parameters
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
@@ -116,7 +116,7 @@ def predict_study(
     'holds'
     """
     study = as_study(study)
-    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    began, tell = time.perf_counter(), progress or quiet
     known = result if isinstance(result, Known) else known_from(Path(result))
     if study.kind != known.study.kind:
         do = "Predict records of the same kind of rig."

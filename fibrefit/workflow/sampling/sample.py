@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
@@ -130,19 +130,10 @@ def settings_of(asked: Mapping[str, Any]) -> Settings:
 
 
 def sample(
-    study: Study | str | Path,
-    *,
-    start: Fit | None = None,
-    seed: int = 0,
-    noise: str = "auto",
-    student_t: bool = False,
-    heavy: bool = False,
-    nuts: bool = False,
-    compare: Sequence[str | Path] = (),
-    checkpoint: str | Path | None = None,
-    progress: Progress | None = None,
-    **settings: Any,
-) -> Sampled:
+    study: Study | str | Path, *, start: Fit | None = None, seed: int = 0, noise: str = "auto",
+    student_t: bool = False, heavy: bool = False, nuts: bool = False, compare: Sequence[str | Path] = (),
+    checkpoint: str | Path | None = None, progress: Progress | None = None, **settings: Any,
+) -> Sampled:  # fmt: skip
     """Sample the joint posterior of a study's parameters until independent ensembles of walkers agree.
 
     Parameters
@@ -179,10 +170,8 @@ def sample(
     ------
     DataError
         If a record is not understood, or does not show what the rig's motion should.
-    StudyError
-        If study, model and priors do not fit together.
-    UsageError
-        If a setting is not known or cannot work, or a package is missing.
+    StudyError, UsageError
+        If study, model and priors do not fit together; if a setting cannot work, or a package is missing.
 
     Examples
     --------
@@ -235,7 +224,7 @@ def sample_study(
     UsageError
         If the chains of the folder belong to another run, settings cannot work, or a package is missing.
     """
-    settings, options, on_progress = settings or Settings(), options or SamplingOptions(), progress or _ignored
+    settings, options, on_progress = settings or Settings(), options or SamplingOptions(), progress or quiet
     if options.nuts:
         require_nuts()
     on_progress("reading records", None)
@@ -275,10 +264,6 @@ def _evaluated(found: Sampled, on_progress: Progress) -> Sampled:
     bands, ahead = predict(posterior, seed=seed), cross_validate(posterior, seed=seed)
     nuts = cross_check(posterior, seed=seed, progress=on_progress) if found.options.nuts else None
     return replace(found, bands=bands, cross_validation=ahead, cross_check=nuts)
-
-
-def _ignored(doing: str, share: float | None) -> None:
-    """Progress is not shown."""
 
 
 _NOTHING = CrossValidation(np.zeros(0), np.zeros(0), 0.0)

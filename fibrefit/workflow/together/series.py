@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.progress import Progress
+from fibrefit.core.progress import Progress, quiet
 from fibrefit.series.together.laws import laws_on, parameter_of
 from fibrefit.series.together.verdict import Answer, Verdict, judged
 from fibrefit.series.trends import Quantity, Trend, trends_of_pairs
@@ -184,7 +184,7 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
     >>> found.answer, len(found.to_dataframe())
     ('constant', 15)
     """
-    began, tell = time.perf_counter(), progress or (lambda what, share: None)
+    began, tell = time.perf_counter(), progress or quiet
     study = as_study(study)
     if len(study.records) < FEWEST:
         do = "Add records; of a single one, fit says what it holds."
