@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
+from fibrefit.core.progress import quiet
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.marginal import Scales
