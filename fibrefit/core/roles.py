@@ -13,6 +13,9 @@ ROLES: dict[str, str] = {
 }
 """SI unit of each role."""
 
+FORCES = frozenset(role for role, unit in ROLES.items() if unit == "N")
+"""Roles that are readings of a force gauge."""
+
 STATES: dict[str, str] = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
 """SI unit of each state of a rig that residuals and curves are drawn over."""
 

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter, inverse_of
+from fibrefit.core.roles import FORCES
 
 Memory = tuple[jax.Array, ...]
 Channels = dict[str, jax.Array]
@@ -389,4 +390,4 @@ def fast(laws: tuple[Effect, ...]) -> jax.Array | None:
 
 def of_force(channels: Channels, change: Any) -> Channels:
     """Channels with `change` applied to the readings of each force gauge."""
-    return {role: change(reading) if role.startswith("force") else reading for role, reading in channels.items()}
+    return {role: change(reading) if role in FORCES else reading for role, reading in channels.items()}

@@ -54,12 +54,12 @@ def advice(
         said.append(ONE_WAY)
     if alone := force_alone(problem, values, covariance):
         said.append(alone)
-    if weak and (further := _further_record(problem, values, normal, covariance)):
+    if weak and (further := _further_record(problem, values, normal)):
         said.append(further)
     return tuple(said)
 
 
-def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray, covariance: np.ndarray) -> str:
+def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> str:
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
     shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
     if not menu or not shared:

@@ -92,7 +92,7 @@ def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen
         if evidence is None:
             return None
         place = evidence.mode.place
-    return None if evidence is None else _sharp(task, bars, evidence, seen, noise)
+    return None if evidence is None else _estimate(bars, evidence, seen, noise)
 
 
 def _weighed(
@@ -125,9 +125,7 @@ def _bends(task: Task, gls: GlsEstimate) -> bool:
     return not float(np.mean((there * downweight - gls.residuals)[counted] ** 2)) < MISSED
 
 
-def _sharp(
-    task: Task, plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
-) -> GlsEstimate:
+def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
     places, sizes = places_of(layout, unknowns)

@@ -159,7 +159,7 @@ def _concluded(
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
-    problem, seen, sound = best.problem, best.seen, dict(best.sound)
+    problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelMisfit(force.rms, math.nan, "N", force.explained)
@@ -168,15 +168,15 @@ def _concluded(
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
-        sound.pop("converged"),
+        sound.converged,
         _agreed(second, settling_unit(problem, bars)),
-        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound["gap"].passed)),
-        sound.pop("inside"),
+        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed)),
+        sound.inside,
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
-        sound.pop("gap"),
+        sound.gap,
         *judge.inputs_within_noise(best.input_errors),
-        *sound.values(),
+        *sound.structure,
         *best.checks,
         explained,
         *swapped,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,28 @@ from fibrefit.problem.task import Task
 GLS = "each sample counts by what it adds to those before it, and records may differ in the rig's parameters."
 
 
+class Sound(NamedTuple):
+    """Checks that must hold before residuals are taken for noise.
+
+    Parameters
+    ----------
+    converged, inside, gap : Check
+        Of the search, of its end inside the bounds, and of the size of the residuals.
+    structure : tuple of Check
+        Of the spectrum of the residuals, and of what they depend on.
+    """
+
+    converged: Check
+    inside: Check
+    gap: Check
+    structure: tuple[Check, ...]
+
+    @property
+    def failed(self) -> list[Check]:
+        """Those that failed."""
+        return [check for check in (self.converged, self.inside, self.gap, *self.structure) if not check.passed]
+
+
 @dataclass(frozen=True)
 class Reported:
     """The estimate that is reported, and why it is this one.
@@ -44,8 +67,7 @@ class Reported:
     gls : GlsEstimate or None
         None where the plain estimate stands.
     seen : Evaluation
-    sound : mapping of name to Check
-        ``converged``, ``inside``, ``gap``, then by their own names: those of the residuals.
+    sound : Sound
     input_errors : mapping of input to InputError
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
@@ -61,7 +83,7 @@ class Reported:
     bars: ErrorBars
     gls: GlsEstimate | None
     seen: Evaluation
-    sound: Mapping[str, Check]
+    sound: Sound
     input_errors: Mapping[str, InputError]
     coefficients: InputCoefficients
     expected_gap: float
@@ -96,7 +118,7 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
     if gls is not None:
         found = _of_gls(task, plain, gls)
         checks = _compared(plain, gls)
-        failed = [check.name for check in (*found.sound.values(), *checks) if not check.passed]
+        failed = [check.name for check in (*found.sound.failed, *checks) if not check.passed]
         if not failed:
             smaller = ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method])
             says = f"Whitened least squares: {GLS} Error bars are {smaller:.2g} times those of plain least squares."
@@ -142,11 +164,13 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
-    sound = _sound(task, problem, seen, gls.residuals, gls.noise, gls.expected_gap)
     moving = judge.converged(min(gls.evidence.mode.promised, SETTLED), True)
-    limits = [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.at_bound]
-    sound = {"converged": moving, "inside": judge.inside_bounds(limits), **sound}
-    errors, expected = _errors(task, plain, coefficients), gls.expected_gap
+    expected, limits = (
+        gls.expected_gap,
+        [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.at_bound],
+    )
+    sound = Sound(moving, judge.inside_bounds(limits), *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
+    errors = _errors(task, plain, coefficients)
     values, left, bars = gls.values, gls.residuals, gls.bars
     return Reported(problem, values, left, bars, gls, seen, sound, errors, coefficients, expected)
 
@@ -155,27 +179,25 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     problem = plain.problem
     seen, residuals = evaluate(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
-    sound = _sound(task, problem, seen, residuals, noise, plain.expected_gap)
     found = estimates(problem, plain.values, bars)
     promised = plain.promised([not estimate.at_bound for estimate in found])
     arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success)
     limits = [estimate.name for estimate in found if estimate.at_bound]
-    sound = {"converged": arrived, "inside": judge.inside_bounds(limits), **sound}
     errors, expected = plain.input_errors, plain.expected_gap
-    if not sound["gap"].passed and np.isfinite(residuals).all():
+    sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))
+    if not sound.gap.passed and np.isfinite(residuals).all():
         bars = with_discrepancy(bars, plain.scores, seen.motion)
     return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.coefficients, expected)
 
 
-def _sound(
-    task: Task, problem: Problem, seen: Evaluation, residuals: np.ndarray, noise: Sequence[Noise], expected: float
-) -> dict[str, Check]:
-    """Checks of the residuals, which must hold before they are taken for noise."""
+def _of_residuals(
+    task: Task, seen: Evaluation, residuals: np.ndarray, noise: Sequence[Noise], expected: float
+) -> tuple[Check, tuple[Check, ...]]:
+    """Checks of the size of the residuals, and of their structure."""
     fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))
     left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, readings_at_rest(task))
     loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
-    gap = judge.gap_is_noise(seen.gap, expected * float(loud))
-    return {"gap": gap, **{check.name: check for check in structure_checks(left)}}
+    return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left)
 
 
 def _errors(task: Task, plain: Optimum, coefficients: InputCoefficients) -> Mapping[str, InputError]:

@@ -231,11 +231,7 @@ def _candidates(ranking: Sequence[Candidate]) -> list[str]:
 
 def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
     names = candidate.effect.split(" + ")
-    values = [
-        _value(name.rpartition(".")[2], parameter)
-        for name, parameter in candidate.parameters.items()
-        if name.rpartition(".")[0] in names
-    ]
+    values = [_value(parameter) for name, parameter in candidate.parameters.items() if name.rpartition(".")[0] in names]
     numbers = (f"{candidate.gap_after:.3f}", f"{candidate.evidence:.0f}")
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
@@ -243,7 +239,7 @@ def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
     return [(named[i], *(numbers if i == 0 else ("", "")), said[i]) for i in range(lines)]
 
 
-def _value(name: str, parameter: ParameterSummary) -> str:
+def _value(parameter: ParameterSummary) -> str:
     """A value with its error; the name is left out, the unit tells."""
     value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
     shown = "" if unit == "-" else f" {unit}"

@@ -28,14 +28,14 @@ def plan_report(summary: PlanSummary) -> str:
         f"{summary.study}\n{'=' * WIDTH}",
         paragraph(first),
         section("The next record", numbered(one.says for one in best)),
-        section("What each would add", _rows(summary, best)),
+        section("What each would add", _rows(best)),
         section("What to doubt", items(summary.remarks)),
         GLOSSARY,
     ]
     return "\n\n".join(part for part in parts if part)
 
 
-def _rows(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> list[str]:
+def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     names = list(best[0].errors)
     head = ("", "cost", "told apart", *(f"error of {name}" for name in names))
     rows = [

@@ -47,8 +47,6 @@ class Pendulum(eqx.Module):
         L, equivalent length: moment of inertia over mass and distance of the centre of mass.
     inertia : () in kg m^2
     damping : () in N m s
-    zero : () in rad
-        Reading of the angle where the pendulum hangs down.
     pivot : Guide
         With the friction in N m.
     laws : tuple of PivotLaw
@@ -57,7 +55,6 @@ class Pendulum(eqx.Module):
     length: jax.Array
     inertia: jax.Array
     damping: jax.Array
-    zero: jax.Array
     pivot: Guide
     laws: tuple[PivotLaw, ...] = ()
 
@@ -134,8 +131,8 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
     known = conditions["mass"] * conditions["centre_distance"]
     inertia = jnp.where(known > 0.0, known * values["length"], conditions["moment_of_inertia"])
     pivot = Guide(values["friction"])
-    length, damping, zero = (values[name] for name in ("length", "damping", "angle_zero"))
-    return Pendulum(length, inertia, damping, zero, pivot, laws_of(PivotLaw, laws))
+    length, damping = values["length"], values["damping"]
+    return Pendulum(length, inertia, damping, pivot, laws_of(PivotLaw, laws))
 
 
 def _start(system: Pendulum, values: Values, conditions: Values, inputs: Any) -> Start:
@@ -145,7 +142,7 @@ def _start(system: Pendulum, values: Values, conditions: Values, inputs: Any) ->
 
 def _observe(system: Pendulum, state: PendulumState, mode: PendulumMode, inputs: Any) -> dict[str, jax.Array]:
     """Angle in rad."""
-    return {"angle": state.angle + system.zero}
+    return {"angle": state.angle}
 
 
 SMOOTH = 0.15

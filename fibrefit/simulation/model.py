@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.parameter import ByInverse, Parameter
+from fibrefit.core.roles import FORCES
 from fibrefit.effects.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.effects.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
@@ -174,7 +175,7 @@ class Model:
         if chain := chain_of(laws):
             lags, late_by, zero = chain
             jumps = jumps._replace(instants=jumps.instants + late_by)
-            for role in (role for role in channels if role.startswith("force")):
+            for role in [role for role in channels if role in FORCES]:
                 motion = (system, times, count, inputs, solution)
                 channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
         channels = asked_for(laws, channels, times) if "force" not in inputs else channels
@@ -185,8 +186,8 @@ class Model:
         for sensor in sensors:
             channels = sensor.measure(channels, times)
         channels = {role: reading for role, reading in channels.items() if role != "acceleration"}
-        if "position_zero" in values:
-            channels["position"] = channels["position"] + values["position_zero"]
+        zeros = {role: values[f"{role}_zero"] for role in channels if f"{role}_zero" in values}
+        channels |= {role: channels[role] + zero for role, zero in zeros.items()}
         return Response(channels, bare(solution) if extended else solution, jumps)
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, ROLES, STATES
+from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
 from fibrefit.discovery.engine.priors import Heights
@@ -216,7 +216,7 @@ def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]
         rate = np.gradient(stretch, axis=1) / np.gradient(times, axis=1)
         known |= {"tension": states["tension"], "stretch": stretch, "stretch rate": rate}
     there = {variable: (values[moving], steps) for variable, values in known.items()}
-    forces = [values[moving] for channel, values in found.readings.items() if channel.startswith("force")]
+    forces = [values[moving] for channel, values in found.readings.items() if channel in FORCES]
     if forces:
         there["force"] = np.concatenate(forces), np.tile(steps, len(forces))
     return there

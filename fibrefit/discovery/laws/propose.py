@@ -46,7 +46,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
     readings : sequence of Reading
         Free curves on top of it, the best first.
     """
-    laws = _composed(search, readings)
+    laws = _composed(readings)
     if not laws:
         return None
     search.tell("fitting laws to the free curves", None)
@@ -63,7 +63,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
     return ranked[0][0], _told(search, parent, ranked, readings)
 
 
-def _composed(search: Search, readings: Sequence[Reading]) -> list[Composed]:
+def _composed(readings: Sequence[Reading]) -> list[Composed]:
     """The laws worth a fit: of each of the best curves the forms that follow it best."""
     found = []
     for reading in readings[:CURVES]:

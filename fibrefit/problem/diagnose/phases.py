@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.roles import BACK, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
+from fibrefit.core.roles import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.simulation.model import Response
@@ -107,7 +107,7 @@ def _known(response: Response, fibres: tuple[tuple[np.ndarray, np.ndarray], ...]
         known = {"position": states.angle, "speed": states.rate}
     else:
         known = {"position": states.position, "speed": states.velocity}
-    forces = [reading for name, reading in channels.items() if name.startswith("force")]
+    forces = [reading for name, reading in channels.items() if name in FORCES]
     if forces:
         known["tension"] = np.maximum.reduce(forces)
     if fibres:

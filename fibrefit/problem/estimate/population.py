@@ -65,10 +65,10 @@ def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
     return 0.0 if share <= cumulated[0] else float(np.exp(np.interp(share, cumulated, edges)))
 
 
-def quantiles(evidence: MarginalLikelihood, index: int, shares: tuple[float, ...] = INSIDE_95) -> tuple[float, ...]:
-    """Quantiles of one shared coordinate over all standard deviations between records."""
+def quantiles(evidence: MarginalLikelihood, index: int) -> tuple[float, ...]:
+    """Ends of the 95 % interval of one shared coordinate over all standard deviations between records."""
     middles, error = evidence.z[:, index], np.sqrt(np.maximum(evidence.covariance[:, index, index], 0.0))
-    return tuple(mixture_quantile(evidence.weight, middles, error, share) for share in shares)
+    return tuple(mixture_quantile(evidence.weight, middles, error, share) for share in INSIDE_95)
 
 
 def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, share: float) -> float:

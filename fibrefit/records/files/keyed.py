@@ -78,7 +78,7 @@ def _object(line: str, where: str) -> Any:
         raise DataError(where, f'JSON that ends or breaks off: {said} ("{line[-30:]}")', "a whole object", do) from None
 
 
-def _flat(item: Any, prefix: str = "") -> dict[str, Any]:
+def _flat(item: Any) -> dict[str, Any]:
     """Values of an object by their names, those of objects inside it too."""
     found: dict[str, Any] = {}
     for key, value in item.items() if isinstance(item, dict) else ():

@@ -10,6 +10,8 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.problem.estimate.gauss_newton import PosteriorMode
+from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of
@@ -173,15 +175,11 @@ def own_values_about(best: Weighed, found: ThreeModels, answer: Answer) -> OwnVa
     Where each record has its own anyway, they are those; else one step from the mode, with the record's own matrix.
     """
     if answer == "per_record":
-        return _of_mode(found.own.mode.unknowns.scattering, found.own.mode, np.zeros(0))
-    return _of_mode(best.evidence.mode.unknowns.scattering, best.evidence.mode, best.evidence.mode.sigma)
+        return _of_mode(found.own.mode.unknowns.scattering, found.own.mode)
+    return _of_mode(best.evidence.mode.unknowns.scattering, best.evidence.mode)
 
 
-def _of_mode(scattering: np.ndarray, at: object, sigma: np.ndarray) -> OwnValues:
-    from fibrefit.problem.estimate.gauss_newton import PosteriorMode
-    from fibrefit.problem.estimate.schur import solved
-
-    assert isinstance(at, PosteriorMode)
+def _of_mode(scattering: np.ndarray, at: PosteriorMode) -> OwnValues:
     unknowns, normal, n = at.unknowns, at.normal, len(at.unknowns.each)
     inverse = solved(normal.blocks, np.broadcast_to(np.eye(normal.blocks.shape[-1]), normal.blocks.shape))
     step = -np.einsum("rij,rj->ri", inverse, normal.pulls)[:, n:]

@@ -188,7 +188,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     tell = progress or quiet
     rivals = aim.rivals or _of_discovery(study)
     purpose = aim.purpose or ("rivals" if rivals else "errors")
-    _refuse(aim, rivals, purpose)
+    _refuse(rivals, purpose)
     study = _without(study, rivals)
     task = task_of(study)
     choices = options_of(task)
@@ -209,7 +209,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
 
 
-def _refuse(aim: Aim, rivals: Sequence[str], purpose: str) -> None:
+def _refuse(rivals: Sequence[str], purpose: str) -> None:
     if rivals and len(set(rivals)) != 2:
         raise UsageError("rivals", ", ".join(rivals), "two effects", "")
     if purpose == "rivals" and not rivals:
@@ -249,7 +249,7 @@ def _rivals(
     tell("fitting the rivals", None)
     search, base = begun(task, fit, effects, tell)  # type: ignore[arg-type]
     found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
-    return [_as_found(task, found[effect]) for effect in effects]
+    return [_as_found(found[effect]) for effect in effects]
 
 
 def _typical(task: Task, effect: type[Effect]) -> Explanation:
@@ -259,7 +259,7 @@ def _typical(task: Task, effect: type[Effect]) -> Explanation:
     return Explanation(effect, values | sizes)
 
 
-def _as_found(task: Task, one: Weighed) -> Explanation:
+def _as_found(one: Weighed) -> Explanation:
     values = {name: one.local[:, j] for j, name in enumerate(one.frame.names)}
     return Explanation(one.effects[-1], values)
 
