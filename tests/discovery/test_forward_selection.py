@@ -16,6 +16,7 @@ from fibrefit.core.check import Check
 from fibrefit.core.progress import quiet
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
+from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import APART, NAMED, SIMPLER
 from fibrefit.discovery.engine.weighed import Weighed
@@ -31,7 +32,7 @@ from fibrefit.discovery.forward_selection import (
     rivals_of,
 )
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
-from fibrefit.discovery.search.search import NEARLY, Search
+from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, set_up
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
@@ -96,7 +97,7 @@ def selected(case: Case, **limits: Any) -> Selection:
 @pytest.mark.parametrize(("coefficient", "far"), [(FAINT, False), (PLAIN, True)])
 def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, far: bool) -> None:
     made = case(coefficient)
-    assert (made.search.gap(made.search.base) > NEARLY) == far
+    assert slopes_tell(made.search.gap(made.search.base)) != far
     found = selected(made)
     assert found.best.names == (VISCOUS.name,)
     (first,) = (step.summary for step in found.steps)
