@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import platform
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -38,22 +40,32 @@ COMPILER_FLAGS = (
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the platform and every package a result depends on.
+    """Versions of Python, the platform and every package a result depends on, as they were when it was first asked.
 
     Returns
     -------
     dict of str to str
         Package name to version; ``"not installed"`` where there is none.
     """
+    return dict(_versions())
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    system = {"python": platform.python_version(), "platform": platform.platform()}
+    return system | {name: _version(name) for name in PACKAGES}
+
+
+def _version(package: str) -> str:
+    """From the head of its metadata: the description behind it takes a while to parse."""
     from importlib import metadata  # a tenth of the start-up time of the command line
 
-    found = {"python": platform.python_version(), "platform": platform.platform()}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    try:
+        head = (metadata.distribution(package).read_text("METADATA") or "").partition("\n\n")[0]
+    except metadata.PackageNotFoundError:
+        return "not installed"
+    told = re.search(r"^Version: *(.+?) *$", head, re.MULTILINE)
+    return told.group(1) if told else metadata.version(package)
 
 
 def cache_directory(environment: Mapping[str, str] | None = None) -> Path:

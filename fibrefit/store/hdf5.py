@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 from fibrefit.core.allowance import Allowance
@@ -16,10 +15,11 @@ from fibrefit.core.errors import DataError
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.summaries import Provenance
 
+if TYPE_CHECKING:
+    import h5py  # where a file is written or read; who only names arrays does without
+
 #: Arrays below this size are not worth compressing.
 SMALL = 1024
-
-_TEXT = h5py.string_dtype("utf-8")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +68,8 @@ def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance
     TypeError
         If a variable holds anything but numbers, booleans or text.
     """
+    import h5py
+
     # In memory first: where a disk is full, HDF5 ends the process when it closes the file.
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         file.attrs["schema"] = schema
@@ -101,6 +103,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     DataError
         If it cannot be read as HDF5, or declares more than any result holds.
     """
+    import h5py
+
     try:
         with h5py.File(path, "r", locking=False) as file:
             file.visititems(partial(_count, Allowance(str(path), DataError)))
@@ -112,6 +116,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
 
 def _count(allowed: Allowance, name: str, item: Any) -> None:
     """Take from an allowance what a dataset is declared with, before it is read."""
+    import h5py
+
     if isinstance(item, h5py.Dataset):
         allowed.take((item.size or 0) * item.dtype.itemsize)
 
@@ -165,11 +171,14 @@ def _write_variable(group: h5py.Group, name: str, variable: Variable) -> h5py.Da
 
 def _stored_as(values: np.ndarray, name: str) -> Any:
     """Type on disk, explicit since HDF5's own defaults change."""
-    kinds = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "<i1", "U": _TEXT}
+    import h5py
+
+    text = h5py.string_dtype("utf-8")
+    kinds = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "<i1", "U": text}
     if values.dtype.kind in kinds:
         return kinds[values.dtype.kind]
     if values.dtype == object and all(isinstance(value, str) for value in values.flat):
-        return _TEXT
+        return text
     raise TypeError(f"{name}: values of type {values.dtype} cannot be stored")
 
 
@@ -178,6 +187,8 @@ def _read_group(group: h5py.Group) -> dict[str, Variable]:
 
 
 def _read_variable(dataset: h5py.Dataset) -> Variable:
+    import h5py
+
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     values = np.asarray(dataset.asstr()[()] if is_text else dataset[()])
     attributes = {name: dataset.attrs[name] for name in ("units", "long_name", "dtype") if name in dataset.attrs}

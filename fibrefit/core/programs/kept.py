@@ -188,7 +188,7 @@ def _surroundings() -> str:
     device = jax.devices()[0]
     content = {
         "versions": versions(),
-        "source": source_digest(),
+        "source": source_digest(None if (folder := programs_folder()) is None else folder / "source"),
         "device": f"{device.platform} {device.device_kind} {len(jax.devices())} {device.client.platform_version}",
         "processor": f"{platform.machine()} {_instructions()}",
         "flags": os.environ.get("XLA_FLAGS", ""),
