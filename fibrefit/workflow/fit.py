@@ -15,17 +15,17 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Estimate, Identification
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
-from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store import ResultDirectory
     from fibrefit.store.hdf5 import Variable
 
 STARTS = 32
@@ -83,43 +83,9 @@ class Fit(Predicts, Saved):
 
         return fit_figures(self.summary(), fit_groups(self.identification))
 
-    def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
-        """Save it as a folder.
-
-        Parameters
-        ----------
-        out : str or pathlib.Path
-            Folder, which is made.
-        force : bool
-            Replace a folder that exists.
-        stop : callable
-            Asked before each figure whether to leave out the rest of them.
-
-        Returns
-        -------
-        pathlib.Path
-            The folder.
-
-        Raises
-        ------
-        UsageError
-            If the folder exists and may not be replaced.
-        """
-        with ResultDirectory(Path(out), force=force) as directory:
-            self.write(directory, stop)
-        return directory.out
-
-    def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
-        summary, groups = self.summary(), self.groups()
-
-        def drawn() -> Figures:
-            from fibrefit.plots import fit_figures
-
-            return fit_figures(summary, groups)
-
-        write_parts(directory, summary, groups, self.study)
-        write_figures(directory, drawn, stop)
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
+        write_parts(directory, self.summary(), self.groups(), self.study)
 
 
 def fit_study(

@@ -21,10 +21,19 @@ class Saved(ABC):
     """A result that can be saved."""
 
     @abstractmethod
-    def write(self, directory: ResultDirectory) -> None:
-        """Write all files into a folder that is being made."""
+    def plot(self) -> Figures:
+        """Its figures by name."""
 
-    def save(self, out: Path | str, *, force: bool = False) -> Path:
+    @abstractmethod
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write all files but the figures into a folder that is being made."""
+
+    def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
+        """Write all files into a folder that is being made."""
+        self.write_data(directory)
+        write_figures(directory, self.plot, stop)
+
+    def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Write all files of the result into a folder, whole or not at all.
 
         Parameters
@@ -33,6 +42,8 @@ class Saved(ABC):
             Folder of the result.
         force : bool
             Replace an earlier result there.
+        stop : callable
+            Asked before each figure whether to leave out the rest of them.
 
         Returns
         -------
@@ -45,7 +56,7 @@ class Saved(ABC):
             If the folder exists and may not be replaced.
         """
         with ResultDirectory(Path(out), force=force) as directory:
-            self.write(directory)
+            self.write(directory, stop)
         return directory.out
 
 

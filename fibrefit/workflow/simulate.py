@@ -17,7 +17,7 @@ from fibrefit.store.files import write_whole
 from fibrefit.study import Study, as_study
 from fibrefit.workflow.prediction.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
-from fibrefit.workflow.saved import Saved, write_figures
+from fibrefit.workflow.saved import Saved
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,15 +102,14 @@ class Simulation(Shown, Saved):
 
         return simulation_figures(self.task, self.readings)
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``simulated/<record>.csv`` and the figures."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``simulated/<record>.csv``."""
         for r, trace in enumerate(self.task.traces):
             headers, columns = self.table(r)
             rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
             path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, "\n".join(rows) + "\n")
-        write_figures(directory, self.plot)
 
 
 def simulate_study(study: Study | str | Path) -> Simulation:

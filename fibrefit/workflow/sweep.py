@@ -25,7 +25,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import model_of
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
 
 if TYPE_CHECKING:
@@ -92,14 +92,13 @@ class Sweep(AnyResult, Saved):
 
         return sweep_figures(self.curves)
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv``, the study and the figures."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv`` and the study."""
         write_parts(directory, self.summary(), self.groups(), self.study)
         folder = directory.path / "curves"
         folder.mkdir(parents=True, exist_ok=True)
         for curve, stem in zip(self.curves, _stems(self.curves), strict=True):
             write_whole(folder / f"{stem}.csv", _table(curve))
-        write_figures(directory, self.plot)
 
 
 def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) -> Sweep:

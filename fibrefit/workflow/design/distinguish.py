@@ -24,7 +24,7 @@ from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
-from fibrefit.workflow.saved import Saved, write_figures
+from fibrefit.workflow.saved import Saved
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -89,10 +89,9 @@ class Confused(AnyResult, Saved):
 
         return confusion_figures(self.summary())
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json`` and the figure."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``."""
         write_summary(directory.path, self.summary())
-        write_figures(directory, self.plot)
 
 
 def confuse_study(

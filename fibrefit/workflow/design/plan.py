@@ -30,7 +30,7 @@ from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
-from fibrefit.workflow.saved import Saved, write_figures
+from fibrefit.workflow.saved import Saved
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -142,10 +142,9 @@ class RecordPlan(AnyResult, Saved):
 
         return plan_figures(self.summary())
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json`` and the figure."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``."""
         write_summary(directory.path, self.summary())
-        write_figures(directory, self.plot)
 
 
 REMARKS = (

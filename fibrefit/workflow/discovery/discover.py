@@ -26,7 +26,7 @@ from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -145,8 +145,8 @@ class Discovery(Predicts, Saved):
 
         return discovery_figures(self.summary(), discovery_groups(self.finding))
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model and the figures."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model."""
         added = self.added
         if (law := self.finding.proposed_law) is not None:
             folder = directory.path / LAWS
@@ -154,7 +154,6 @@ class Discovery(Predicts, Saved):
             (folder / law.file).write_text(law.source, encoding="utf-8")
             added = (*added, str(directory.out / law.summary.effect))
         write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
-        write_figures(directory, self.plot)
 
 
 def discover_study(

@@ -19,7 +19,6 @@ from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.prediction import prediction_report
-from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -32,10 +31,11 @@ from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import Known, known_from, known_of
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.prepare import model_of, read_records
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store import ResultDirectory
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,10 +72,9 @@ class Prediction(Predicted, AnyResult, Saved):
         whole = self.sigma(*self.parts)
         return prediction_figures(self.task, self.seen.motion.readings, self.sigma("values"), whole)
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
         write_parts(directory, self.summary(), self.groups(), self.study)
-        write_figures(directory, self.plot)
 
 
 def predict_study(

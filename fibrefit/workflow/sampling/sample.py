@@ -20,7 +20,6 @@ from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
 from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
-from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
@@ -32,10 +31,11 @@ from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, SamplingOptions
 from fibrefit.workflow.sampling.progress import followed
 from fibrefit.workflow.sampling.start import CHAINS, begin
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
+    from fibrefit.store import ResultDirectory
     from fibrefit.store.hdf5 import Variable
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
@@ -108,10 +108,9 @@ class Sampled(Predicts, Findings, Saved):
 
         return prior_figures(self.posterior, names)
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` and the figures into a folder that is being made."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
         write_parts(directory, self.summary(), self.groups(), self.study)
-        write_figures(directory, self.plot)
 
 
 def settings_of(asked: Mapping[str, Any]) -> Settings:

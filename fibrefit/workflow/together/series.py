@@ -20,7 +20,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_figures, write_parts
+from fibrefit.workflow.saved import Saved, write_parts
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
 from fibrefit.workflow.together.pooled import population_summary, trend_summary
@@ -146,12 +146,11 @@ class SeriesResult(AnyResult, Saved):
 
         return series_figures(self.summary())
 
-    def write(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model, the table and the figures."""
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model and the table."""
         winner = files.winning_study(self.study, self.verdict)
         write_parts(directory, self.summary(), self.groups(), winner)
         write_table(directory.path / "table", self.to_dataframe())
-        write_figures(directory, self.plot)
 
 
 def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress | None = None) -> SeriesResult:
