@@ -31,7 +31,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.effects.catalogue import look_alikes
 from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.study.summaries.discovery import Separation, Unexplained, Verdict
 
@@ -275,6 +275,6 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     )
     enough, coefficients = time_for_gls(budget.left, budget.seconds), coefficients_of(search, best)
     return identify(
-        nearby, FINAL_STARTS if coefficients is None else 1, seed, coefficients=coefficients, whiten=enough,
+        nearby, FINAL_STARTS if coefficients is None else 1, seed, How(whiten=enough, coefficients=coefficients),
         progress=search.tell, stop=lambda: budget.left < 0.0,
     )  # fmt: skip

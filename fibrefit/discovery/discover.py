@@ -13,7 +13,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.setup import begun
 from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.discovery import Unexplained
@@ -43,7 +43,12 @@ def discover(
     limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(limits.seconds)
     before = identify(
-        task, STARTS, limits.seed, whiten=False, progress=progress, stop=lambda: budget.used > BASE * limits.seconds
+        task,
+        STARTS,
+        limits.seed,
+        How(whiten=False),
+        progress=progress,
+        stop=lambda: budget.used > BASE * limits.seconds,
     )
     if reasons := _broken(before):
         return _not_trusted(before, reasons, budget)

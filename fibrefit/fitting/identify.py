@@ -40,15 +40,31 @@ from fibrefit.problem.task import Task
 Stop = Callable[[], bool]
 
 
+class How(NamedTuple):
+    """How a task is identified.
+
+    Parameters
+    ----------
+    robust, profile : bool
+        Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
+    whiten : bool
+        Whether to whiten where inputs are noisy too, which takes long.
+    coefficients : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs from an earlier identification, to begin with.
+    """
+
+    robust: bool = False
+    profile: bool = False
+    whiten: bool = True
+    coefficients: InputCoefficients | None = None
+
+
 def identify(
     task: Task,
     starts: int = 32,
     seed: int = 0,
+    how: How | None = None,
     *,
-    robust: bool = False,
-    profile: bool = False,
-    coefficients: InputCoefficients | None = None,
-    whiten: bool = True,
     progress: Progress | None = None,
     stop: Stop = lambda: False,
 ) -> Identification:
@@ -61,12 +77,7 @@ def identify(
         Number of starts, the one from the data included.
     seed : int
         Of the scatter of starts.
-    robust, profile : bool
-        Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of measured inputs from an earlier identification, to begin with.
-    whiten : bool
-        Whether to whiten where inputs are noisy too, which takes long.
+    how : How, optional
     progress : callable, optional
         Told what is being done and the share that is finished.
     stop : callable
@@ -79,8 +90,8 @@ def identify(
     KeyboardInterrupt
         If it is stopped before anything is known.
     """
-    began, tell = time.perf_counter(), progress or quiet
-    task = _softened(task) if robust else task
+    began, tell, how = time.perf_counter(), progress or quiet, how or How()
+    task, coefficients = _softened(task) if how.robust else task, how.coefficients
     searched = (
         replace(task, problem=corrected(task.problem, input_errors(task), coefficients)) if coefficients else task
     )
@@ -91,8 +102,8 @@ def identify(
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, second, coefficients, whiten)
-    if profile:
+    found_all = _concluded(task, found, values, second, coefficients, how.whiten)
+    if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
     if stop():

@@ -45,18 +45,48 @@ if TYPE_CHECKING:
     from fibrefit.study.parameters import PriorSetting
 
 
+class ChainStart(NamedTuple):
+    """Where the chains begin.
+
+    Parameters
+    ----------
+    values : (n_free,) in SI units
+        The best fit by plain least squares.
+    coefficients : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs that suit it.
+    basins : sequence of (n_free,) in SI units
+        Other minima of the multi-start: modes are looked for from each.
+    """
+
+    values: np.ndarray
+    coefficients: InputCoefficients | None = None
+    basins: Sequence[np.ndarray] = ()
+
+
+class PosteriorRequest(NamedTuple):
+    """What posterior is asked for.
+
+    Parameters
+    ----------
+    noise : {"auto", "white", "autoregressive", "coloured"}
+        Noise spectrum; ``"auto"`` lets the residuals of the start choose.
+    heavy : bool
+        Student's t (heavy-tailed) likelihood instead of a normal one.
+    settings : Settings
+    """
+
+    noise: str = "auto"
+    heavy: bool = False
+    settings: Settings = Settings()
+
+
 def sample_posterior(
     task: Task,
-    start: np.ndarray,
+    begin: ChainStart,
+    asked: PosteriorRequest | None = None,
     *,
-    coefficients: InputCoefficients | None = None,
     stated: Mapping[str, PriorSetting | Prior] | None = None,
-    basins: Sequence[np.ndarray] = (),
-    noise: str = "auto",
-    heavy: bool = False,
-    settings: Settings | None = None,
     checkpoint_file: Path | None = None,
-    resume: bool = False,
     progress: Callable[[SamplerProgress], None] | None = None,
 ) -> Posterior:
     """The joint posterior of all free values and of the noise.
@@ -64,23 +94,13 @@ def sample_posterior(
     Parameters
     ----------
     task : Task
-    start : (n_free,) in SI units
-        The best fit by plain least squares.
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of measured inputs that suit it.
+    begin : ChainStart
+    asked : PosteriorRequest, optional
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
-    basins : sequence of (n_free,) in SI units
-        Other minima of the multi-start: modes are looked for from each.
-    noise : {"auto", "white", "autoregressive", "coloured"}
-        Noise spectrum; ``"auto"`` lets the residuals of the start choose.
-    heavy : bool
-        Student's t (heavy-tailed) likelihood instead of a normal one.
-    settings : Settings
     checkpoint_file : pathlib.Path or None
-        Holds the chains while they grow.
-    resume : bool
-        Go on from that file, where there is one; the result is the same to the last bit.
+        Holds the chains while they grow. Where there is one, they go on from there; the result is the same to the last
+        bit.
     progress : callable, optional
 
     Returns
@@ -94,15 +114,16 @@ def sample_posterior(
     UsageError
         If the checkpoint belongs to another run, or the settings cannot work.
     """
-    began, settings = time.perf_counter(), settings or Settings()
-    start = np.asarray(start, dtype=float)
-    ready = _prepare(task, start, coefficients or None, stated or {}, noise, heavy, settings)
+    began, asked = time.perf_counter(), asked or PosteriorRequest()
+    begin = begin._replace(values=np.asarray(begin.values, dtype=float))
+    ready = _prepare(task, begin, stated or {}, asked)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
     found = [
-        find_mode(ready.density, coordinates_of(ready.density, values), every)[0] for values in (ready.values, *basins)
+        find_mode(ready.density, coordinates_of(ready.density, values), every)[0]
+        for values in (ready.values, *begin.basins)
     ]
-    modes = sample_modes(ready.target, distinct(found), settings, checkpoint_file, resume, progress)
-    return _concluded(task, start, ready, modes, settings, began)
+    modes = sample_modes(ready.target, distinct(found), asked.settings, checkpoint_file, True, progress)
+    return _concluded(task, begin.values, ready, modes, asked.settings, began)
 
 
 class _Ready(NamedTuple):
@@ -135,26 +156,20 @@ class _Ready(NamedTuple):
 
 
 def _prepare(
-    task: Task,
-    start: np.ndarray,
-    coefficients: InputCoefficients | None,
-    stated: Mapping[str, PriorSetting | Prior],
-    noise: str,
-    heavy: bool,
-    settings: Settings,
+    task: Task, begin: ChainStart, stated: Mapping[str, PriorSetting | Prior], asked: PosteriorRequest
 ) -> _Ready:
-    known, layout = input_errors(task), task.problem.layout
+    known, layout, start = input_errors(task), task.problem.layout, begin.values
     if not known:
-        return _of_exact_inputs(_in_steps(task, start), start, stated, (noise, heavy, settings))
-    plain, found = cleaned(task, known, start, coefficients)
+        return _of_exact_inputs(_in_steps(task, start), start, stated, asked)
+    plain, found = cleaned(task, known, start, begin.coefficients or None)
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
-    model = noise_model_of(plain, linear, noise, heavy, True)
+    model = noise_model_of(plain, linear, asked.noise, asked.heavy, True)
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
     there = settled(task, known, start, found, whitening, level)
     priors = priors_of(layout, task.problem.model, there.values, stated)
     density = density_of(there.task.problem, priors, model.likelihood)
-    target = _target(task, priors, density, settings)
+    target = _target(task, priors, density, asked.settings)
     return _Ready(linear, model, priors, density, target, there.values, there.widening, there.hausman)
 
 
@@ -171,7 +186,7 @@ def _of_exact_inputs(
     task: Task,
     start: np.ndarray,
     stated: Mapping[str, PriorSetting | Prior],
-    asked: tuple[str, bool, Settings],
+    asked: PosteriorRequest,
 ) -> _Ready:
     """The noise is what is left where records may differ; the mode and its deviations are those of a fit."""
     problem, layout, (noise, heavy, settings) = task.problem, task.problem.layout, asked

@@ -11,9 +11,10 @@ from jax.custom_batching import sequential_vmap
 from jax.flatten_util import ravel_pytree
 
 from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM, InvertedPendulum
+from fibrefit.rigs.rig import Start
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.sensitivity import solve
-from fibrefit.simulation.switched import select
+from fibrefit.simulation.switched import Grid, select
 
 WATCHED = 12
 """Periods over which a motion that is not periodic is evaluated."""
@@ -253,7 +254,7 @@ def _max_angle(lowest: jax.Array, highest: jax.Array) -> jax.Array:
 
 
 def _period(system: InvertedPendulum, drive: Drive, state: Any, mode: Any) -> Any:
-    return solve(system, state, drive.times[0], mode, drive.times, drive.count, drive.inputs)
+    return solve(system, Start(state, mode, drive.times[0]), Grid(drive.times, drive.count, drive.inputs))
 
 
 def _end(solution: Any, drive: Drive) -> tuple[Any, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 from fibrefit.simulation.batching import partition
 from fibrefit.simulation.inputs import inputs_at, row
 from fibrefit.simulation.steps import System, explicit, plus
-from fibrefit.simulation.switched import ARCS, Arcs, Inputs, Solution, select, take, write
+from fibrefit.simulation.switched import ARCS, Arcs, Grid, Inputs, Solution, select, take, write
 from fibrefit.simulation.variation import Leaves, Piece, explicit_maps, stiff_maps
 
 PACK = 4
@@ -71,21 +71,15 @@ class _Pass(NamedTuple):
 
 
 def propagate_tangents(
-    which: tuple[int, ...],
-    system: System,
-    inputs: Inputs,
-    times: jax.Array,
-    count: jax.Array,
-    solution: Solution,
-    tangents: Tangents,
+    which: tuple[int, ...], system: System, grid: Grid, solution: Solution, tangents: Tangents
 ) -> TrajectoryTangents:
     """Forward sensitivity of a motion, from the tangents of its system, inputs and initial state.
 
     Parameters
     ----------
     which : tuple of int
-        Leaves of ``(system, inputs)`` that have tangents.
-    system, inputs, times, count
+        Leaves of ``(system, grid.inputs)`` that have tangents.
+    system, grid
         As given to `solve`.
     solution : Solution
     tangents : Tangents
@@ -94,7 +88,7 @@ def propagate_tangents(
     -------
     TrajectoryTangents
     """
-    number = tangents.start_time.shape[0]
+    number, (times, count, inputs) = tangents.start_time.shape[0], grid
     tangents = jax.tree.map(_padded, tangents)
     flow = _LinearFlow(which, system, inputs, times, solution, tangents.laws)
     arcs, last = solution.arcs, count.astype(jnp.int32) - 1

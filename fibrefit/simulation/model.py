@@ -21,7 +21,7 @@ from fibrefit.simulation.jumps import Jumps, jumps_of
 from fibrefit.simulation.pieces import pieces_of
 from fibrefit.simulation.sensing import behind, chain_of
 from fibrefit.simulation.sensitivity import solve
-from fibrefit.simulation.switched import Solution
+from fibrefit.simulation.switched import Grid, Solution
 
 
 class Experiment(NamedTuple):
@@ -166,8 +166,8 @@ class Model:
         first = inputs_at(inputs, times, jnp.int32(0), times[0])
         extended = isinstance(system, Extended)
         start = system.start(values, first) if extended else self.rig.start(system, values, conditions, first)
-        begin = times[0] if start.time is None else start.time
-        solution = solve(system, start.state, begin, start.mode, times, count, inputs)
+        begin = start._replace(time=times[0] if start.time is None else start.time)
+        solution = solve(system, begin, Grid(times, count, inputs))
 
         observe, here = partial(_observe, self.rig, system), _at_samples(inputs, times)
         channels = jax.vmap(observe)(solution.states, solution.modes, here)

@@ -13,49 +13,39 @@ from typing import Any
 import jax
 import numpy as np
 
+from fibrefit.rigs.rig import Start
 from fibrefit.simulation.batching import materialise, nonzero_leaves, sequential
 from fibrefit.simulation.forward_sensitivity import Tangents, TrajectoryTangents, propagate_tangents
-from fibrefit.simulation.steps import Mode, State, System
-from fibrefit.simulation.switched import Inputs, Solution, integrate
+from fibrefit.simulation.steps import System
+from fibrefit.simulation.switched import Grid, Solution, integrate
 
 
 @partial(jax.custom_jvp)
-def solve(
-    system: System, start: State, start_time: jax.Array, mode: Mode, times: jax.Array, count: jax.Array, inputs: Inputs
-) -> Solution:
+def solve(system: System, begin: Start, grid: Grid) -> Solution:
     """Integrate a switched system over a grid of instants.
 
     Parameters
     ----------
     system : System
         Pytree of parameter values.
-    start : pytree
-        State at `start_time`; it is held until then.
-    start_time : () in s
-        Not before ``times[0]``.
-    mode : pytree of () int
-        Mode at `start_time`.
-    times : (n_time,) in s
-        Increasing. A point is also a bound on the step: nothing finer than a few steps is resolved.
-    count : () int
-        Number of points that matter; the rest is padding and keeps the starting state.
-    inputs : dict of Course
-        Measured inputs, between the same points.
+    begin : Start
+        State and mode at its time, not before the first instant; the state is held until then.
+    grid : Grid
 
     Returns
     -------
     Solution
-        Its states and arcs are differentiable in `system`, `start`, `start_time` and `inputs`, in forward mode.
+        Its states and arcs are differentiable in `system`, in state and time of `begin`, and in the inputs, forwards.
     """
-    return integrate(system, start, mode, start_time, times, count, inputs)
+    return integrate(system, begin, grid)
 
 
 @partial(solve.defjvp, symbolic_zeros=True)
 def _solve_jvp(primals: Any, tangents: Any) -> tuple[Solution, Solution]:
-    d_system, d_start, d_start_time, *_, d_inputs = tangents
-    which = nonzero_leaves((d_system, d_inputs))
-    laws = [jax.tree.leaves((d_system, d_inputs))[i] for i in which]
-    inward = Tangents(laws, jax.tree.leaves(jax.tree.map(materialise, d_start)), materialise(d_start_time))
+    d_system, d_begin, d_grid = tangents
+    which = nonzero_leaves((d_system, d_grid.inputs))
+    laws = [jax.tree.leaves((d_system, d_grid.inputs))[i] for i in which]
+    inward = Tangents(laws, jax.tree.leaves(jax.tree.map(materialise, d_begin.state)), materialise(d_begin.time))
     solution, moved = sequential(partial(_solution_and_tangents, which))(
         primals, jax.tree.map(lambda d: d[None], inward)
     )
@@ -65,9 +55,9 @@ def _solve_jvp(primals: Any, tangents: Any) -> tuple[Solution, Solution]:
 def _solution_and_tangents(
     which: tuple[int, ...], given: tuple, tangents: Tangents
 ) -> tuple[Solution, TrajectoryTangents]:
-    system, start, start_time, mode, times, count, inputs = given
-    solution = integrate(system, start, mode, start_time, times, count, inputs)
-    return solution, propagate_tangents(which, system, inputs, times, count, solution, tangents)
+    system, begin, grid = given
+    solution = integrate(system, begin, grid)
+    return solution, propagate_tangents(which, system, grid, solution, tangents)
 
 
 def _as_tangent(solution: Solution, moved: TrajectoryTangents) -> Solution:

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jax.custom_batching import sequential_vmap
 
+from fibrefit.rigs.rig import Start
 from fibrefit.simulation.inputs import Course, inputs_at, row
 from fibrefit.simulation.inputs import Signals as Signals
 from fibrefit.simulation.steps import Mode, State, System, flow
@@ -27,6 +28,24 @@ BEYOND = 1e-3
 """Share of the distance to a located switch by which the next trial goes beyond it."""
 LEAST_SHARE = 0.1
 """Least margin at the start of a search, as a share of the violation at its end."""
+
+
+class Grid(NamedTuple):
+    """Instants at which a motion is asked for, and what drives it.
+
+    Parameters
+    ----------
+    times : (n_time,) in s
+        Increasing. A point is also a bound on the step: nothing finer than a few steps is resolved.
+    count : () int
+        Number of points that matter; the rest is padding and keeps the starting state.
+    inputs : dict of Course
+        Measured inputs, between the same points.
+    """
+
+    times: jax.Array
+    count: jax.Array  # type: ignore[assignment]
+    inputs: Inputs
 
 
 class Arcs(NamedTuple):
@@ -286,9 +305,9 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
     )
 
 
-def _integrate(
-    system: System, start: State, mode: Mode, start_time: jax.Array, times: jax.Array, count: jax.Array, inputs: Inputs
-) -> Solution:
+def _integrate(system: System, begin: Start, grid: Grid) -> Solution:
+    (start, mode, start_time), (times, count, inputs) = begin, grid
+    assert start_time is not None
     n_time = times.shape[0]
     step = jnp.clip(jnp.searchsorted(times, start_time, side="right") - 1, 0, n_time - 2).astype(jnp.int32)
     rows = lambda size: lambda value: jnp.broadcast_to(value, (size, *jnp.shape(value)))  # noqa: E731

@@ -27,12 +27,12 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.effects.law import Effect, Moment, SensorLaw, laws_of
-from fibrefit.rigs.rig import Values
+from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of
 from fibrefit.simulation.model import Experiment, Model, Response, known_conditions, pushed_by
 from fibrefit.simulation.sensitivity import solve
-from fibrefit.simulation.switched import Solution, take
+from fibrefit.simulation.switched import Grid, Solution, take
 
 ROUGH, EXACT = 3, 2
 """Simulations of a window that look for its start, with a rough derivative and with that of the motion itself."""
@@ -127,7 +127,8 @@ def _followed(window: _Window, start: jax.Array) -> Solution:
     """Motion from a start ``(2,)``: position [m] and velocity [m/s]."""
     state, mode = window.system.begin(start[0], start[1], take(window.here, 0))
     times = window.times
-    return solve(window.system, state, times[0], mode, times, jnp.int32(len(times)), window.driven)
+    grid = Grid(times, jnp.int32(len(times)), window.driven)
+    return solve(window.system, Start(state, mode, times[0]), grid)
 
 
 def _best_start(given: tuple[_Window, Signals, jax.Array]) -> tuple[jax.Array, jax.Array]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import Progress
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Estimate, Identification
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
@@ -145,5 +145,5 @@ def fit_study(
         stopped = KeyboardInterrupt()
         stopped.add_note("Nothing is known yet; nothing was written.")
         raise stopped
-    found = identify(task, starts=starts, seed=seed, robust=robust, profile=profile, progress=progress, stop=stop)
+    found = identify(task, starts, seed, How(robust, profile), progress=progress, stop=stop)
     return Fit(study, records, found, seed)

@@ -20,7 +20,14 @@ from emcee import EnsembleSampler
 
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
-from fibrefit.sampling.sample import coordinates_of, density_of, noise_model_of, sample_posterior
+from fibrefit.sampling.sample import (
+    ChainStart,
+    PosteriorRequest,
+    coordinates_of,
+    density_of,
+    noise_model_of,
+    sample_posterior,
+)
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Batched
 from fibrefit.study import load_study
@@ -127,9 +134,9 @@ def test_growth_with_records() -> None:
 
 def test_effective_draws_a_second(measured: tuple[Task, np.ndarray]) -> None:
     task, values = measured
-    sample_posterior(task, values, settings=Settings(max_steps=5))
+    sample_posterior(task, ChainStart(values), PosteriorRequest(settings=Settings(max_steps=5)))
     began = time.perf_counter()
-    found = sample_posterior(task, values, settings=Settings(seed=1))
+    found = sample_posterior(task, ChainStart(values), PosteriorRequest(settings=Settings(seed=1)))
     seconds = time.perf_counter() - began
     ess = float(min(found.course.mixing.ess_bulk.min(), found.course.mixing.ess_tail.min()))
     print(f"\nwhole way, warm: {seconds:.1f} s, of it chains {found.course.seconds:.1f} s; ", end="")

@@ -45,7 +45,7 @@ def parts() -> dict[str, float]:
         records = read_records(study)
         task = task_of(study, records)
     with part("fit, error bars, checks"):
-        fit = Fit(study, records, identify(task, starts=32, seed=0, robust=False, profile=False), 0)
+        fit = Fit(study, records, identify(task), 0)
     with part("report"):
         fit.report()
     with part("figures and files"), tempfile.TemporaryDirectory() as folder:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.solve import gram_at
 from fibrefit.problem.task import Task
@@ -131,7 +131,7 @@ def test_a_robust_loss_lets_outliers_count_less(tmp_path: Path) -> None:
         force[where] += 40.0 * random.choice([-1.0, 1.0], 12)
         spiked.append(made.replace(one, force=force))
     task = made.task(tmp_path, spiked)
-    plain, robust = (identify(task, starts=made.STARTS, robust=robust) for robust in (False, True))
+    plain, robust = (identify(task, made.STARTS, how=How(robust=robust)) for robust in (False, True))
     far = {name: np.linalg.norm(list(errors(f).values())) for name, f in (("plain", plain), ("robust", robust))}
     assert far["robust"] < 0.5 * far["plain"] or far["robust"] < 2.0
     distance = [abs(robust.parameters[n].value / made.TRUTH[n] - 1.0) for n in made.TRUTH]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.multistart import CHUNK, Searched, search, sobol_starts
 from fibrefit.problem.task import Task
@@ -78,7 +78,7 @@ def test_profiles_that_were_found_are_kept(task: Task) -> None:
         asked.append(True)
         return len(asked) > 2
 
-    cut = identify(task, starts=1, profile=True, stop=stop)
+    cut = identify(task, 1, how=How(profile=True), stop=stop)
     kinds = [estimate.interval_kind for estimate in cut.estimates if estimate.record is None]
     assert kinds == ["profile likelihood", "normal", "normal"]
     assert cut.checks[0].says == "Interrupted: 1 of 1 starts came to an end; what should follow them was cut short."

@@ -12,7 +12,7 @@ from fibrefit.core.check import Check
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task
 from tests.fitting import made
@@ -24,7 +24,7 @@ def fitted(
     folder: Path, more: str = "", robust: bool = False, profile: bool = False, **made_of: object
 ) -> Identification:
     options = {"share": 0.5, "seed": 3, **made_of}
-    return identify(made.task(folder, made.records(**options), more=more), starts=1, robust=robust, profile=profile)
+    return identify(made.task(folder, made.records(**options), more=more), starts=1, how=How(robust, profile))
 
 
 def test_where_noise_wanders_the_estimate_is_whitened_and_surer(found: Identification) -> None:

@@ -21,7 +21,7 @@ from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.sample import coordinates_of, sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, coordinates_of, sample_posterior
 from fibrefit.sampling.settings import Settings
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
@@ -57,7 +57,7 @@ def differing_series(
 
 
 def prepared(task: Task, noise: str = "auto") -> sampling._Ready:
-    return sampling._prepare(task, fitted(task), None, {}, noise, False, SETTINGS)
+    return sampling._prepare(task, ChainStart(fitted(task)), {}, PosteriorRequest(noise, settings=SETTINGS))
 
 
 def mode_of(ready: sampling._Ready, deviating: bool = True) -> Approximation:
@@ -74,7 +74,7 @@ def ready() -> sampling._Ready:
 @pytest.fixture(scope="module")
 def posterior() -> Posterior:
     task = differing_series(AWAY)
-    return sample_posterior(task, fitted(task), settings=SETTINGS)
+    return sample_posterior(task, ChainStart(fitted(task)), PosteriorRequest(settings=SETTINGS))
 
 
 def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: sampling._Ready, posterior: Posterior) -> None:
@@ -212,7 +212,9 @@ def test_evidence_of_three_models_is_that_of_the_likelihood() -> None:
         # Levels given and white: one density of the noise for all three.
         task = replace(task_of(list(made.traces), 0.0, effects), noise_given=("force", "position"))
         ready = prepared(task, "white")
-        posterior = sample_posterior(task, ready.values, noise="white", settings=Settings(seed=1, max_steps=400))
+        posterior = sample_posterior(
+            task, ChainStart(ready.values), PosteriorRequest(noise="white", settings=Settings(seed=1, max_steps=400))
+        )
         mode = posterior.modes[0]
         found.append((mode.evidence.log_value, mode.approximation.log_evidence, _of_fit(ready)))
         assert abs(found[-1][0] - found[-1][1]) < SURE * mode.evidence.error + LAPLACE, effects

@@ -20,7 +20,7 @@ from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.checks import assess
 from fibrefit.sampling.mode.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
 from fibrefit.sampling.posterior import Marginal, marginals, status
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
 from tests.sampling.drops import TRUTH
 from tests.sampling.targets import around, normal, target
@@ -154,7 +154,9 @@ def falling(small: tuple[Task, np.ndarray]) -> Task:
 
 def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
     stated = {"stiffness": Prior(True, 2e4, 0.5), "damping": Prior(False, 20.0, 3.0)}
-    found = sample_posterior(falling, falling.start, stated=stated, noise="coloured", settings=Settings(seed=1))
+    found = sample_posterior(
+        falling, ChainStart(falling.start), PosteriorRequest(noise="coloured", settings=Settings(seed=1)), stated=stated
+    )
     contraction = {check.name: check for check in found.checks}["every posterior is narrower than its prior"]
     assert contraction.says.startswith("Posterior / prior width of stiffness, damping exceeds 0.8 ")
     assert "what is reported is the prior" in contraction.says
@@ -175,7 +177,7 @@ def test_an_unseen_parameter_without_a_proper_prior_has_no_posterior(small: tupl
     problem = Problem(task.problem.model, task.problem.layout, blind)
     stated = {"position_zero": Prior(False, 1.0, math.inf)}
     with pytest.raises(StudyError) as refused:
-        sample_posterior(replace(task, problem=problem), values, stated=stated)
+        sample_posterior(replace(task, problem=problem), ChainStart(values), stated=stated)
     assert str(refused.value) == (
         "prior of position_zero[drop 0]: neither the data nor a prior limit position_zero[drop 0] with "
         "position_zero[drop 1]: the posterior is not a distribution; expected a proper prior, for one of them at "

@@ -17,7 +17,7 @@ from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import Variable, read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
@@ -31,7 +31,7 @@ SURE = 4.0
 @pytest.fixture(scope="module")
 def posterior(small: tuple[Task, np.ndarray]) -> Posterior:
     task, values = small
-    return sample_posterior(task, values, settings=Settings(seed=3))
+    return sample_posterior(task, ChainStart(values), PosteriorRequest(settings=Settings(seed=3)))
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior)
 @pytest.mark.slow
 def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     task, values = small
-    white = sample_posterior(task, values, noise="white", settings=Settings(seed=3))
+    white = sample_posterior(task, ChainStart(values), PosteriorRequest(noise="white", settings=Settings(seed=3)))
     assert white.noise_model.says == "Likelihood: white noise, as asked for."
     zero = "position_zero[drop 0]"
     assert posterior.marginals[zero].sd / white.marginals[zero].sd > 1.3
@@ -106,7 +106,9 @@ def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior:
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
     task = task_of(series(np.random.default_rng(1)))
-    wrong = sample_posterior(task, task.start * np.array([1.0, 1.05, *np.ones(5)]), settings=stated)
+    wrong = sample_posterior(
+        task, ChainStart(task.start * np.array([1.0, 1.05, *np.ones(5)])), PosteriorRequest(settings=stated)
+    )
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
     assert cross_validate(wrong, 1000).total == pytest.approx(found.total, abs=3.0)
 
@@ -150,7 +152,9 @@ def test_missing_physics_sets_off_the_alarm() -> None:
     """Viscous friction made the data and the model lacks it: whitening would explain it away."""
     viscous = {"guide.viscous_friction.viscous_coefficient": 6.0}
     task = task_of(series(np.random.default_rng(1), viscous, effects=(ViscousFriction,)))
-    found = sample_posterior(task, fitted(task), noise="coloured", settings=Settings(seed=0, max_steps=12))
+    found = sample_posterior(
+        task, ChainStart(fitted(task)), PosteriorRequest(noise="coloured", settings=Settings(seed=0, max_steps=12))
+    )
     checks = {check.name: check for check in found.checks}
     assert not checks["the residuals are noise"].passed
     assert "Run discover" in checks["the residuals are noise"].says
@@ -164,7 +168,7 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
     """A start a little off leads to the same mode and is not counted twice."""
     task, values = small
     beside = values * np.array([1.001, 1.02, 0.98, *np.ones(4)])
-    found = sample_posterior(task, values, basins=[beside], settings=Settings(seed=3))
+    found = sample_posterior(task, ChainStart(values, basins=[beside]), PosteriorRequest(settings=Settings(seed=3)))
     assert len(found.modes) == 1
     np.testing.assert_array_equal(found.points, posterior.points)
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.stats import chisquare
 
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
 from tests.sampling.drops import fitted, series, task_of
 
@@ -58,7 +58,9 @@ def one(noise: str, number: int) -> tuple[tuple[str, ...], np.ndarray, float]:
     own = [{name: float(PRIORS[name].quantile(random.random())) for name in ("position_zero", "release")} for _ in "ab"]
     task = task_of(series(random, shared, own=own), truth=shared, own=own)
     settings = Settings(seed=number, walkers=20, ess=200.0)
-    found = sample_posterior(task, fitted(task), stated=PRIORS, noise=noise, settings=settings)
+    found = sample_posterior(
+        task, ChainStart(fitted(task)), PosteriorRequest(noise=noise, settings=settings), stated=PRIORS
+    )
     truth = np.asarray(task.start)
     draws = found.draws.reshape(-1, found.target.size)[:, : len(truth)]
     return task.problem.layout.free_names, np.mean(draws < truth, axis=0), found.hausman.chance

@@ -169,7 +169,7 @@ class Supermodel:
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        rows = _rows(self._bare, jnp.asarray(local), *varied, horizon, self._offset)
+        rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
         return rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -205,7 +205,7 @@ def stretch_products(
     values[:, 0] = local[:, 0]
     values[:, 1 : 1 + active] = targets
     varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
-    rows = _rows(frame._bare, jnp.asarray(local), *varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
+    rows = _rows(frame._bare, jnp.asarray(local), varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
     kept = rows[:, jnp.asarray([*range(1, 1 + active), 0])]
     parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.pulls, frame.whitening)
     return np.asarray(parts[0]), np.asarray(parts[1])
@@ -225,7 +225,7 @@ def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> j
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return _rows(frame._bare, jnp.asarray(local), *varied, horizon, frame._offset)[:, 0]
+    return _rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset)[:, 0]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
@@ -287,13 +287,15 @@ def _residuals(problem: Problem, local: jax.Array, data: Observations, count: ja
 def _rows(
     problem: Problem,
     local: jax.Array,
-    columns: jax.Array,
-    targets: jax.Array,
-    active: jax.Array,
+    varied: tuple[jax.Array, jax.Array, jax.Array],
     counts: jax.Array,
     offset: jax.Array | None,
 ) -> jax.Array:
-    """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``."""
+    """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``.
+
+    What is varied: columns of the values, padded; what each is set to; and how many rows are asked for.
+    """
+    columns, targets, active = varied
 
     def one(row: tuple) -> jax.Array:
         local, target, data, count, offset = row

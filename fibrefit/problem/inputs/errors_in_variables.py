@@ -40,12 +40,9 @@ from fibrefit.problem.inputs.error_signals import (
     wave_numbers,
 )
 from fibrefit.problem.inputs.smoothing import smoother
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.simulation.model import Model
 
 InputCoefficients = Mapping[str, Any]
 THREADS = os.cpu_count() or 1
@@ -126,33 +123,20 @@ def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
         return list(pool.map(one, range(len(problem.layout.records))))
 
 
-def _of_record(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
-) -> tuple:
-    """What the compiled functions of one record are given."""
-    rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(coefficients)))
-    return problem.model, problem.layout, problem.soft_beyond, problem.layout.local(values)[r], *rows
-
-
 def _linear(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
 ) -> tuple:
     """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and sensitivities ``(n_wave, n)`` of a record."""
-    return tuple(np.asarray(part) for part in _linearised(*_of_record(problem, known, values, coefficients, r)))
+    data, *rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(coefficients)))
+    record = Problem(problem.model, problem.layout, data, problem.soft_beyond)
+    return tuple(np.asarray(part) for part in _linearised(record, problem.layout.local(values)[r], *rows))
 
 
 @eqx.filter_jit
-def _linearised(
-    model: Model,
-    layout: Layout,
-    soft_beyond: float | None,
-    local: Any,
-    data: Observations,
-    known: Any,
-    coefficients: Any,
-) -> tuple[jax.Array, jax.Array, jax.Array]:
-    problem = Problem(model, layout, data, soft_beyond)
-    columns, times = jnp.array(layout.local_free), data.experiment.times
+def _linearised(problem: Problem, local: Any, known: Any, coefficients: Any) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """The same of a problem that holds the rows of one record."""
+    data = problem.observations
+    columns, times = jnp.array(problem.layout.local_free), data.experiment.times
     inputs = taken_off(data.experiment.inputs, times, known, coefficients)
 
     def residuals(part: jax.Array, inputs: Any) -> jax.Array:

@@ -22,7 +22,7 @@ from fibrefit.discovery.forward_selection import Comparison, looked
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.gauss_newton import PosteriorMode, mode, place_of
 from fibrefit.problem.task import Task
@@ -99,7 +99,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
         Told what is being done and the share that is finished.
     """
     laws = laws_on(task.problem.model.rig)
-    before = identify(task, STARTS, seed, whiten=False, progress=tell)
+    before = identify(task, STARTS, seed, How(whiten=False), progress=tell)
     search, base = begun(task, before, [law.effect for law in laws], tell)
     first = look = looked(SpeedSearch.of(search), base, "trying each law of speed")
     while (found := _simplest(look)) and len(found.effects) < MOST_LAWS:

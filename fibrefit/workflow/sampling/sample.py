@@ -18,7 +18,7 @@ from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study
@@ -234,15 +234,10 @@ def sample_study(
     begun = begin(study, task, start, settings.seed, kept, on_progress)
     posterior = sample_posterior(
         task,
-        begun.plain,
-        coefficients=begun.coefficients,
+        ChainStart(begun.plain, begun.coefficients, begun.basins),
+        PosteriorRequest(options.noise, options.heavy, settings),
         stated=stated,
-        basins=begun.basins,
-        noise=options.noise,
-        heavy=options.heavy,
-        settings=settings,
         checkpoint_file=None if kept is None else kept / CHAINS,
-        resume=True,
         progress=followed(on_progress, settings),
     )
     return _evaluated(Sampled(study, begun, posterior, {}, _NOTHING, None, rivals, options), on_progress)
