@@ -28,7 +28,10 @@ from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-GLS = "each sample counts by what it adds to those before it, and records may differ in the rig's parameters."
+GLS = (
+    "Generalised least squares (GLS, residuals pre-whitened with the fitted noise spectrum): each sample counts by "
+    "what it adds to those before it, and records may differ in the rig's parameters."
+)
 
 
 class Sound(NamedTuple):
@@ -93,7 +96,7 @@ class Reported:
     @property
     def estimator(self) -> str:
         """Name of the method."""
-        return "plain least squares" if self.gls is None else "whitened least squares"
+        return "ordinary least squares" if self.gls is None else "generalised least squares"
 
 
 def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True) -> Reported:
@@ -118,14 +121,14 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
     if gls is not None:
         found = _of_gls(task, plain, gls)
         checks = _compared(plain, gls)
-        failed = [check.name for check in (*found.sound.failed, *checks) if not check.passed]
+        failed = [check.quantity for check in (*found.sound.failed, *checks) if not check.passed]
         if not failed:
             smaller = ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method])
-            says = f"Whitened least squares: {GLS} Error bars are {smaller:.2g} times those of plain least squares."
+            says = f"{GLS} Error bars are {smaller:.2g} times those of ordinary least squares."
             return _with_words(found, says, checks)
-        reason = f"whitening is for what is noise alone, and that is in doubt ({'; '.join(failed)})."
-    reason = reason or "the whitened search came to no end."
-    return _with_words(_of_plain(task, plain, bars, success), f"Plain least squares: {reason}", checks)
+        reason = f"residuals are not noise alone (failed: {', '.join(failed)})."
+    says = f"Ordinary least squares (OLS), no GLS step: {reason or 'it did not converge.'}"
+    return _with_words(_of_plain(task, plain, bars, success), says, checks)
 
 
 def _with_words(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
@@ -135,7 +138,7 @@ def _with_words(found: Reported, says: str, checks: tuple[Check, ...]) -> Report
 def _doubt(task: Task, success: bool) -> str:
     """Why the likelihood is not asked."""
     if task.problem.soft_beyond is not None:
-        return "samples that stray count less, as asked for."
+        return "a robust (soft-L1) loss was asked for."
     return "" if success else "the search came to no end."
 
 

@@ -191,7 +191,7 @@ class Identification:
         What to measure or try next.
     seconds : float
     estimator : str
-        ``"plain least squares"`` or ``"whitened least squares"``.
+        ``"ordinary least squares"`` or ``"generalised least squares"``.
     estimator_says : str
         Which of them the values are of, and why.
     plain : PlainEstimate

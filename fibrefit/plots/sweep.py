@@ -116,15 +116,15 @@ def _said(curve: SweptCurve) -> str:
     most = int(np.argmax(apart))
     if apart[most] > APART * max(up[most], down[most]):
         ends = f"{down[most]:.2g} rad coming from above, {up[most]:.2g} rad from below"
-        return f"at {curve.frequencies[most]:.3g} Hz it swings {ends}"
+        return f"at {curve.frequencies[most]:.3g} Hz maximum |angle| is {ends}"
     if np.isnan(up).all():
         return "it overturns at every frequency"
     most = int(np.nanargmax(up))
-    return f"it swings {up[most]:.2g} rad at most, at {curve.frequencies[most]:.3g} Hz, from above as from below"
+    return f"maximum |angle| is {up[most]:.2g} rad at {curve.frequencies[most]:.3g} Hz, from above as from below"
 
 
 def _said_of_all(curves: Sequence[SweptCurve]) -> str:
-    """Which curve swings farthest from rest."""
+    """Which curve has the largest maximum |angle|, started from rest."""
     angles = [
         np.where(curve.branches["rest"].overturned, -1.0, np.nan_to_num(curve.branches["rest"].max_angle))
         for curve in curves
@@ -132,7 +132,7 @@ def _said_of_all(curves: Sequence[SweptCurve]) -> str:
     worst = int(np.argmax([angle.max() for angle in angles]))
     most = int(np.argmax(angles[worst]))
     where = f"{angles[worst][most]:.2g} rad at {curves[worst].frequencies[most]:.3g} Hz"
-    return f"From rest the pendulum swings farthest with {curves[worst].conditions.name}: {where}"
+    return f"Started from rest, maximum |angle| is largest with {curves[worst].conditions.name}: {where}"
 
 
 def _extremes(axes: Axes, curve: SweptCurve, channel: int) -> None:

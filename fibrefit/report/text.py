@@ -51,7 +51,8 @@ ERROR_METHODS = {
 #: What the reported standard errors are compared with.
 NAIVE = "under white noise"
 NAIVE_OF_GLS = "those of ordinary least squares (OLS) under white noise"
-GLS = ("whitened least squares", "generalised least squares")
+GLS = ("generalised least squares", "whitened least squares")
+"""What a fit calls it, and what it did in results of earlier versions."""
 
 #: One line that says what the gap is.
 GAP = (

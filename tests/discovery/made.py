@@ -83,8 +83,8 @@ def identified(
         if passed
         else ('Run "fibrefit discover" on this study: it names what the model lacks.', "Measure longer."),
         seconds=1.0,
-        estimator="plain least squares",
-        estimator_says="Plain least squares: nobody asked for another.",
+        estimator="ordinary least squares",
+        estimator_says="Ordinary least squares (OLS): nobody asked for another.",
         plain=PlainEstimate(values, 0.01 * values),
     )
 

@@ -126,6 +126,6 @@ def test_a_record_of_a_menu_is_said_in_words() -> None:
     parted = split(("a", "b"), Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5), "one.csv", 0.99, 0.98)
     assert parted.says == (
         "To tell a from b, the best further record is one like one.csv with inclination 30 deg, its input run twice as "
-        "fast, its input run half as far: their likeness falls from 0.990 to 0.980. That is little: it takes another "
-        "kind of test."
+        "fast, its input run half as far: the |cosine| of their sensitivities "
+        "falls from 0.990 to 0.980. That is little: it takes another kind of test."
     )

@@ -23,7 +23,7 @@ SERIES = 100
 BY_CHANCE = 2
 #: An exponential bound is wider than the exact quantile of a sum of squares, by no more than this.
 WIDER = 1.25
-QUIET = "No channel is louder than its noise in any phase of the motion"
+QUIET = "No channel exceeds its noise level in any phase of the motion"
 
 SAMPLE = np.arange(COUNT)
 INTO = SAMPLE % BOUNCE - (BOUNCE - TAUT)

@@ -28,8 +28,8 @@ def fitted(
 
 
 def test_where_noise_wanders_the_estimate_is_whitened_and_surer(found: Identification) -> None:
-    assert found.estimator == "whitened least squares"
-    assert found.estimator_says.startswith("Whitened least squares: each sample counts by what it adds")
+    assert found.estimator == "generalised least squares"
+    assert found.estimator_says.startswith("Generalised least squares (GLS, residuals pre-whitened")
     for name, estimate in found.parameters.items():
         assert abs(estimate.value - estimate.plain_value) < 3.0 * estimate.plain_error
         assert estimate.std_errors["alike"] < estimate.plain_error, name
@@ -77,7 +77,7 @@ def test_records_that_differ_are_told(tmp_path: Path) -> None:
         for i, (lift, each) in enumerate(zip(lifts, stiffness, strict=True))
     ]
     found = identify(made.task(tmp_path, records, lifts=lifts), starts=1)
-    assert found.estimator == "whitened least squares"
+    assert found.estimator == "generalised least squares"
     assert all(check.passed for check in found.checks if check.name != "starts agree")
     between = found.between["stiffness"]
     assert between.agree < 1e-6
@@ -100,15 +100,15 @@ def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
     # The model lacks something and says so; both records ask for the same values, and most of the signal is explained.
     assert failed["residual_size"] == "model"
     assert found.status == ("suspect" if "numbers" in failed.values() else "ok")
-    assert found.estimator == "plain least squares"
-    assert found.estimator_says.startswith("Plain least squares: whitening is for what is noise alone")
+    assert found.estimator == "ordinary least squares"
+    assert found.estimator_says.startswith("Ordinary least squares (OLS), no GLS step: residuals are not noise")
     assert found.between == {}
 
 
 def test_a_robust_fit_and_one_that_a_bound_stops_stay_plain(tmp_path: Path) -> None:
-    assert "count less, as asked for" in fitted(tmp_path / "robust", robust=True).estimator_says
+    assert "a robust (soft-L1) loss was asked for" in fitted(tmp_path / "robust", robust=True).estimator_says
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')
-    assert stopped.estimator == "plain least squares"
+    assert stopped.estimator == "ordinary least squares"
     assert stopped.status == "suspect"
 
 
@@ -116,11 +116,11 @@ def test_where_both_estimates_part_the_plain_one_stands(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same records, and a comparison that finds them apart."""
-    hausman_test = Check("plain and whitened estimates agree", False, "They part.", 1e-6, 1e-3)
+    hausman_test = Check("the estimates agree", False, "They differ.", 1e-6, 1e-3, quantity="Hausman test")
     monkeypatch.setattr(last_step, "hausman_check", lambda names, found: hausman_test)
     again = identify(task, starts=1)
-    assert again.estimator == "plain least squares"
-    assert "plain and whitened estimates agree" in again.estimator_says
+    assert again.estimator == "ordinary least squares"
+    assert "(failed: Hausman test)" in again.estimator_says
     assert hausman_test in again.checks
     assert again.status == "suspect"
     assert again.gls is None
@@ -130,7 +130,7 @@ def test_where_both_estimates_part_the_plain_one_stands(
 def test_a_mode_that_is_not_reached_keeps_the_plain_one(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(last_step, "gls_estimate", lambda *_: None)
     kept = identify(task, starts=1)
-    assert kept.estimator_says == "Plain least squares: the whitened search came to no end."
+    assert kept.estimator_says == "Ordinary least squares (OLS), no GLS step: it did not converge."
     assert kept.status == "ok" or all(check.passed for check in kept.checks if check.name != "starts agree")
 
 
@@ -144,7 +144,7 @@ def test_noise_of_other_kinds_is_noise(tmp_path: Path, kind: str) -> None:
         )
     found = identify(made.task(tmp_path, records), starts=1)
     assert [check.name for check in found.checks if not check.passed] == []
-    assert found.estimator == "whitened least squares"
+    assert found.estimator == "generalised least squares"
 
 
 def _more(kind: str, channel: str, time: np.ndarray, seed: int) -> np.ndarray:

@@ -119,8 +119,8 @@ def test_a_prior_beyond_the_limits_is_refused_with_the_remedy() -> None:
         (Prior(False, 4.0, 2.0, 0.0), "normal, 4 +/- 2 N, within 0 to inf N"),
         (Prior(False, 0.0, 40.0, 0.0), "half-normal, sd 40 N"),
         (Prior(True, 5.0, math.log(2.0), 0.0), "log-normal, median 5 N, factor 2"),
-        (Prior(True, 1.0, math.inf, 10.0, 1e7), "even in the logarithm, 10 to 1e+07 N"),
-        (Prior(False, 1.0, math.inf, 1.0, 2.0), "even, 1 to 2 N"),
+        (Prior(True, 1.0, math.inf, 10.0, 1e7), "log-uniform, 10 to 1e+07 N"),
+        (Prior(False, 1.0, math.inf, 1.0, 2.0), "uniform, 1 to 2 N"),
     ],
 )
 def test_words(prior: Prior, words: str) -> None:

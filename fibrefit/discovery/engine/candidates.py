@@ -285,7 +285,7 @@ def _gentle(
 def _continuation(
     frame: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
 ) -> list[Refit]:
-    """Continuation: refits at strengths that grow step by step, from a weak one; the other values are led along.
+    """Continuation (homotopy): refits at strengths that grow step by step, the other values led along.
 
     Where a motion bounces, a strong effect is far beyond what slopes predict, and a weak one lies in a dent of its
     own: each strength is reached from the one before.

@@ -42,7 +42,7 @@ class Heights(NamedTuple):
     walk: float
 
     def precision(self) -> np.ndarray:
-        """Prior of the heights ``(n, n)``: a random walk whose level is all but free."""
+        """Prior of the heights ``(n, n)``, which regularises them: a random walk whose level is all but free."""
         steps = np.diff(np.eye(len(self.names)), axis=0) / self.walk
         return steps.T @ steps + np.eye(len(self.names)) / (LEVEL_SD**2 * len(self.names))
 

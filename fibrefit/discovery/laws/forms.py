@@ -162,7 +162,7 @@ class FittedForm(NamedTuple):
     values : tuple of float
         Of its quantities, in SI units.
     score : float
-        Schwarz's criterion; the lower the better.
+        Schwarz's Bayesian information criterion (BIC); the lower the better.
     """
 
     form: Form

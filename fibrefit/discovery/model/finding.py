@@ -143,7 +143,7 @@ def split(pair: tuple[str, str], choice: Choice, record: str, before: float, aft
     before, after : float
         Cosines of the sensitivities without it and with it.
     """
-    says = f"their likeness falls from {before:.3f} to {after:.3f}."
+    says = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
     if after > LITTLE * before:
         says += f" {NO_HELP}"
     return _separation(pair, choice, record, says, cosine_before=before, cosine_after=after)

@@ -116,7 +116,7 @@ def in_words(found: ResidualSet) -> str:
     excess = _by_phase(pieces)
     sure = [key for key in excess if _is_sure([p for p in pieces if p.channel == key[0]], key[1], len(excess))]
     if not sure:
-        return "No channel is louder than its noise in any phase of the motion"
+        return "No channel exceeds its noise level in any phase of the motion"
     c, phase = max(sure, key=lambda key: excess[key])
     channel, own = found.channels[c], [piece for piece in pieces if piece.channel == c]
     share = excess[c, phase] / sum(excess.values())

@@ -1,4 +1,4 @@
-"""Strands that rub on each other: tension that depends on the path, not on the rate."""
+"""Rate-independent hysteresis of strands that rub on each other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fibrefit.effects.law import FibreLaw, Memory, quantity
 
 
 class Hysteresis(FibreLaw):
-    """Strands that rub on each other: tension that depends on the path, not on the rate.
+    """Rate-independent hysteresis of strands that rub on each other.
 
     Law
     ---

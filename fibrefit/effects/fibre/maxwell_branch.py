@@ -1,4 +1,4 @@
-"""A spring in series with a dashpot beside the fibre: tension that relaxes."""
+"""Maxwell element parallel to the fibre (standard linear solid): tension that relaxes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fibrefit.effects.law import FibreLaw, Memory, quantity
 
 
 class MaxwellBranch(FibreLaw):
-    """A spring in series with a dashpot beside the fibre: tension that relaxes.
+    """Maxwell element parallel to the fibre (standard linear solid): tension that relaxes.
 
     Law
     ---

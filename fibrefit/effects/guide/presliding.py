@@ -1,4 +1,4 @@
-"""A weight that moves a little, as on bristles, before it breaks away."""
+"""Presliding, as of LuGre's bristles: the weight moves a little before it breaks away."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fibrefit.effects.law import GuideLaw, quantity
 
 
 class Presliding(GuideLaw):
-    """A weight that moves a little, as on bristles, before it breaks away.
+    """Presliding, as of LuGre's bristles: the weight moves a little before it breaks away.
 
     Law
     ---

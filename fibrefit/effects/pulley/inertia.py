@@ -1,4 +1,4 @@
-"""A pulley that has to be set in motion."""
+"""Inertia of the pulley, which has to be set in motion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fibrefit.effects.law import PulleyLaw, quantity
 
 
 class PulleyInertia(PulleyLaw):
-    """A pulley that has to be set in motion.
+    """Inertia of the pulley, which has to be set in motion.
 
     Law
     ---

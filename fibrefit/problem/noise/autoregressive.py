@@ -8,7 +8,7 @@ LARGEST_ORDER = 40
 
 
 def order_and_covariance(residuals: np.ndarray, valid: np.ndarray) -> tuple[int, np.ndarray]:
-    """Order with the best Schwarz criterion, and the autocovariance up to that lag.
+    """Order with the best Bayesian information criterion (BIC), and the autocovariance up to that lag.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Which noise the records hold: white, autoregressive or coloured; chosen by what the residuals of a fit say.
 
 The candidates are compared by their log likelihood at the same residuals, less half the logarithm of the number of
-samples for each number they contain (Schwarz's criterion).
+samples for each number they contain (Schwarz's Bayesian information criterion, BIC).
 """
 
 from __future__ import annotations

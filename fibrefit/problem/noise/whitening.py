@@ -1,4 +1,4 @@
-"""Whitening: linear maps that turn residuals with a memory into innovations, which have none.
+"""Whitening (prewhitening): linear maps that turn residuals with a memory into innovations, which have none.
 
 The likelihood of correlated Gaussian residuals is that of their innovations: what each sample adds to what the earlier
 ones predicted, over the standard deviation of that. A sample that is masked is never needed.

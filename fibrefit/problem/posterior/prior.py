@@ -128,7 +128,7 @@ class Prior:
         unit = "" if unit == "-" else f" {unit}"
         limits = f"{self.lower:.4g} to {self.upper:.4g}{unit}"
         if self.even:
-            return f"{'even in the logarithm' if self.log else 'even'}, {limits}"
+            return f"{'log-uniform' if self.log else 'uniform'}, {limits}"
         if self.log:
             text = f"log-normal, median {self.centre:.4g}{unit}, factor {math.exp(self.spread):.4g}"
         elif self.centre == self.lower:
@@ -267,7 +267,7 @@ def default_prior(declared: Parameter, limits: Range) -> Prior:
     Returns
     -------
     Prior
-        Even in the logarithm for what spans decades; half-normal for what has a sign; normal for the rest.
+        Log-uniform for what spans decades; half-normal for what has a sign; normal for the rest.
     """
     if limits.log and all(limits.bounded):
         return Prior(True, limits.scale, math.inf, limits.lower, limits.upper, "default")
