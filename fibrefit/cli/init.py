@@ -14,7 +14,10 @@ FILES = ("study.toml", "drop_10mm_90deg.csv")
 @click.command("init")
 @click.argument("place", metavar="[DIR | FILE.py]", required=False, type=click.Path(path_type=Path))
 @click.option("--effect", metavar="PORT.NAME", help="Write the file of an effect of your own, to be changed.")
-@click.option("--port", help="Where the effect acts, if NAME does not say: guide, fibre, pulley, drive, sensor or rig.")
+@click.option(
+    "--port",
+    help="Where the effect acts, if NAME does not say: guide, fibre, pulley, drive, sensor, push, pivot, rig or study.",
+)
 @with_terminal
 def command(terminal: Terminal, place: Path | None, effect: str | None, port: str | None) -> None:
     """Write a study and a demonstration record into DIR, which is made if it does not exist.

@@ -20,6 +20,8 @@ from fibrefit.effects.ports import ANNOUNCED, hooks_of, port_of, said_by
 PLACES = (-1e-3, 0.0, 1e-5, 2e-3)
 SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
 """Where a law is asked, in m and m/s: positions or stretches, and their rates; among them all places of switching."""
+FAR = 0.1
+"""Further position or stretch on either side, in m: a law may act far out alone, as a stop does."""
 SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap_angle": 2.6, "radius": 0.04}
 """What else hooks are told, in SI units."""
 SAMPLES = 3
@@ -54,7 +56,9 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
     answers = {hook: list(_of_hook(hook, laws, conditions, f"{where}, {hook}")) for hook in said}
     found += [error for errors in answers.values() for error in errors]
     if not found and not any(_changes(hook, laws["typical"], conditions) for hook in said):
-        found.append(StudyError(where, "changes nothing at its typical value", "an answer to one hook at least"))
+        asked = f"positions and stretches to {1e3 * FAR:g} mm on either side, speeds to {max(SPEEDS):g} m/s"
+        expected = f"an answer to one hook at least, somewhere at {asked}"
+        found.append(StudyError(where, "changes nothing at its typical value", expected))
     return tuple(found)
 
 
@@ -86,9 +90,8 @@ def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float]
             if (row := _first(answer, lambda leaf: ~np.isfinite(leaf))) is not None:
                 yield StudyError(where, f"{what} not finite at its {choose} value, {_place(places, row)}", "a number")
                 return
-    if hook not in WITHOUT_A_TRACE and _changes(hook, laws["null"], conditions):
-        row = _changed(hook, laws["null"], conditions)
-        said = _place(places, row or 0)
+    if hook not in WITHOUT_A_TRACE and (row := _changed(hook, laws["null"], conditions)) is not None:
+        said = _place(places, row)
         yield StudyError(where, f"does not vanish at its null: {said}", "exactly what the hook answers without the law")
 
 
@@ -97,9 +100,11 @@ def _with_slope(ask: Callable[..., Any], law: Any, x: jax.Array, v: jax.Array) -
     return jax.jvp(ask, (law, x, v), jax.tree.map(jnp.ones_like, (law, x, v)))
 
 
-def _asking(hook: str, law: Effect, conditions: Mapping[str, float]) -> tuple[Callable[..., Any], tuple[Any, Any]]:
+def _asking(
+    hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES
+) -> tuple[Callable[..., Any], tuple[Any, Any]]:
     """The hook as a function of law, place and speed; and the places and speeds."""
-    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(PLACES), jnp.array(SPEEDS)))
+    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(places), jnp.array(SPEEDS)))
 
     def ask(law: Any, x: jax.Array, v: jax.Array) -> Any:
         return getattr(law, hook)(*_arguments(hook, type(law), x, v, conditions))
@@ -159,12 +164,12 @@ def _shape(shape: Any) -> str:
 
 
 def _changes(hook: str, law: Effect, conditions: Mapping[str, float]) -> bool:
-    return _changed(hook, law, conditions) is not None
+    return _changed(hook, law, conditions, (-FAR, *PLACES, FAR)) is not None
 
 
-def _changed(hook: str, law: Effect, conditions: Mapping[str, float]) -> int | None:
+def _changed(hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES) -> int | None:
     """First place at which a hook answers anything but what it does without the law."""
-    ask, (x, v) = _asking(hook, law, conditions)
+    ask, (x, v) = _asking(hook, law, conditions, places)
     if hook == "lags":
         lags = ask(law, x[0], v[0])
         whole = sum(np.real(weight) for weight, _ in lags) if lags else 1.0

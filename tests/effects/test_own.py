@@ -61,7 +61,7 @@ ONLY_WHEN_ASKED = [
     (ANSWER, f"{ANSWER} / velocity", "value not finite"),
     (ANSWER, "self.c if velocity > 0 else 0.0", "fails with TracerBool.*jnp.where"),
     (ANSWER, "None", "answers NoneType; expected one number"),
-    (ANSWER, "0.0 * velocity", "changes nothing at its typical value"),
+    (ANSWER, "0.0 * velocity", "changes nothing at its typical value; expected.*100 mm"),
     ("position, velocity)", "velocity)", "fails with TypeError"),
     (DOC, "", "no docstring"),
     ("    Law\n    ---\n", "", "no section Law"),
@@ -96,6 +96,11 @@ def test_the_contract_says_what_is_broken(tmp_path: Path, old: str, new: str, sa
 
 def test_a_law_that_keeps_the_contract(tmp_path: Path) -> None:
     assert all_wrong(written(tmp_path, "A drag", "My drag"), CONDITIONS, tmp_path) == ()
+
+
+def test_a_law_that_acts_far_out_alone(tmp_path: Path) -> None:
+    stop = (ANSWER, "self.c * jnp.maximum(position - 0.03, 0.0)")
+    assert all_wrong(written(tmp_path, *stop), CONDITIONS, tmp_path) == ()
 
 
 def test_several_faults_are_all_said(tmp_path: Path) -> None:
