@@ -245,7 +245,8 @@ def _study_lines(study: Study) -> list[str]:
     number = len(study.records)
     lines = [f"{study.name}: {study.kind}, {number} record{'' if number == 1 else 's'}."]
     effects = f" with {', '.join(study.model.effects)}" if study.model.effects else ""
-    lines.append(f"Model: {study.model.tension_law} fibre{effects}.")
+    has_fibre = any(key.startswith("fibre") for key in type(study.rig).model_fields)
+    lines.append(f"Model: {f'{study.model.tension_law} fibre' if has_fibre else 'base model'}{effects}.")
     for name, table in study.parameters.items():
         said = table.model_dump(exclude_defaults=True)
         lines.append(f"  {name}: " + ", ".join(f"{key} {_plain(value)}" for key, value in said.items()))
