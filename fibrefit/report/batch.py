@@ -76,24 +76,39 @@ def _usable(summary: BatchSummary) -> dict[str, list[ParameterSummary]]:
 
 
 def _found(summary: BatchSummary) -> list[str]:
-    rows, differ = [], []
+    rows = []
     for name, found in _usable(summary).items():
         middle = statistics.median(one.value for one in found)
-        scatter = SPREAD * statistics.median(abs(one.value - middle) for one in found)
-        errors = [one.std_error for one in found if one.std_error]
-        error = statistics.median(errors) if errors else None
+        scatter, error = _scatter(found)
         value, spread, unit = with_error(middle, scatter, found[0].unit)
         _, own, _ = with_error(middle, error, found[0].unit)
         shown = name if len(name) <= LONGEST_NAME else f"...{name[-LONGEST_NAME + 3 :]}"
         rows.append((shown, value, spread, own, "" if unit == "-" else unit, str(len(found))))
-        if error and scatter > MORE * error and len(found) > 2:
-            differ.append(f"{name} (ratio {scatter / error:.1f})")
     lines = table(("", "median", "sd", "std. error", "unit", "items"), rows, right={1, 2, 3, 5})
-    if differ:
-        lines.append(paragraph(f"Between-item scatter exceeds the standard error: {', '.join(differ)}."))
+    lines += [paragraph(said) for said in scatter_sentences(summary)]
     if rows:
         lines.append(paragraph("sd: robust standard deviation between items; std. error: median of their own."))
     return lines
+
+
+def _scatter(found: Sequence[ParameterSummary]) -> tuple[float, float | None]:
+    """Robust standard deviation between items, and the median of their own standard errors."""
+    middle = statistics.median(one.value for one in found)
+    errors = [one.std_error for one in found if one.std_error]
+    return (
+        SPREAD * statistics.median(abs(one.value - middle) for one in found),
+        statistics.median(errors) if errors else None,
+    )
+
+
+def scatter_sentences(summary: BatchSummary) -> list[str]:
+    """Which parameters differ from item to item by more than their errors; nothing where none does."""
+    differ = []
+    for name, found in _usable(summary).items():
+        scatter, error = _scatter(found)
+        if error and scatter > MORE * error and len(found) > 2:
+            differ.append(f"{name} (ratio {scatter / error:.1f})")
+    return [f"Between-item scatter exceeds the standard error: {', '.join(differ)}."] if differ else []
 
 
 def _doubts(summary: BatchSummary) -> list[str]:

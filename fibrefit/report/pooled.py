@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fibrefit.core.units import format_number, shown_unit
-from fibrefit.report.layout import items, paragraph, table
+from fibrefit.report.layout import items, table
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
@@ -13,16 +13,24 @@ MOST_TRENDS = 6
 SIGNIFICANT = 0.05
 
 
+POPULATION = ("", "mean", "95 %", "sd", "a new record, 95 %", "")
+
+
 def population_lines(population: Mapping[str, PopulationSummary]) -> list[str]:
     """A row for each parameter: its mean, how much records differ, where a new one lies."""
-    rows = []
+    return table(POPULATION, population_rows(population), {1, 3})
+
+
+def population_rows(population: Mapping[str, PopulationSummary]) -> list[tuple[str, ...]]:
+    """Cells of the same, below the head `POPULATION`."""
+    rows: list[tuple[str, ...]] = []
     for name, one in population.items():
         unit, worth = shown_unit(one.mean, one.unit)
         scale = 100.0 if one.relative else 1.0 / worth
         sd = f"{scale * one.between_records:.2g}{' %' if one.relative else ''}"
         ends = [_ends(*pair, worth) for pair in (one.mean_interval_95, one.new_record_interval_95)]
         rows.append((name, format_number(one.mean / worth), ends[0], sd, ends[1], "" if unit == "-" else unit))
-    return table(("", "mean", "95 %", "sd", "a new record, 95 %", ""), rows, {1, 3})
+    return rows
 
 
 def _ends(low: float, high: float, worth: float) -> str:
@@ -31,17 +39,22 @@ def _ends(low: float, high: float, worth: float) -> str:
 
 def trend_lines(trends: Sequence[TrendSummary]) -> list[str]:
     """Trends that are more than chance, records that do not follow, and how many looks there were."""
+    return items(trend_sentences(trends))
+
+
+def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
+    """The same, each in a sentence."""
     significant = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
-    lines = items(_trend(one) for one in significant)
+    said = [_trend(one) for one in significant]
     strays = {o.record: (one, o.score) for one in trends for o in one.outliers}
-    lines += items(
+    said += [
         f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
         f"{'above' if score > 0 else 'below'} their line over {one.condition}."
         for record, (one, score) in list(strays.items())[:MOST_TRENDS]
-    )
+    ]
     if not significant and trends:
-        lines.append(paragraph(f"None of {len(trends)} looks shows more than chance, corrected for all of them."))
-    return lines
+        said.append(f"None of {len(trends)} looks shows more than chance, corrected for all of them.")
+    return said
 
 
 def _trend(one: TrendSummary) -> str:
@@ -49,5 +62,5 @@ def _trend(one: TrendSummary) -> str:
     value, error, unit = with_error(one.slope, one.slope_error, one.unit)
     return (
         f"{one.parameter} over {one.condition}: {value} +/- {error} {unit}{per} "
-        f"({one.records} records, probability by chance {one.chance_corrected:.2g})"
+        f"({one.records} records, probability by chance {one.chance_corrected:.2g})."
     )

@@ -32,7 +32,9 @@ def keep(png: bytes, file: Path) -> None:
 
 
 def first(tab: Any) -> None:
-    """What is seen when the page is opened."""
+    """What is seen when the page is opened, its records drawn."""
+    if tab.locator(".records").count():
+        tab.evaluate(f"{VIEW}.ready")
 
 
 def zoomed(tab: Any) -> None:
@@ -55,6 +57,12 @@ def moments(tab: Any) -> None:
     tab.wait_for_timeout(300)
 
 
+def everything(tab: Any) -> None:
+    """All items of a batch."""
+    tab.evaluate("document.querySelector('.items').scrollIntoView()")
+    tab.wait_for_timeout(300)
+
+
 def filtered(tab: Any) -> None:
     """A batch of which some items are left, in order of a column."""
     tab.locator(".items input").fill("gap > 1.05")
@@ -67,12 +75,17 @@ WIDE, NARROW = 1280, 400
 
 def _shots() -> dict[str, tuple[str, Callable[[Any], None], int, str, str]]:
     """Name of a picture: page, what is done to it, width, scheme, medium."""
-    seen = {"search": ("search", first), "records": ("search", zoomed), "batch": ("batch", filtered)}
+    both = ("light", "dark")
+    seen = {
+        "search": ("search", first, first),
+        "records": ("search", zoomed, zoomed),
+        "batch": ("batch", filtered, everything),
+    }
     shots = {
         f"{name}_{width}_{scheme}": (page, act, width, scheme, "screen")
-        for name, (page, act) in seen.items()
+        for name, (page, *acts) in seen.items()
         for width in (WIDE, NARROW)
-        for scheme in ("light", "dark")
+        for scheme, act in zip(both, acts, strict=True)
     }
     printed = {f"{page}_print": (page, first, PRINTED, "light", "print") for page in ("search", "batch")}
     return shots | {"moments_1280_dark": ("search", moments, WIDE, "dark", "screen")} | printed

@@ -118,9 +118,13 @@ def _all(values: Any, depth: int) -> str:
     return ", ".join(_said(value, depth) for value in values)
 
 
-@functools.cache
 def _named(thing: Any) -> str:
     """Module and name of a class or function that is found there again."""
+    return _name(thing)
+
+
+@functools.cache
+def _name(thing: Any) -> str:
     module, path = thing.__module__ or "", thing.__qualname__
     if module.partition(".")[0] not in KNOWN or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")

@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
-from fibrefit.report.batch import VERDICTS, batch_report
-from fibrefit.report.page.blocks import Block, Items, Pictures, Result, Telling, Words
+from fibrefit.report.batch import VERDICTS, scatter_sentences
+from fibrefit.report.page.blocks import Block, Items, Pictures, Result, TableBlock, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full, told_gap
+from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
 
@@ -22,8 +23,9 @@ def told_batch(result: Result) -> Telling:
     found = [item.status or "not possible" for item in summary.items.values()]
     counts = {kind: found.count(kind) for kind in ("ok", "suspect", "failed", "not possible") if kind in found}
     blocks: list[Block | None] = [
-        Words("What was found", _section(batch_report(summary), "What was found")),
+        Words("What was found", [*scatter_sentences(summary), *trend_sentences(summary.trends)], listed=True),
         _items(result, summary),
+        _population(summary),
         Pictures("Pictures", result.pictures) if result.pictures else None,
         *in_full(summary),
     ]
@@ -39,11 +41,13 @@ def told_batch(result: Result) -> Telling:
     )
 
 
-def _section(report: str, title: str) -> list[str]:
-    """Sentences of a section of the terminal report that differ from its table."""
-    lines = report.partition(f"{title}\n{'-' * len(title)}\n")[2].partition("\n\n\n")[0]
-    parts = lines.split("\n\n")[1:2]
-    return [" ".join(part.split()) for part in parts if part.startswith("Between-item")]
+def _population(summary: BatchSummary) -> TableBlock | None:
+    """Means, differences between items, and where one more would lie."""
+    if not summary.population:
+        return None
+    head = ("parameter", *POPULATION[1:-1], "unit")
+    note = "sd: standard deviation between records, their own errors taken off."
+    return TableBlock("Population", head, population_rows(summary.population), frozenset({1, 3}), note)
 
 
 RATIO = ".2f"

@@ -40,7 +40,7 @@ class Records {
     this.panel = make("div", { class: "panel" });
     this.key = make("div", { class: "phase-key" });
     const help = make("p", { class: "help" }, "Drag to zoom, double click for the whole record. Keys: ← → move, + − zoom, 0 whole, " +
-      "n p next and previous place, [ ] records. Touch: one finger moves, two zoom. Residuals: measured minus simulated; grey: ±2 noise rms.");
+      "n p next and previous place, [ ] records. Touch: one finger moves, two zoom. Residuals: measured minus simulated, in units of the noise; grey: ±2 noise rms.");
     this.box.append(tools, this.toggles, this.readout, this.canvas, this.panel, this.key, help, ...this.places());
     this.box.append(...(fibrefit.overlay?.(this) ?? []), ...(fibrefit.states?.(this) ?? []));
     this.box.addEventListener("keydown", (event) => this.pressed(event));
@@ -142,7 +142,7 @@ class Records {
     }
     const cells = (kind, texts) => texts.map((text) => make(kind, { class: "number" }, text));
     this.readout.replaceChildren(make("div", { class: "state" }, ...state), make("table", {},
-      make("thead", {}, make("tr", {}, make("td", {}, "(residual / noise)"), ...cells("th", channels.map(({ name, unit }) => `${name} / ${unit}`)))),
+      make("thead", {}, make("tr", {}, make("td", {}, "value (residual)"), ...cells("th", channels.map(({ name, unit }) => `${name} / ${unit}`)))),
       make("tbody", {}, ...rows.map(([name, texts]) => make("tr", {}, make("th", { scope: "row" }, name), ...cells("td", texts))))));
   }
 
