@@ -20,6 +20,7 @@ from fibrefit.plots.prediction import prediction_figures
 from fibrefit.plots.save import file_names, save_figures
 from fibrefit.plots.shrink import small_png
 from fibrefit.plots.simulated import simulation_figures
+from fibrefit.plots.sweep import sweep_figures
 from fibrefit.plots.table import table_figure
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "saved_posterior_figures",
     "simulation_figures",
     "small_png",
+    "sweep_figures",
     "table_figure",
     "trace_figures",
 ]

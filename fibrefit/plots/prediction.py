@@ -2,52 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.figures import Figures
-
-if TYPE_CHECKING:
-    from fibrefit.problem.task import Task
+from fibrefit.plots.fitted import AXES
+from fibrefit.study.summaries.arrays import Groups
 
 MOST_RECORDS = 24
 """Records that get a figure of their own."""
 Z_95 = 1.959964
 
 
-def prediction_figures(task: Task, readings: Mapping[str, np.ndarray], model: np.ndarray, whole: np.ndarray) -> Figures:
+def prediction_figures(groups: Groups) -> Figures:
     """One figure a record.
 
     Parameters
     ----------
-    task : Task
-    readings : mapping of channel to (n_record, n_time) in SI units
-    model, whole : (n_record, n_channel, n_time) in SI units
-        Standard deviations of the model's reading, and of a new measurement.
+    groups : mapping
+        Arrays of ``result.h5``: ``observed_data``, ``predictions`` with their standard deviations, ``constant_data``.
 
     Returns
     -------
     Figures
         By ``record <name>``.
     """
+    observed, predicted = groups["observed_data"], groups["predictions"]
+    counts = groups["constant_data"]["samples"].values.astype(int)
     figures = Figures()
-    for r, trace in enumerate(task.traces[:MOST_RECORDS]):
-        inside = slice(0, len(trace.times))
+    for r, record in enumerate(map(str, observed["record"].values[:MOST_RECORDS])):
+        at = (r, slice(0, counts[r]))
         banded = [
             Banded(
                 channel,
-                task.units[channel],
-                trace.times,
-                trace.channels[channel],
-                _around(values[r, inside], model[r, c, inside]),
-                _around(values[r, inside], whole[r, c, inside]),
+                measured.unit,
+                observed["time"].values[at],
+                measured.values[at],
+                _around(predicted[channel].values[at], predicted[f"{channel}_model_sd"].values[at]),
+                _around(predicted[channel].values[at], predicted[f"{channel}_sd"].values[at]),
             )
-            for c, (channel, values) in enumerate(readings.items())
+            for channel, measured in observed.items()
+            if channel not in AXES
         ]
-        figures[f"record {trace.name}"] = bands_figure(trace.name, banded, "predicted; bands hold 95 %")
+        figures[f"record {record}"] = bands_figure(record, banded, "predicted; bands hold 95 %")
     return figures
 
 

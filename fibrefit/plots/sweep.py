@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
+from fibrefit.plots.save import file_names
 from fibrefit.plots.style import (
     BLACK,
     BLUE,
@@ -25,9 +27,10 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.series.marks import jumps, ranges
+from fibrefit.study.summaries.arrays import Array, Groups
+from fibrefit.study.summaries.sweep import CurveSummary, SweepSummary
 
-if TYPE_CHECKING:
-    from fibrefit.series.sweep import Branch, SweptCurve
+CHANNELS = ("angle", "force_1", "force_2")
 
 WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "rest": ("from rest", {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 2.5}),
@@ -40,33 +43,80 @@ APART = 0.05
 HEIGHTS = (46.0, 34.0, 34.0, 24.0)
 
 
-def sweep_figures(curves: Sequence[SweptCurve]) -> Figures:
+@dataclass(frozen=True)
+class _Branch:
+    """Extremes ``(n_frequency, n_channel)`` in the steady state and with the transient, and what else is marked."""
+
+    lowest: np.ndarray
+    highest: np.ndarray
+    first_lowest: np.ndarray
+    first_highest: np.ndarray
+    multiplier: np.ndarray
+    overturned: np.ndarray
+
+    @classmethod
+    def of(cls, group: Mapping[str, Array]) -> _Branch:
+        """From its group of ``result.h5``."""
+        lowest, highest, first_lowest, first_highest = (
+            np.column_stack([group[f"{channel}_{end}{when}"].values for channel in CHANNELS])
+            for when in ("", "_from_the_start")
+            for end in ("min", "max")
+        )
+        multiplier, overturned = group["multiplier"].values, group["overturned"].values.astype(bool)
+        return cls(lowest, highest, first_lowest, first_highest, multiplier, overturned)
+
+    @property
+    def amplitude(self) -> np.ndarray:
+        """Steady-state amplitude, ``(n_frequency,)`` in rad."""
+        return 0.5 * (self.highest[:, 0] - self.lowest[:, 0])
+
+    @property
+    def max_angle(self) -> np.ndarray:
+        """Maximum |angle|, transient included, ``(n_frequency,)`` in rad."""
+        return np.maximum(-self.first_lowest[:, 0], self.first_highest[:, 0])
+
+
+@dataclass(frozen=True)
+class _Curve:
+    name: str
+    summary: CurveSummary
+    frequencies: np.ndarray
+    branches: Mapping[str, _Branch]
+
+
+def sweep_figures(summary: SweepSummary, groups: Groups) -> Figures:
     """One figure of each curve, and one of all if there are more.
 
     Parameters
     ----------
-    curves : sequence of SweptCurve
+    summary : SweepSummary
+    groups : mapping
+        Arrays of ``result.h5``: one group a branch of a curve.
 
     Returns
     -------
     Figures
         By ``sweep <name>``; ``sweep`` is that of all.
     """
-    figures = Figures({f"sweep {curve.conditions.name}": swept_figure(curve) for curve in curves})
+    curves = []
+    for (name, curve), stem in zip(summary.curves.items(), file_names(list(summary.curves)), strict=True):
+        branches = {way: _Branch.of(groups[f"{stem}_{way}"]) for way in curve.branches}
+        frequencies = groups[f"{stem}_{next(iter(branches))}"]["frequency"].values
+        curves.append(_Curve(name, curve, frequencies, branches))
+    figures = Figures({f"sweep {curve.name}": _swept_figure(curve) for curve in curves})
     if len(curves) > 1:
-        figures["sweep"] = comparison_figure(curves)
+        figures["sweep"] = _comparison_figure(curves)
     return figures
 
 
-def swept_figure(curve: SweptCurve) -> Figure:
+def _swept_figure(curve: _Curve) -> Figure:
     """Extremes of angle and forces, and the largest Floquet multiplier, against frequency."""
     figure = new_figure(TOP + sum(HEIGHTS) + GAP * (len(HEIGHTS) - 1) + BOTTOM)
-    conditions = curve.conditions
-    preload = conditions.rig["preload"]
+    preload = curve.summary.preload_n
     title(
         figure,
-        f"{conditions.name}: {_said(curve)}",
-        f"drive {1e3 * conditions.amplitude:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
+        f"{curve.name}: {_said(curve)}",
+        f"drive {1e3 * curve.summary.amplitude_m:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
     axes = stacked_axes(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
     for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
@@ -82,7 +132,7 @@ def swept_figure(curve: SweptCurve) -> Figure:
     return figure
 
 
-def comparison_figure(curves: Sequence[SweptCurve]) -> Figure:
+def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
     """Maximum |angle| from rest and steady-state amplitude of all curves."""
     heights = (52.0, 52.0)
     figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
@@ -94,7 +144,7 @@ def comparison_figure(curves: Sequence[SweptCurve]) -> Figure:
     axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     for i, curve in enumerate(curves):
         colour = KINDS[i % len(KINDS)][0]
-        rest, name = curve.branches["rest"], curve.conditions.name
+        rest, name = curve.branches["rest"], curve.name
         standing = np.where(rest.overturned, np.nan, rest.max_angle)
         axes[0].plot(curve.frequencies, standing, color=colour, linewidth=0.8, label=name)
         axes[1].plot(curve.frequencies, curve.branches["up"].amplitude, color=colour, linewidth=0.8)
@@ -107,7 +157,7 @@ def comparison_figure(curves: Sequence[SweptCurve]) -> Figure:
     return figure
 
 
-def _said(curve: SweptCurve) -> str:
+def _said(curve: _Curve) -> str:
     """How much it matters where the frequency comes from; how far the pendulum swings, where it does not."""
     up, down = (
         np.where(curve.branches[way].overturned, np.nan, curve.branches[way].amplitude) for way in ("up", "down")
@@ -123,7 +173,7 @@ def _said(curve: SweptCurve) -> str:
     return f"maximum |angle| is {up[most]:.2g} rad at {curve.frequencies[most]:.3g} Hz, from above as from below"
 
 
-def _said_of_all(curves: Sequence[SweptCurve]) -> str:
+def _said_of_all(curves: Sequence[_Curve]) -> str:
     """Which curve has the largest maximum |angle|, started from rest."""
     angles = [
         np.where(curve.branches["rest"].overturned, -1.0, np.nan_to_num(curve.branches["rest"].max_angle))
@@ -132,10 +182,10 @@ def _said_of_all(curves: Sequence[SweptCurve]) -> str:
     worst = int(np.argmax([angle.max() for angle in angles]))
     most = int(np.argmax(angles[worst]))
     where = f"{angles[worst][most]:.2g} rad at {curves[worst].frequencies[most]:.3g} Hz"
-    return f"Started from rest, maximum |angle| is largest with {curves[worst].conditions.name}: {where}"
+    return f"Started from rest, maximum |angle| is largest with {curves[worst].name}: {where}"
 
 
-def _extremes(axes: Axes, curve: SweptCurve, channel: int) -> None:
+def _extremes(axes: Axes, curve: _Curve, channel: int) -> None:
     """Steady-state extremes of every branch, and those with the transient of the runs from rest."""
     rest = curve.branches["rest"]
     standing = ~rest.overturned
@@ -149,7 +199,7 @@ def _extremes(axes: Axes, curve: SweptCurve, channel: int) -> None:
             axes.plot(curve.frequencies, values[:, channel], label=known, **style)
 
 
-def _mark(axes: Sequence[Axes], curve: SweptCurve) -> None:
+def _mark(axes: Sequence[Axes], curve: _Curve) -> None:
     """Jumps as arrows between both ends, ranges in which the pendulum overturns as bands."""
     for way, branch in curve.branches.items():
         colour = WAYS[way][1]["color"]
@@ -170,7 +220,7 @@ def _mark(axes: Sequence[Axes], curve: SweptCurve) -> None:
         _arrows(axes[0], curve, branch, way, colour)
 
 
-def _arrows(axes: Axes, curve: SweptCurve, branch: Branch, way: str, colour: str) -> None:
+def _arrows(axes: Axes, curve: _Curve, branch: _Branch, way: str, colour: str) -> None:
     for jump in jumps(curve.frequencies, branch.amplitude):
         ends = [(jump.lower, jump.before), (jump.upper, jump.after)]
         if way == "down":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -88,9 +87,9 @@ class Sweep(AnyResult, Saved):
 
     def plot(self) -> Figures:
         """One figure a curve, and one of all."""
-        from fibrefit.plots.sweep import sweep_figures
+        from fibrefit.plots import sweep_figures
 
-        return sweep_figures(self.curves)
+        return sweep_figures(self.summary(), self.groups())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv`` and the study."""
@@ -183,15 +182,9 @@ def _conditions(study: Study, model: Model) -> list[Conditions]:
 
 
 def _stems(curves: tuple[SweptCurve, ...]) -> list[str]:
-    """A file name for each curve, no two alike."""
-    stems: list[str] = []
-    for curve in curves:
-        stem = first = re.sub(r"[^A-Za-z0-9_-]+", "_", curve.conditions.name).strip("_") or "curve"
-        number = 2
-        while stem.casefold() in {taken.casefold() for taken in stems}:
-            stem, number = f"{first}_{number}", number + 1
-        stems.append(stem)
-    return stems
+    from fibrefit.plots import file_names
+
+    return file_names([curve.conditions.name for curve in curves])
 
 
 def _columns(branch: Branch) -> dict[str, tuple[np.ndarray, str]]:

@@ -42,6 +42,8 @@ def test_files_of_a_sweep(fibrefit: Run, one_curve: Path) -> None:
     assert attributes["schema"] == "fibrefit/sweep/1"
     assert groups["inverted_pendulum_rest"]["frequency"].unit == "Hz"
     assert (Path("out") / "figures" / "sweep_inverted_pendulum.png").is_file()
+    again = fibrefit("show", "out", "--figures", "svg", "--out", "drawn")
+    assert again.out.split() == [str(Path("drawn/sweep_inverted_pendulum.svg"))]
     assert load_study(Path("out")).sweep.step == pytest.approx(0.1)
     shown = fibrefit("show", "out")
     assert shown.code == 0

@@ -14,6 +14,7 @@ from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow import Fit, Prediction, predict_study
+from fibrefit.workflow.outcome.draw import draw_result
 from tests.fitting import made
 from tests.workflow import axis
 
@@ -106,6 +107,7 @@ def test_files_and_report(predicted: Prediction, tmp_path: Path) -> None:
     left = groups["observed_data"]["position"].values - groups["predictions"]["position"].values
     np.testing.assert_array_equal(left, groups["residuals"]["position"].values)
     assert len(list((out / "figures").glob("*.png"))) == 2
+    assert list(draw_result(out)) == list(predicted.plot()) != []
     assert load_study(out).parameters["stiffness"].initial is not None
     text = predicted.report()
     assert max(map(len, text.splitlines())) <= 80

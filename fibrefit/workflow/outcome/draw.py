@@ -10,14 +10,16 @@ from fibrefit.store import read_result, read_summary
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
+from fibrefit.study.summaries.sweep import SweepSummary
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
 
 NEEDED = "motion", "posterior_predictive"
-"""Groups of which a result that can be drawn holds one."""
+"""Groups of which a fit, a discovery or a posterior that can be drawn holds one."""
 
 
 def draw_result(result: Path | str) -> Figures:
@@ -26,7 +28,7 @@ def draw_result(result: Path | str) -> Figures:
     Parameters
     ----------
     result : pathlib.Path or str
-        Folder of a fit, a discovery, a posterior, a batch, a series, a plan or a comparison of effects.
+        Folder of any result but a simulation, which keeps tables alone.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
     """
     figures = figures_of(summary, groups)
     if figures is None:
-        kinds = "a fit, a discovery, a posterior, a batch, a series, a plan or a comparison, with all of its files"
+        kinds = "any result but a simulation, of this version, with all of its files"
         raise UsageError(result, "cannot be drawn from what was saved", kinds, "Run it again: figures come with it.")
     return figures
 
@@ -85,10 +87,22 @@ def _of_summary(summary: Part) -> Figures | None:
 
 def figures_of(summary: Part, groups: Any) -> Figures | None:
     """Figures of a result as it was read; None where they cannot be drawn from it."""
-    from fibrefit.plots import discovery_figures, fit_figures, saved_posterior_figures
+    from fibrefit.plots import (
+        discovery_figures,
+        fit_figures,
+        prediction_figures,
+        saved_posterior_figures,
+        sweep_figures,
+    )
 
     if (drawn := _of_summary(summary)) is not None:
         return drawn
+    if isinstance(summary, SweepSummary):
+        return sweep_figures(summary, groups) if groups else None
+    if isinstance(summary, PredictionSummary):
+        # What earlier versions saved does not say how sure the model itself is.
+        whole = any(name.endswith("_model_sd") for name in groups.get("predictions", ()))
+        return prediction_figures(groups) if whole else None
     if not any(name in groups for name in NEEDED):
         return None
     if isinstance(summary, FitSummary):

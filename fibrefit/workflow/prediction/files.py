@@ -166,7 +166,7 @@ def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
     times = np.asarray(problem.observations.experiment.times)
     shared = {"record": Variable(records, ("record",)), "time": Variable(times, grid, "s", "Time of each sample.")}
     observed, predicted, left = {}, {}, {}
-    sigma = found.sigma(*found.parts)
+    sigma, model = found.sigma(*found.parts), found.sigma("values")
     for c, channel in enumerate(problem.model.rig.channels):
         unit, reading = task.units[channel], found.seen.motion.readings[channel]
         counted = np.asarray(problem.observations.weight[channel]) > 0.0
@@ -174,6 +174,7 @@ def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
         observed[channel] = Variable(measured, grid, unit, "Measured; NaN where masked or beyond the record.")
         predicted[channel] = Variable(reading, grid, unit, "Predicted.")
         predicted[f"{channel}_sd"] = Variable(sigma[:, c], grid, unit, "Standard deviation of a new reading.")
+        predicted[f"{channel}_model_sd"] = Variable(model[:, c], grid, unit, "The same of the model's reading.")
         left[channel] = Variable(measured - reading, grid, unit, "Measured minus predicted.")
     phase = Variable(found.seen.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES)))
     return {

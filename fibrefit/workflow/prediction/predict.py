@@ -69,8 +69,7 @@ class Prediction(Predicted, AnyResult, Saved):
         """One figure a record: readings, and under them how far measurement and band lie from the prediction."""
         from fibrefit.plots import prediction_figures
 
-        whole = self.sigma(*self.parts)
-        return prediction_figures(self.task, self.seen.motion.readings, self.sigma("values"), whole)
+        return prediction_figures(self.groups())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
