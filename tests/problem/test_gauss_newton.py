@@ -164,6 +164,19 @@ def test_what_no_record_sees_stays() -> None:
     assert found.promised < SETTLED
 
 
+def test_where_slopes_are_no_numbers_a_start_is_lost_and_nothing_fails() -> None:
+    of, linear = unknowns((), records=2), Linear.drawn(9, TRUTH, records=2)
+
+    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        found = linear.gram(local, columns, targets)
+        found[1, 0, :] = found[1, :, 0] = np.nan
+        return found
+
+    found = mode(of, begun(of, records=2), gram, np.zeros(0), ARRIVED)
+    assert found.normal.cost == np.inf
+    assert found.steps == 1
+
+
 TIMES = np.linspace(0.0, 2.0, 50)
 
 

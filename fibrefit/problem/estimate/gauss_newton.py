@@ -280,7 +280,9 @@ def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
     pulls = np.where(held, 0.0, grams[:, mine, -1])
     blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), blocks)
     cross = np.where(held[:, None, :], 0.0, cross)
-    costs, pull = grams[:, -1, -1], grams[:, :n, -1].sum(axis=0)
+    # Where slopes are no numbers a record is lost, as it is where its motion is.
+    costs = np.where(np.isfinite(grams).all(axis=(1, 2)), grams[:, -1, -1], np.inf)
+    pull = grams[:, :n, -1].sum(axis=0)
     return Arrowhead(grams[:, :n, :n].sum(axis=0), cross, blocks, pull, pulls, float(costs.sum()), costs)
 
 
