@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import re
 import subprocess
@@ -44,6 +45,24 @@ def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     for parameter in inspect.signature(function).parameters:
         told = text.partition("Parameters\n----------")[2].partition("\n\nReturns")[0]
         assert parameter == "self" or re.search(rf"^\**(\w+, \**)*{parameter}\b.* : ", told, re.MULTILINE), parameter
+
+
+RESULTS = re.findall(r"autoclass:: (\S+)", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_methods_of_results_say_what_they_take_and_return(name: str) -> None:
+    module, _, of = name.rpartition(".")
+    result = getattr(importlib.import_module(module), of)
+    for called in [one for one in dir(result) if not one.startswith(("_", "write"))]:
+        method = inspect.getattr_static(result, called)
+        method = method.fget if isinstance(method, property) else method
+        if not inspect.isfunction(method) or not method.__module__.startswith("fibrefit"):
+            continue
+        text, taken = inspect.getdoc(method) or "", set(inspect.signature(method).parameters) - {"self"}
+        assert text, called
+        assert all(re.search(rf"^\**(\w+, \**)*{one}\b.* : ", text, re.MULTILINE) for one in taken), called
+        assert not taken or "Returns\n-------" in text or inspect.signature(method).return_annotation == "None", called
 
 
 def test_no_package_has_the_name_of_what_is_offered() -> None:

@@ -52,7 +52,18 @@ class Predicted:
         return self.held.task
 
     def sigma(self, *causes: str) -> np.ndarray:
-        """Standard deviation of a new reading for some causes, ``(n_record, n_channel, n_time)`` in SI units."""
+        """Standard deviation of a new reading for some causes.
+
+        Parameters
+        ----------
+        *causes : str
+            Some of `parts`: what is known to make a new reading uncertain.
+
+        Returns
+        -------
+        numpy.ndarray
+            ``(n_record, n_channel, n_time)`` in SI units.
+        """
         weight = self.task.problem.observations.weight
         noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)
         return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * noise[:, :, None]

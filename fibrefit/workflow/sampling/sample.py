@@ -85,25 +85,89 @@ class Sampled(Predicts, Findings, Saved):
         return posterior_figures(self.posterior, self.bands)
 
     def plot_corner(self, *names: str) -> Figures:
-        """Joint distribution of every two of some values: all that records share, unless named."""
+        """Joint distribution of every two of some values: all that records share, unless named.
+
+        Parameters
+        ----------
+        *names : str
+            Such as ``"stiffness"``; a value of one record is ``"release[drop_5mm.csv]"``.
+
+        Returns
+        -------
+        Figures
+            By name: ``corner``.
+
+        Raises
+        ------
+        UsageError
+            If there is no value of that name.
+        """
         from fibrefit.plots import corner_figures
 
         return corner_figures(self.posterior, names)
 
     def plot_traces(self, *names: str) -> Figures:
-        """Traces of each ensemble and rank plots: of all that records share, unless named."""
+        """Traces of each ensemble and rank plots: of all that records share, unless named.
+
+        Parameters
+        ----------
+        *names : str
+            Such as ``"stiffness"``; a value of one record is ``"release[drop_5mm.csv]"``.
+
+        Returns
+        -------
+        Figures
+            By name: ``traces``.
+
+        Raises
+        ------
+        UsageError
+            If there is no value of that name.
+        """
         from fibrefit.plots import trace_figures
 
         return trace_figures(self.posterior, names)
 
     def plot_bands(self, *records: str) -> Figures:
-        """Posterior predictive bands against what was measured, for all records unless named."""
+        """Posterior predictive bands against what was measured, for all records unless named.
+
+        Parameters
+        ----------
+        *records : str
+            Names of records.
+
+        Returns
+        -------
+        Figures
+            By ``record <name>``.
+
+        Raises
+        ------
+        UsageError
+            If there is no record of that name.
+        """
         from fibrefit.plots import band_figures
 
         return band_figures(self.posterior, self.bands, records)
 
     def plot_prior(self, *names: str) -> Figures:
-        """Prior against posterior, for all that records share unless named."""
+        """Prior against posterior, for all that records share unless named.
+
+        Parameters
+        ----------
+        *names : str
+            Such as ``"stiffness"``; a value of one record is ``"release[drop_5mm.csv]"``.
+
+        Returns
+        -------
+        Figures
+            By name: ``prior``.
+
+        Raises
+        ------
+        UsageError
+            If there is no value of that name.
+        """
         from fibrefit.plots import prior_figures
 
         return prior_figures(self.posterior, names)
