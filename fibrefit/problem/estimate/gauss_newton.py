@@ -274,16 +274,14 @@ def local_grams(
 
 def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
     """Products of slopes sorted into what is shared and what belongs to each record."""
-    n, mine = len(unknowns.shared), unknowns.own
-    held = held_places(unknowns)
-    blocks, cross = grams[:, mine[:, None], mine], grams[:, :n][:, :, mine]
+    n, mine, held = len(unknowns.shared), unknowns.own, held_places(unknowns)
     pulls = np.where(held, 0.0, grams[:, mine, -1])
-    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), blocks)
-    cross = np.where(held[:, None, :], 0.0, cross)
+    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), grams[:, mine[:, None], mine])
+    cross = np.where(held[:, None, :], 0.0, grams[:, :n][:, :, mine])
     # Where slopes are no numbers a record is lost, as it is where its motion is.
     costs = np.where(np.isfinite(grams).all(axis=(1, 2)), grams[:, -1, -1], np.inf)
-    pull = grams[:, :n, -1].sum(axis=0)
-    return Arrowhead(grams[:, :n, :n].sum(axis=0), cross, blocks, pull, pulls, float(costs.sum()), costs)
+    whole = grams[:, :n].sum(axis=0)
+    return Arrowhead(whole[:, :n], cross, blocks, whole[:, -1], pulls, float(costs.sum()), costs)
 
 
 def held_places(unknowns: Unknowns) -> np.ndarray:
