@@ -1,10 +1,10 @@
-"""A check: a statistic, its threshold, the outcome and a sentence that explains it."""
+"""A check: a statistic, its threshold and the outcome; `fibrefit.report.sentences` explains it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 Status = Literal["ok", "suspect", "failed"]
 
@@ -19,8 +19,6 @@ class Check:
         What is true where it passes, e.g. ``"the residuals are noise"``.
     passed : bool
         Outcome.
-    says : str
-        What the outcome means, in plain words: quantity, number, threshold, consequence.
     statistic, threshold : float or None
         The number compared and the limit it was compared with, in `unit`.
     unit : str
@@ -35,11 +33,12 @@ class Check:
     about : str
         ``"numbers"`` where a failure means that the values may mislead; ``"model"`` where it only says that the model
         leaves more than noise, as every model of a real rig does once the noise is small enough.
+    facts : mapping of str to object
+        What else was found, such as the channel that is worst: what a sentence needs besides the numbers.
     """
 
     name: str
     passed: bool
-    says: str
     statistic: float | None = None
     threshold: float | None = None
     unit: str = "-"
@@ -47,6 +46,7 @@ class Check:
     identifier: str = ""
     quantity: str = ""
     about: Literal["numbers", "model"] = "numbers"
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 def status_by(checks: Sequence[Check]) -> Status:

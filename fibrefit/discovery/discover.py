@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
+from fibrefit.core.check import Check
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
@@ -50,8 +52,8 @@ def discover(
         progress=progress,
         stop=lambda: budget.used > BASE * limits.seconds,
     )
-    if reasons := _broken(before):
-        return _not_trusted(before, reasons, budget)
+    if broken := _broken(before):
+        return replace(_not_trusted(before, "", budget), broken=broken)
     with time_limit(budget.left - CONCLUDING * limits.seconds):
         begin = partial(begun, task, before, effects, tell, limits.folder)
         started, _ = in_time(begin, None)
@@ -72,15 +74,15 @@ ASTRAY = 0.05
 """Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
 
 
-def _broken(before: Identification) -> str:
+def _broken(before: Identification) -> tuple[Check, ...]:
     """Why nothing can be said of what the base model lacks; empty where something can.
 
     A model that lacks much comes to no rest where bounces begin or cease. What it has yet to gain is little beside what
     it lacks, and every candidate is held against a base that is fitted again from where the candidate ended.
     """
     astray = ASTRAY * before.problem.n_measured
-    return " ".join(
-        check.says
+    return tuple(
+        check
         for check in before.checks
         if check.fatal
         and not check.passed

@@ -1,4 +1,4 @@
-"""The checks a fit is put to, and what each outcome means in plain words."""
+"""The checks a fit is put to."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import ChannelMisfit, Gap, InputError, Starts, total
 from fibrefit.fitting.thresholds import (
     AGREEMENT,
@@ -36,17 +37,9 @@ SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement 
 
 def converged(promised: float, success: bool) -> Check:
     """Whether the solver has arrived: its own word, and what another step would still gain."""
-    passed = bool(success and promised <= SETTLED)
-    says = (
-        "The solver arrived at a minimum."
-        if passed
-        else f"The cost would fall by {promised:.3g} in another step; at most {SETTLED:g} is expected. The solver "
-        "ended at a kink, where a bounce begins or ceases, or short of the minimum."
-    )
     return Check(
         "the solver converged",
-        passed,
-        says,
+        bool(success and promised <= SETTLED),
         promised,
         SETTLED,
         fatal=not promised <= ASTRAY,
@@ -57,46 +50,38 @@ def converged(promised: float, success: bool) -> Check:
 
 def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) -> Check:
     """Whether simulation of the solution is sound."""
-    named: dict[str, Any] = {"identifier": "simulation", "quantity": "soundness of the simulation"}
-    if not np.isfinite(values).all():
-        return Check("the simulation is sound", False, "The best simulation is not finite.", fatal=True, **named)
-    bad = [name for name, flag in zip(records, trouble, strict=True) if flag]
-    says = (
-        f"The motion simulated for {', '.join(bad)} switches faster than can be followed."
-        if bad
-        else "All switches of the simulated motion were located."
+    sound = bool(np.isfinite(values).all())
+    bad = tuple(name for name, flag in zip(records, trouble, strict=True) if flag)
+    return Check(
+        "the simulation is sound",
+        sound and not bad,
+        float(len(bad)) if sound else None,
+        0.0 if sound else None,
+        fatal=True,
+        identifier="simulation",
+        quantity="soundness of the simulation",
+        facts={"finite": sound, "records": bad},
     )
-    return Check("the simulation is sound", not bad, says, float(len(bad)), 0.0, fatal=True, **named)
 
 
 def second_solver(distance: float, gain: float) -> Check:
     """Whether another solver, with other coordinates, ends at the same place."""
     passed = distance <= AGREEMENT and gain <= SETTLED
-    says = (
-        "A second, independent solver ends at the same values."
-        if passed
-        else f"A second solver ends {distance:.2g} standard errors away, with a cost {abs(gain):.3g} "
-        f"{'lower' if gain > 0 else 'higher'}; at most {AGREEMENT:g} is expected. The minimum is not a plain one."
-    )
-    return Check("a second solver agrees", passed, says, distance, AGREEMENT, **SECOND)
+    return Check("a second solver agrees", passed, distance, AGREEMENT, facts={"gain": gain}, **SECOND)
 
 
 def no_second_solver() -> Check:
     """What is said where a second solver was not asked."""
-    return Check("a second solver agrees", False, "A second solver was not asked.", **SECOND)
+    return Check("a second solver agrees", False, **SECOND)
 
 
 def interrupted(starts: Starts) -> Check:
     """What is said of a fit that was not let to its end."""
-    planned = starts.planned or starts.tried
-    says = f"Interrupted: {starts.tried} of {planned} starts came to an end"
-    says += "; what should follow them was cut short." if starts.tried == planned else "; the best of them is kept."
     return Check(
         "the fit ran to its end",
         False,
-        says,
         float(starts.tried),
-        float(planned),
+        float(starts.planned or starts.tried),
         identifier=COMPLETION,
         quantity="completion of the fit",
     )
@@ -127,60 +112,44 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
         By how many the next minimum is less probable, errors of measured inputs taken off both; 0 where not known.
     """
     share = starts.agreeing / starts.tried
-    says = f"{starts.agreeing} of {starts.tried} starts ended in the best minimum."
     excess = _excess(starts)
-    if np.isfinite(excess):
-        others = int(np.sum(starts.basin > 0))
-        says += f" {others} ended in others, the nearest with residuals {excess:.3g} times as large"
-        says += ": bounces matched in the wrong order are such minima."
-    if (lost := int(np.sum(starts.basin < 0))) > 0:
-        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
     few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > DECIDED)
-    if few and share < STARTS:
-        says += " The best one leaves only noise: none can lie below it."
-    elif share < STARTS:
-        says += f" At least {100 * STARTS:.0f} % are expected: a better minimum may have been missed."
+    others, lost = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0))
+    counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost}
     return Check(
         "starts agree",
         share >= STARTS or few,
-        says,
         share,
         STARTS,
         identifier="starts",
         quantity="agreement of the starts (multistart)",
+        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess},
     )
 
 
 def inside_bounds(at_bound: list[str]) -> Check:
     """Whether no parameter was stopped by a bound."""
-    says = (
-        f"{', '.join(at_bound)} stopped at the bound: the data want a value beyond it, "
-        "so the model or the bound is wrong."
-        if at_bound
-        else "No parameter lies at a bound."
-    )
     return Check(
         "no parameter at a bound",
         not at_bound,
-        says,
         float(len(at_bound)),
         0.0,
         identifier="bounds",
         quantity="distance of the parameters from their bounds",
+        facts={"parameters": tuple(at_bound)},
     )
 
 
 def determined(weak: tuple[Weakness, ...]) -> Check:
     """Whether the records determine every shared parameter."""
-    says = " ".join(weakness.says for weakness in weak) or "The records determine every parameter."
     return Check(
         "every parameter is determined",
         not weak,
-        says,
         float(len(weak)),
         0.0,
         identifier="identifiability",
         quantity="identifiability of the parameters",
+        facts={"weak": weak},
     )
 
 
@@ -194,11 +163,8 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
         Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """
     ratio, limit = total(gap), GAP * expected
-    passed = ratio <= limit
-    says = f"The residual RMS is {ratio:.3g} times the noise; at most {limit:.3g} is expected. "
-    says += "There is nothing to explain." if passed else "The model lacks something."
     named: dict[str, Any] = {"identifier": "residual_size", "quantity": "residual size", "about": "model"}
-    return Check("the gap is noise", passed, says, ratio, limit, **named)
+    return Check("the gap is noise", ratio <= limit, ratio, limit, **named)
 
 
 def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
@@ -214,41 +180,38 @@ def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
     share = shares.get(worst, 0.0)
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
     hopeless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
-    passed = share <= UNEXPLAINED
-    says = f"Of no signal is more than {100.0 * UNEXPLAINED:g} % of the variance left beyond its noise."
-    if not passed:
-        says = (
-            f"{100.0 * share:.2g} % of the variance of the {worst} is left beyond its noise; at most "
-            f"{100.0 * UNEXPLAINED:g} % passes. So much may be taken up by the values: they may mislead."
-        )
-        if hopeless:
-            says += f" Beyond {100.0 * USELESS:g} % they are of no use: a fault in what the study states is likelier."
-    named: dict[str, Any] = {"identifier": EXPLAINED, "quantity": "share of the signal that is explained"}
-    return Check("the signal is explained", passed, says, share, UNEXPLAINED, fatal=hopeless, **named)
+    return Check(
+        "the signal is explained",
+        share <= UNEXPLAINED,
+        share,
+        UNEXPLAINED,
+        fatal=hopeless,
+        identifier=EXPLAINED,
+        quantity="share of the signal that is explained",
+        facts={"channel": worst, "hopeless": hopeless, "useless": USELESS},
+    )
 
 
-def useless(check: Check, says: str) -> Check:
+def useless(check: Check, weight: Outweighed | None) -> Check:
     """A signal that is not explained, where what is left outweighs a value.
 
     Parameters
     ----------
     check : Check
         As `signal_explained` has it.
-    says : str
-        Which value; empty where there is none.
+    weight : Outweighed or None
+        Which value; None where there is none.
     """
-    return check if check.passed or check.fatal or not says else replace(check, fatal=True, says=f"{check.says} {says}")
+    if check.passed or check.fatal or weight is None:
+        return check
+    return replace(check, fatal=True, facts={**check.facts, "outweighed": weight})
 
 
 def exchanged() -> Check:
     """What is said of records whose force is the smoother one, and which the model does not explain."""
-    says = (
-        "Force and position look exchanged: the position is rougher than the force, of which it is the double integral."
-    )
     return Check(
         "force and position are in their places",
         False,
-        f"{says} Exchange their columns under [channels], or their headings.",
         fatal=True,
         identifier="exchanged_channels",
         quantity="columns of force and position",
@@ -263,52 +226,32 @@ def _unexplained(gap: ChannelMisfit) -> float:
 
 def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
     """Whether what had to be taken off each measured input is no larger than its noise."""
-    checks = []
-    for name, error in errors.items():
-        ratio = error.rms / error.noise
-        passed = 0.0 < ratio <= INPUT_ERROR
-        if passed:
-            says = f"The measured {name} was corrected within its noise."
-        elif ratio == 0.0:
-            says = f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
-        else:
-            says = (
-                f"The error of the {name} would have to be {ratio:.3g} times its noise; at most {INPUT_ERROR:g} is "
-                "expected. The model lacks something."
-            )
-        checks.append(
-            Check(
-                f"the {name} is as measured",
-                passed,
-                says,
-                ratio,
-                INPUT_ERROR,
-                identifier=f"{name}_error",
-                quantity=f"error of the measured {name}",
-                about="model",
-            )
+    return [
+        Check(
+            f"the {name} is as measured",
+            0.0 < error.rms / error.noise <= INPUT_ERROR,
+            error.rms / error.noise,
+            INPUT_ERROR,
+            identifier=f"{name}_error",
+            quantity=f"error of the measured {name}",
+            about="model",
         )
-    return checks
+        for name, error in errors.items()
+    ]
 
 
 def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
     """Whether the noise was measured, not guessed."""
-    guessed = [channel for channel, seen in noise.items() if seen.samples == 0 and channel not in given]
-    says = (
-        f"The records hold no rest: noise of {', '.join(guessed)} is taken from fast changes alone and may be larger. "
-        "State it under [noise] if it is known."
-        if guessed
-        else "Noise is known from records at rest or from the study."
-    )
+    guessed = tuple(channel for channel, seen in noise.items() if seen.samples == 0 and channel not in given)
     return Check(
         "the noise is known",
         not guessed,
-        says,
         float(len(guessed)),
         0.0,
         identifier="noise_level",
         quantity="noise level",
         about="model",
+        facts={"channels": guessed},
     )
 
 

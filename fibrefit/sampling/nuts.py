@@ -58,15 +58,13 @@ class CrossCheck:
         """
         worst = int(np.argmax(np.abs(self.scores)))
         most = float(np.abs(self.scores[worst]))
-        passed = self.agrees
-        says = (
-            f"The means of the ensembles and of NUTS {'agree' if passed else 'differ'}: by {most:.2g} Monte-Carlo "
-            f"standard errors at most ({names[worst]})."
-        )
-        if self.divergent:
-            says += f" {self.divergent} transitions of NUTS were divergent."
         return Check(
-            "NUTS finds the same posterior", passed, says, most, identifier="nuts", quantity="agreement with NUTS"
+            "NUTS finds the same posterior",
+            self.agrees,
+            most,
+            identifier="nuts",
+            quantity="agreement with NUTS",
+            facts={"worst": names[worst], "divergent": self.divergent},
         )
 
 

@@ -11,13 +11,13 @@ from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.records import Record
+from fibrefit.report.sentences.fit import fit_checks, fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import (
     Basin,
     BetweenRecordsSummary,
     ChannelGap,
-    CheckSummary,
     CorrelationSummary,
     FitSummary,
     InputErrorSummary,
@@ -47,7 +47,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         input_errors={name: InputErrorSummary.of(error) for name, error in found.input_errors.items()},
         records={record.name: _record_summary(record, found) for record in records},
         between_records={name: BetweenRecordsSummary.of(one) for name, one in found.between.items()},
-        checks=tuple(map(CheckSummary.of, found.checks)),
+        checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
         estimator=found.estimator,
@@ -56,7 +56,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         error_inflation=found.inflation,
         correlations=strong_correlations(found),
         statistics=statistics(found),
-        findings=tuple(check.says for check in found.checks if check.identifier == DETERMINED and not check.passed),
+        findings=tuple(fit_sentence(c) for c in found.checks if c.identifier == DETERMINED and not c.passed),
         advice=found.advice,
         provenance=origin,
     )

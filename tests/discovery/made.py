@@ -62,7 +62,6 @@ def identified(
     names = tuple(slot.name for slot, r in layout.entries if r is None)
     ends = np.tile(values[: len(names)], (4, 1))
     passed = ratio < 1.1 and not fatal
-    says = "The best simulation is not finite." if fatal else "The model lacks something."
     return Identification(
         problem=problem,
         values=values,
@@ -78,7 +77,7 @@ def identified(
         residuals=residuals,
         motion=motion,
         starts=Starts(names, ends, ends, np.tile(values, (4, 1)), np.ones(4), np.ones(4, int), np.zeros(4, int)),
-        checks=(Check(GAP, passed, says if not passed else "Nothing to explain.", ratio, 1.1, fatal=fatal),),
+        checks=(Check(GAP, passed, ratio, 1.1, fatal=fatal, identifier="residual_size"),),
         advice=()
         if passed
         else ('Run "fibrefit discover" on this study: it names what the model lacks.', "Measure longer."),

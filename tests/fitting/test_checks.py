@@ -23,6 +23,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.transform import Range
+from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.simulation.model import Experiment
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
@@ -110,10 +111,10 @@ def test_each_check_passes_and_fails(good: Check, bad: Check, says: str) -> None
     assert good.name == bad.name
     assert good.passed
     assert not bad.passed
-    assert says in bad.says
-    assert good.says != bad.says
+    assert says in fit_sentence(bad)
+    assert fit_sentence(good) != fit_sentence(bad)
     for check in (good, bad):
-        assert check.says.endswith(".")
+        assert fit_sentence(check).endswith(".")
 
 
 def test_only_what_makes_a_result_useless_is_fatal() -> None:
@@ -170,7 +171,7 @@ def test_a_tone_is_seen_in_the_spectrum(clean: ResidualSet) -> None:
     tone = 0.5 * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
     spectrum, _, states = changed(clean, 1, tone)
     assert not spectrum.passed
-    assert "position between 125 and 250 Hz" in spectrum.says
+    assert "position between 125 and 250 Hz" in fit_sentence(spectrum)
     assert states.passed
 
 
@@ -178,7 +179,7 @@ def test_a_phase_that_is_explained_badly_is_named(clean: ResidualSet) -> None:
     slow = 1.5 * np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / RATE)
     _, phases, _ = changed(clean, 0, np.where(clean.motion.phase == UNLOADING, slow, 0.0))
     assert not phases.passed
-    assert "force while taut, unloading" in phases.says
+    assert "force while taut, unloading" in fit_sentence(phases)
 
 
 def test_noise_that_is_louder_in_a_phase_is_noise(clean: ResidualSet) -> None:
@@ -206,21 +207,25 @@ def test_slow_noise_that_rests_show_passes_and_that_they_do_not_fails(clean: Res
 def test_a_force_that_depends_on_speed_is_named(clean: ResidualSet) -> None:
     _, _, states = changed(clean, 0, 2.0 * clean.motion.states["speed"])
     assert not states.passed
-    assert "force residual depends on the speed" in states.says
+    assert "force residual depends on the speed" in fit_sentence(states)
 
 
 @pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
 def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
     (check,) = judge.inputs_within_noise({"drive": InputError(rms * 1e-5, 1e-5, "m")})
     assert check.passed is passed
-    assert passed or "the error of the drive would have to be 1.3 times its noise; at most 1.15" in check.says.lower()
+    assert (
+        passed
+        or "the error of the drive would have to be 1.3 times its noise; at most 1.15" in fit_sentence(check).lower()
+    )
 
 
 def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
     (check,) = judge.inputs_within_noise({"drive": InputError(0.0, 1e-5, "m")})
     assert not check.passed
     assert (
-        check.says == "The drive was taken as it was measured: the model lacks more than an error of it could explain."
+        fit_sentence(check)
+        == "The drive was taken as it was measured: the model lacks more than an error of it could explain."
     )
 
 
@@ -272,7 +277,7 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     problem, values = found.problem, found.values
     normal = np.linalg.inv(found.covariance)
     ask = lambda weak, *failed: advice(  # noqa: E731
-        problem, values, normal, found.covariance, weak, tuple(Check("", False, "", identifier=name) for name in failed)
+        problem, values, normal, found.covariance, weak, tuple(Check("", False, identifier=name) for name in failed)
     )
     assert ask(()) == ()
     assert "fibrefit discover" in ask((), "residual_size")[0]

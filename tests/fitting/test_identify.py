@@ -13,6 +13,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.solve import gram_at
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.fit import fit_sentence
 from tests.fitting import made
 
 FAR = 4.0
@@ -34,7 +35,7 @@ def test_the_truth_is_found_and_the_verdict_is_ok(found: Identification) -> None
         assert estimate.value == pytest.approx(made.TRUTH[name], rel=0.01)
         assert estimate.interval_95[0] < estimate.value < estimate.interval_95[1]
     assert total(found.gap) == pytest.approx(1.0, abs=0.08)
-    assert found.status == "ok", [check.says for check in found.checks if not check.passed]
+    assert found.status == "ok", [fit_sentence(check) for check in found.checks if not check.passed]
 
 
 def test_what_each_record_has_for_itself_is_found_too(found: Identification) -> None:
@@ -105,7 +106,7 @@ DAMAGE = {
 def test_masked_samples_do_not_disturb_the_fit(tmp_path: Path, found: Identification, damage: str) -> None:
     records = [DAMAGE[damage](one) for one in made.records(share=0.5, seed=3)]
     hurt = identify(made.task(tmp_path, records), starts=made.STARTS)
-    assert hurt.status == "ok", [check.says for check in hurt.checks if not check.passed]
+    assert hurt.status == "ok", [fit_sentence(check) for check in hurt.checks if not check.passed]
     assert all(abs(error) < FAR for error in errors(hurt).values())
     # What the masked samples knew is lost, and no more than that.
     for name, estimate in hurt.parameters.items():
@@ -148,7 +149,7 @@ def test_a_bound_that_excludes_the_truth_is_reported(tmp_path: Path) -> None:
     assert not stopped.parameters["stiffness"].at_bound
     assert stopped.parameters["damping"].interval_95[1] <= 20.0
     assert stopped.status == "suspect"
-    says = next(check.says for check in stopped.checks if check.name == "no parameter at a bound")
+    says = next(fit_sentence(check) for check in stopped.checks if check.name == "no parameter at a bound")
     assert says.startswith("damping stopped at the bound")
 
 

@@ -11,6 +11,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.multistart import CHUNK, Searched, search, sobol_starts
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.fit import fit_sentence
 
 STARTS = 4 * CHUNK
 
@@ -63,8 +64,10 @@ def test_the_result_says_that_it_is_not_whole(task: Task, found: Identification)
     cut = identify(task, starts=STARTS, stop=after(0))
     check = cut.checks[0]
     assert (check.name, check.passed) == ("the fit ran to its end", False)
-    assert check.says == f"Interrupted: 1 of {STARTS} starts came to an end; the best of them is kept."
-    assert "A second solver was not asked." in [check.says for check in cut.checks]
+    assert fit_sentence(check) == f"Interrupted: 1 of {STARTS} starts came to an end; the best of them is kept."
+    assert "A second solver was not asked." in [
+        fit_sentence(check) for check in cut.checks if check.identifier == "second_solver"
+    ]
     assert cut.status != "ok"
     errors = np.sqrt(np.diag(found.covariance))
     assert np.abs((cut.values - found.values) / errors).max() < 0.05
@@ -81,7 +84,10 @@ def test_profiles_that_were_found_are_kept(task: Task) -> None:
     cut = identify(task, 1, how=How(profile=True), stop=stop)
     kinds = [estimate.interval_kind for estimate in cut.estimates if estimate.record is None]
     assert kinds == ["profile likelihood", "normal", "normal"]
-    assert cut.checks[0].says == "Interrupted: 1 of 1 starts came to an end; what should follow them was cut short."
+    assert (
+        fit_sentence(cut.checks[0])
+        == "Interrupted: 1 of 1 starts came to an end; what should follow them was cut short."
+    )
 
 
 def test_a_fit_that_is_let_to_its_end_says_nothing_of_it(found: Identification) -> None:

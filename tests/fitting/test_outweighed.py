@@ -15,13 +15,14 @@ from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
+from fibrefit.report.sentences.fit import fit_sentence
 
 TRUTH = 2.0
 POSITIVE = Range(0.0, np.inf, 1.0)
 
 
-def said(share: float, limits: Range = POSITIVE, noise: float = 1e-3, samples: int = 2400, value: float = TRUTH) -> str:
-    """What is said of a model ``c v`` that leaves `share` of what it does, in a shape that it cannot imitate."""
+def said(share: float, limits: Range = POSITIVE, noise: float = 1e-3, samples: int = 2400, value: float = TRUTH) -> Any:
+    """What outweighs of a model ``c v`` that leaves `share` of what it does, in a shape that it cannot imitate."""
     turn = np.linspace(0.0, 24.0 * np.pi, samples)
     speed, other = np.sin(turn) / noise, np.cos(turn) / noise
     left = share * TRUTH * other + np.random.default_rng(0).standard_normal(samples)
@@ -31,7 +32,8 @@ def said(share: float, limits: Range = POSITIVE, noise: float = 1e-3, samples: i
 
 
 def test_a_value_that_does_less_than_what_is_left_is_named() -> None:
-    assert said(1.5).startswith("What is left is 1.5 times what the damping of 2 N s/m does in the readings")
+    found = said(1.5)
+    assert (found.name, found.value, found.ratio) == ("damping", TRUTH, pytest.approx(1.5, rel=0.05))
 
 
 @pytest.mark.parametrize(("noise", "samples"), [(1e-3, 2400), (1e-2, 2400), (1e-3, 24_000), (1e-1, 240)])
@@ -43,11 +45,11 @@ def test_neither_noise_nor_samples_matter(noise: float, samples: int) -> None:
 @pytest.mark.parametrize("noise", [0.1, 1.0, 5.0])
 def test_noise_outweighs_nothing(noise: float) -> None:
     """The value is not determined at all then, and error bars say so."""
-    assert said(0.0, noise=noise) == ""
+    assert said(0.0, noise=noise) is None
 
 
 def test_what_may_have_either_sign_has_no_factor() -> None:
-    assert said(3.0, limits=Range(-np.inf, np.inf, 1.0)) == ""
+    assert said(3.0, limits=Range(-np.inf, np.inf, 1.0)) is None
 
 
 def test_a_value_that_was_driven_to_nothing_is_held_against_its_typical_size() -> None:
@@ -61,8 +63,9 @@ def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     )
     told = judge.useless(left, said(1.5))
     assert status_by([told]) == "failed"
-    assert told.says.startswith(left.says)
-    assert "may be off by a factor" in told.says
-    assert judge.useless(left, "") is left
+    assert fit_sentence(told).startswith(fit_sentence(left))
+    words = "What is left is 1.5 times what the damping of 2 N s/m does in the readings, at most 1 passes"
+    assert f"{words}: this value may be off by a factor" in fit_sentence(told)
+    assert judge.useless(left, None) is left
     assert status_by([left]) == "suspect"
     assert judge.useless(explained, said(1.5)) is explained

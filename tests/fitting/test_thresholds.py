@@ -158,8 +158,8 @@ def louder_octave(ratio: float) -> bool:
 
 
 OF_WEIGHT = {
-    "OUTWEIGHED": (lambda share: said_of_weight(share) == "", 0.8, 1.2),
-    "SMALL": (lambda inverse: said_of_weight(1.5, limits=Range(0.0, np.inf, 1.0 / inverse)) == "", 0.025, 0.045),
+    "OUTWEIGHED": (lambda share: said_of_weight(share) is None, 0.8, 1.2),
+    "SMALL": (lambda inverse: said_of_weight(1.5, limits=Range(0.0, np.inf, 1.0 / inverse)) is None, 0.025, 0.045),
 }
 
 

@@ -18,6 +18,7 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
+from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records, task_of
@@ -107,7 +108,7 @@ def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
     gap = ChannelMisfit(10.0, 0.4, "N", explained)
     check = checks.signal_explained({"force": gap})
     assert status_by([check]) == status
-    assert ("of no use" in check.says) == (status == "failed")
+    assert ("of no use" in fit_sentence(check)) == (status == "failed")
 
 
 def test_exchanged_channels_fail_a_fit() -> None:
@@ -151,5 +152,5 @@ def test_values_off_by_a_factor_are_failed(tmp_path: Path, mistake: str) -> None
     found = identify(task_of(load_study(mistaken(tmp_path, **given))), starts=8)
     off = max(abs(math.log(max(found.parameters[name].value, 1e-3) / value)) for name, value in TRUTH.items())
     print(f"\n{mistake}: {found.status}, off by a factor of {math.exp(off):.3g}")
-    assert found.status == status, [check.says for check in found.checks if not check.passed]
+    assert found.status == status, [fit_sentence(check) for check in found.checks if not check.passed]
     assert (off > math.log(1.3)) == (status == "failed")

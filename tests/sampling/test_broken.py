@@ -16,6 +16,7 @@ from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_advice
+from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.checks import assess
 from fibrefit.sampling.mode.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
@@ -40,7 +41,7 @@ def judged(
     checks = assess(aim, modes, found, approximations[0].centre, chosen)
     # Whoever is warned is told what to do, and a good posterior is not called into question.
     told = posterior_advice(checks, modes[0].course.converged, asked_nuts=True)
-    assert bool(told) == (status(checks) != "ok"), [check.says for check in checks if not check.passed]
+    assert bool(told) == (status(checks) != "ok"), [posterior_sentence(check) for check in checks if not check.passed]
     return {check.name: check for check in checks}, found, status(checks)
 
 
@@ -48,7 +49,7 @@ def test_a_good_posterior_passes_all() -> None:
     """The negative control of all the others."""
     density = normal(np.zeros(2), np.eye(2))
     checks, found, verdict = judged(density, [around(density, np.zeros(2), np.eye(2))])
-    assert verdict == "ok", [c.says for c in checks.values() if not c.passed]
+    assert verdict == "ok", [posterior_sentence(c) for c in checks.values() if not c.passed]
     assert found["a"].sd == pytest.approx(1.0, abs=0.1)
 
 
@@ -63,7 +64,7 @@ def test_two_known_modes_are_weighed_and_never_averaged() -> None:
     found = [around(two_modes, np.array([c, 0.0]), np.eye(2)) for c in (0.0, 12.0)]
     checks, marginal, verdict = judged(two_modes, found)
     assert verdict == "suspect"
-    says = checks["there is one mode"].says
+    says = posterior_sentence(checks["there is one mode"])
     assert says.startswith(
         "The posterior is multimodal: weight 0.6 at a = 12 m, b = 0 m; weight 0.4 at a = 0 m, b = 0 m."
     )
@@ -92,8 +93,8 @@ def test_a_strong_correlation_is_named() -> None:
         "posterior_correlation",
         "strongest posterior correlation",
     )
-    assert correlation.says.startswith("The posterior |correlation| of a and b is 1.0000")
-    assert "only a combination of them is determined" in correlation.says
+    assert posterior_sentence(correlation).startswith("The posterior |correlation| of a and b is 1.0000")
+    assert "only a combination of them is determined" in posterior_sentence(correlation)
 
 
 def test_a_start_far_out_is_found_out() -> None:
@@ -109,7 +110,7 @@ def test_a_start_far_out_is_found_out() -> None:
 def test_a_start_too_far_for_the_budget_is_no_answer() -> None:
     density = normal(np.array([0.0, 60.0]), np.eye(2))
     checks, _, verdict = judged(density, [around(density, np.array([60.0, 0.0]), 0.01 * np.eye(2))], max_steps=12)
-    assert verdict == "failed", [c.says for c in checks.values()]
+    assert verdict == "failed", [posterior_sentence(c) for c in checks.values()]
 
 
 def test_what_the_data_do_not_see_is_the_prior_and_said_so() -> None:
@@ -118,7 +119,7 @@ def test_what_the_data_do_not_see_is_the_prior_and_said_so() -> None:
     approximation = around(density, np.array([0.0, 3.0]), np.diag([1.0, 4.0]))
     checks, found, verdict = judged(density, [approximation], (WIDE, prior))
     assert verdict == "suspect"
-    says = checks["every posterior is narrower than its prior"].says
+    says = posterior_sentence(checks["every posterior is narrower than its prior"])
     assert says.startswith("Posterior / prior width of b exceeds 0.8 (largest ")
     assert says.endswith("): the data tell nothing of it, and what is reported is the prior.")
     assert found["b"].prior_share > 0.9
@@ -130,7 +131,9 @@ def test_a_posterior_that_a_bound_truncates_is_named() -> None:
     density = lambda x: np.where(x[:, 0] > 0.0, -x[:, 0] - 0.5 * x[:, 1] ** 2, -np.inf)  # noqa: E731
     checks, _, verdict = judged(density, [Approximation(np.array([1.0, 0.0]), np.eye(2), -1.0)], (positive, WIDE))
     assert verdict == "suspect"
-    assert "The posterior of a is truncated by a bound" in checks["no posterior is truncated by a bound"].says
+    assert "The posterior of a is truncated by a bound" in posterior_sentence(
+        checks["no posterior is truncated by a bound"]
+    )
 
 
 def test_an_improper_prior_is_named_where_the_data_make_up_for_it() -> None:
@@ -138,7 +141,7 @@ def test_an_improper_prior_is_named_where_the_data_make_up_for_it() -> None:
     endless = Prior(False, 1.0, math.inf)
     checks, _, verdict = judged(density, [around(density, np.zeros(2), np.eye(2))], (endless, WIDE))
     assert verdict == "suspect"
-    assert checks["every prior is proper"].says.startswith("The prior of a is improper")
+    assert posterior_sentence(checks["every prior is proper"]).startswith("The prior of a is improper")
 
 
 FALLING = 150
@@ -158,8 +161,8 @@ def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
         falling, ChainStart(falling.start), PosteriorRequest(noise="coloured", settings=Settings(seed=1)), stated=stated
     )
     contraction = {check.name: check for check in found.checks}["every posterior is narrower than its prior"]
-    assert contraction.says.startswith("Posterior / prior width of stiffness, damping exceeds 0.8 ")
-    assert "what is reported is the prior" in contraction.says
+    assert posterior_sentence(contraction).startswith("Posterior / prior width of stiffness, damping exceeds 0.8 ")
+    assert "what is reported is the prior" in posterior_sentence(contraction)
     assert found.status != "ok"
     assert found.marginals["damping"].mean == pytest.approx(20.0, abs=0.5)
     assert found.marginals["damping"].sd == pytest.approx(3.0, rel=0.15)

@@ -13,6 +13,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.posterior import Posterior
@@ -50,7 +51,7 @@ def test_it_holds_the_truth(posterior: Posterior, small: tuple[Task, np.ndarray]
 
 
 def test_it_passes_its_checks(posterior: Posterior) -> None:
-    assert posterior.status == "ok", [check.says for check in posterior.checks if not check.passed]
+    assert posterior.status == "ok", [posterior_sentence(check) for check in posterior.checks if not check.passed]
     assert posterior.course.converged
     assert len({check.name for check in posterior.checks}) == len(posterior.checks) == 11
 
@@ -157,10 +158,10 @@ def test_missing_physics_sets_off_the_alarm() -> None:
     )
     checks = {check.name: check for check in found.checks}
     assert not checks["the residuals are noise"].passed
-    assert "Run discover" in checks["the residuals are noise"].says
+    assert "Run discover" in posterior_sentence(checks["the residuals are noise"])
     hausman_test = checks["plain and whitened estimates agree"]
     assert not hausman_test.passed
-    assert "noise model is explaining it away: run discover" in hausman_test.says
+    assert "noise model is explaining it away: run discover" in posterior_sentence(hausman_test)
     assert found.status != "ok"
 
 

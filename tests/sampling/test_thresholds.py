@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling import checks as judge
 from fibrefit.sampling import thresholds
 from fibrefit.sampling.posterior import Marginal
@@ -78,7 +79,13 @@ CASES = (
     ),
     Bracket("SECOND_MODE", judge, lambda x: judge.one_mode(modes(x), TARGET).passed, 0.008, 0.012),
     Bracket("UNCONTRACTED", judge, lambda x: judge.contraction(marginal(x)).passed, 0.7, 0.9),
-    Bracket("PRIOR_MATTERS", judge, lambda x: "matters" not in judge.contraction(marginal(x)).says, 0.25, 0.35),
+    Bracket(
+        "PRIOR_MATTERS",
+        judge,
+        lambda x: "matters" not in posterior_sentence(judge.contraction(marginal(x))),
+        0.25,
+        0.35,
+    ),
     Bracket("STRONG", judge, lambda x: judge.correlation(NAMES, correlated(x)).passed, 0.99, 0.9975),
     Bracket("FAR", judge, at, np.sqrt(2.0) + 3.0, np.sqrt(2.0) + 5.0),
     Bracket("TRUNCATED", judge, lambda x: judge.truncation(marginal(0.1, x)).passed, 0.15, 0.07),

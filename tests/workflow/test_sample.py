@@ -45,7 +45,7 @@ def kept(sampled: Sampled, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_holds_the_truth_and_is_as_wide_as_the_fit_says(sampled: Sampled, fit: Fit) -> None:
-    assert sampled.status == "ok", [check.says for check in sampled.checks if not check.passed]
+    assert sampled.status == "ok", [check.name for check in sampled.checks if not check.passed]
     assert list(sampled.parameters) == SHARED
     for name, truth in made.TRUTH.items():
         found, fitted = sampled.parameters[name], fit.parameters[name]

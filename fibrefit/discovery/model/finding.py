@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.effects.law import Effect
@@ -200,6 +201,8 @@ class Finding:
         Effects that the time did not suffice for.
     undone : tuple of str
         Other parts of the search that it did not suffice for, in words.
+    broken : tuple of Check
+        Those of the first fit that leave nothing to search from; the reason, where there are any.
     """
 
     verdict: Verdict
@@ -219,3 +222,4 @@ class Finding:
     proposed_law: ProposedLaw | None = None
     untried: tuple[str, ...] = ()
     undone: tuple[str, ...] = ()
+    broken: tuple[Check, ...] = ()

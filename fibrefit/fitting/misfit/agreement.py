@@ -6,11 +6,12 @@ hardens is a larger one in a higher drop. Error bars from residuals alone do not
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.special import fdtrc
 
 from fibrefit.core.check import Check
-from fibrefit.core.units import format_quantity
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import MEMORY, Scores, newey_west_of, sandwich
 from fibrefit.problem.statement.layout import least_squares
@@ -36,7 +37,7 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
     if len(scores.columns) < 2 or not shared:
         return None
     steps, errors = _steps(scores)
-    worst, chance, change = 1.0, 1.0, ""
+    chance, facts = 1.0, dict[str, Any]()
     for i in shared:
         seen = np.isfinite(errors[:, i]) & (errors[:, i] > 0.0)
         if (number := int(seen.sum())) < 2:
@@ -46,24 +47,17 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
         ratio = float(np.sum(weight * (steps[seen, i] - mean) ** 2) / (number - 1))
         by_chance = float(fdtrc(number - 1, number / MEMORY, ratio)) * len(shared)
         if by_chance < chance:
-            worst, chance = float(np.sqrt(ratio)), by_chance
-            change = _change(problem, i, values[i] + steps[seen, i])
-    passed = chance >= RARE_SCATTER
-    says = "Single records ask for the same values, within their error bars."
-    if not passed:
-        says = (
-            f"{change} from record to record, {worst:.2g} times their error bars; a chance of {chance:.2g}, at "
-            f"least {RARE_SCATTER:g} is expected. What the model lacks changes this value with the conditions: it may "
-            "mislead."
-        )
+            chance, own, slot = by_chance, values[i] + steps[seen, i], problem.layout.entries[i][0]
+            facts = {"parameter": slot.name, "unit": slot.unit, "ratio": float(np.sqrt(ratio))}
+            facts |= {"low": float(own.min()), "high": float(own.max())}
     return Check(
         "single records agree",
-        passed,
-        says,
+        chance >= RARE_SCATTER,
         chance,
         RARE_SCATTER,
         identifier="records_agree",
         quantity="agreement of the records",
+        facts=facts,
     )
 
 
@@ -81,9 +75,3 @@ def _steps(scores: Scores) -> tuple[np.ndarray, np.ndarray]:
         steps[r, columns[there]] = step[there]
         errors[r, columns[there]] = np.sqrt(np.diag(covariance))[there]
     return steps, errors
-
-
-def _change(problem: Problem, index: int, found: np.ndarray) -> str:
-    slot = problem.layout.entries[index][0]
-    low, high = (format_quantity(float(value), slot.unit, 3) for value in (found.min(), found.max()))
-    return f"The {slot.name.rpartition('.')[2].replace('_', ' ')} goes from {low} to {high}"

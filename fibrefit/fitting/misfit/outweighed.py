@@ -8,17 +8,36 @@ but that.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from fibrefit.core.units import format_quantity
 from fibrefit.fitting.thresholds import OUTWEIGHED, SMALL
 from fibrefit.fitting.uncertainty import Scores, sandwich
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.thresholds import GAP
 
 
-def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> str:
-    """The value whose trace is outweighed most, in words; empty where none is.
+class Outweighed(NamedTuple):
+    """A value whose trace is outweighed.
+
+    Parameters
+    ----------
+    name, unit : str
+    value : float in SI units
+    ratio, most : float
+        What is left over what the value does in the readings, and the most that passes.
+    """
+
+    name: str
+    value: float
+    unit: str
+    ratio: float
+    most: float = OUTWEIGHED
+
+
+def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed | None:
+    """The value whose trace is outweighed most; None where none is.
 
     Parameters
     ----------
@@ -34,20 +53,14 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> str:
     and those the records do not see at all are told elsewhere.
     """
     variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
-    worst, named = OUTWEIGHED, ""
+    worst: Outweighed | None = None
     for i, (slot, record) in enumerate(layout.entries):
         if record is None and slot.range.lower >= 0.0 and np.isfinite(variance[i]):
             moved = float(np.sqrt(_beyond_noise(scores) * variance[i]))
             ratio = moved / max(abs(float(values[i])), SMALL * slot.range.scale)
-            if ratio > worst:
-                worst = ratio
-                said = format_quantity(float(values[i]), slot.unit, 2)
-                name = slot.name.rpartition(".")[2].replace("_", " ")
-                named = (
-                    f"What is left is {ratio:.2g} times what the {name} of {said} does in the readings, at most "
-                    f"{OUTWEIGHED:g} passes: this value may be off by a factor, and the fit is of no use."
-                )
-    return named
+            if ratio > (OUTWEIGHED if worst is None else worst.ratio):
+                worst = Outweighed(slot.name, float(values[i]), slot.unit, ratio)
+    return worst
 
 
 def _beyond_noise(scores: Scores) -> float:

@@ -70,30 +70,23 @@ def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
 
 
 def _spectrum(residual_set: ResidualSet) -> Check:
-    worst, where = 0.0, ""
+    worst, where = 0.0, ("", 0.0)
     for c, channel in enumerate(residual_set.channels):
         loud = loudness(residual_set, c) ** 2
         for low, ratio, chance in _octaves(residual_set, c):
             # A low octave holds few frequencies: chance alone lifts it.
             excess = ratio / (chance * loud)
             if excess > worst:
-                worst, where = excess, f"{channel} between {low:.3g} and {2 * low:.3g} Hz"
-    passed = worst <= SPECTRUM_RATIO
-    says = (
-        f"The residuals' power is nowhere more than {SPECTRUM_RATIO:g} times that of the noise at rest."
-        if passed
-        else f"The residuals' power in the {where} is {worst:.3g} times that of the rests; chance allowed for, at "
-        f"most {SPECTRUM_RATIO:g} is expected. They are not noise."
-    )
+                worst, where = excess, (channel, low)
     return Check(
         "residuals have the noise's spectrum",
-        passed,
-        says,
+        worst <= SPECTRUM_RATIO,
         float(worst),
         SPECTRUM_RATIO,
         identifier="residual_spectrum",
         quantity="residual spectrum",
         about="model",
+        facts={"channel": where[0], "low": where[1]},
     )
 
 
@@ -140,7 +133,7 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> list[tu
 
 
 def _phases(residual_set: ResidualSet) -> Check:
-    worst, where = 0.0, ""
+    worst, where = 0.0, ("", "")
     for c, channel in enumerate(residual_set.channels):
         for index, phase in enumerate(PHASES):
             inside = (residual_set.motion.phase == index) & residual_set.counted[:, c]
@@ -149,23 +142,16 @@ def _phases(residual_set: ResidualSet) -> Check:
                 loud = loudness(residual_set, c, inside)
                 ratio = float(np.sqrt(np.mean(residual_set.residuals[:, c][inside] ** 2) / expected)) / loud
                 if ratio > worst:
-                    worst, where = ratio, f"{channel} while {phase}"
-    passed = worst <= PHASE_RATIO
-    says = (
-        f"The residuals of no phase of the motion are more than {PHASE_RATIO:g} times the noise, chance allowed for."
-        if passed
-        else f"The residual of the {where} is {worst:.3g} times the noise; at most {PHASE_RATIO:g} is expected, chance "
-        "allowed for. The model lacks something there."
-    )
+                    worst, where = ratio, (channel, phase)
     return Check(
         "no phase stands out",
-        passed,
-        says,
+        worst <= PHASE_RATIO,
         worst,
         PHASE_RATIO,
         identifier="residual_phase",
         quantity="residuals by phase",
         about="model",
+        facts={"channel": where[0], "phase": where[1]},
     )
 
 
@@ -188,7 +174,7 @@ def _scatter(inside: np.ndarray, slow: float) -> float:
 
 
 def _states(residual_set: ResidualSet) -> Check:
-    worst, where = 0.0, ""
+    worst, where = 0.0, ("", "")
     moving = residual_set.motion.phase != HELD
     for c, channel in enumerate(residual_set.channels):
         inside = residual_set.counted[:, c] & moving
@@ -198,24 +184,16 @@ def _states(residual_set: ResidualSet) -> Check:
             if share > STATE_SHARE:
                 share *= min(1.0, STATE_SHARE / _by_chance(residual_set, c, inside, steps))
             if share > worst:
-                worst, where = share, f"{channel} residual depends on the {name}"
-    passed = worst <= STATE_SHARE
-    names = list(residual_set.motion.states)
-    says = (
-        f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {100 * STATE_SHARE:.0f} % of what is left."
-        if passed
-        else f"The {where}: a curve in it explains {100 * worst:.0f} % of what is left, of noise at most "
-        f"{100 * STATE_SHARE:.0f} %. The model lacks something."
-    )
+                worst, where = share, (channel, name)
     return Check(
         "residuals do not depend on the state",
-        passed,
-        says,
+        worst <= STATE_SHARE,
         worst,
         STATE_SHARE,
         identifier="residual_state",
         quantity="residuals vs state",
         about="model",
+        facts={"channel": where[0], "state": where[1], "states": tuple(residual_set.motion.states)},
     )
 
 

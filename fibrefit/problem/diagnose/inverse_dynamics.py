@@ -47,12 +47,11 @@ def balance_check(found: ForceBalance) -> Check:
     return Check(
         name="the force is the one the motion asks for",
         passed=found.share <= BALANCE,
-        says=f"Up to {FORCES:g} Hz, {100.0 * found.share:.2f} % of the measured force is not what the motion asks for; "
-        f"at most {100.0 * BALANCE:g} % is expected.",
         statistic=found.share,
         threshold=BALANCE,
         identifier="force_balance",
         quantity="force balance (inverse dynamics)",
+        facts={"below": FORCES},
     )
 
 

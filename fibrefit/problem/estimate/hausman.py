@@ -113,26 +113,17 @@ def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> n
 
 def hausman_check(names: tuple[str, ...], found: HausmanTest) -> Check:
     """Whether both estimates agree within the error of their difference."""
-    passed = found.chance >= UNLIKELY
-    if passed:
-        says = "Plain and whitened estimates agree within their errors: the noise model hides no physics that shows."
-    else:
-        order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
-        worst = ", ".join(f"{names[i]} by {abs(found.scores[i]):.2g}" for i in order if np.isfinite(found.scores[i]))
-        says = (
-            f"Plain and whitened estimates differ with a probability of {found.chance:.2g} by chance; at least "
-            f"{UNLIKELY:g} is expected ({worst} standard errors of the difference). The model lacks something, and the "
-            "noise model is explaining it away: run discover before you trust this."
-        )
+    order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
+    worst = tuple((names[i], float(abs(found.scores[i]))) for i in order if np.isfinite(found.scores[i]))
     return Check(
         "plain and whitened estimates agree",
-        passed,
-        says,
+        found.chance >= UNLIKELY,
         found.chance,
         UNLIKELY,
         identifier="hausman",
         quantity="OLS against GLS estimate (Hausman test)",
         about="model",
+        facts={"worst": worst},
     )
 
 

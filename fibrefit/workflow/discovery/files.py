@@ -9,6 +9,7 @@ import numpy as np
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.effects.fibre.point_masses import PointMasses
 from fibrefit.records import Record
+from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterSetting, ParameterTable
@@ -32,7 +33,7 @@ def discovery_summary(
     return d.DiscoverySummary(
         **shared,
         verdict=finding.verdict,
-        reason=finding.reason,
+        reason=finding.reason or " ".join(map(fit_sentence, finding.broken)),
         added=tuple(effect.name for effect in finding.added),
         told=statements_of(finding),
         rounds=tuple(step.summary for step in finding.steps),

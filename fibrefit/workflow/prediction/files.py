@@ -9,11 +9,11 @@ from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.records import Record
+from fibrefit.report.sentences.prediction import prediction_check_summaries, prediction_sentence
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import (
-    CheckSummary,
     InputErrorSummary,
     ParameterSummary,
     Provenance,
@@ -55,7 +55,7 @@ def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummar
         gap=gap_summary(found.seen.gap),
         records={record.name: _record(found, r, record) for r, record in enumerate(found.records)},
         input_errors=_input_errors(found),
-        checks=tuple(map(CheckSummary.of, checks)),
+        checks=prediction_check_summaries(checks),
         advice=_advice(verdict),
         provenance=origin,
     )
@@ -112,7 +112,7 @@ def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:
 def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple[Check, ...]) -> str:
     """The verdict with its numbers."""
     if verdict == "not_trusted":
-        return next(check.says for check in checks if not check.passed)
+        return next(prediction_sentence(check) for check in checks if not check.passed)
     shares = []
     for name, predicted in channels.items():
         rms = format_quantity(predicted.rms, predicted.unit, 3)

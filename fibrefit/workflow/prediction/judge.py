@@ -65,31 +65,21 @@ def prediction_checks(
 
 
 def _unseen(known: Sequence[str]) -> Check:
-    says = "The values were found from none of these records."
-    if known:
-        says = f"{', '.join(known)} served to find the values: what is said of it is no prediction."
     return Check(
         "the records are new",
         not known,
-        says,
         float(len(known)),
         0.0,
         identifier="new_records",
         quantity="independence of the records",
+        facts={"records": tuple(known)},
     )
 
 
 def _within(channel: str, ratio: float, most: float) -> Check:
-    passed = bool(ratio <= most)
-    says = (
-        f"The {channel} differs from its prediction by {ratio:.3g} times what is expected; at most {most:.3g} passes."
-    )
-    if not passed:
-        says += " The values, or the model, do not hold for these records."
     return Check(
         f"the {channel} is as predicted",
-        passed,
-        says,
+        bool(ratio <= most),
         ratio,
         most,
         identifier=f"{channel}_predicted",

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
+from fibrefit.report.sentences.posterior import posterior_checks
 from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
@@ -14,7 +15,6 @@ from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
-    CheckSummary,
     ForesightSummary,
     Measure,
     ModeSummary,
@@ -36,7 +36,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
     posterior, course = found.posterior, found.posterior.course
     records = posterior.density.problem.layout.records
     evidence = posterior.log_evidence
-    checks = tuple(map(CheckSummary.of, found.checks))
+    checks = posterior_checks(found.checks)
     return PosteriorSummary(
         status=found.status,
         study=found.study.name,

@@ -63,12 +63,12 @@ class SamplingStart:
 
     def check(self) -> Check:
         """Whether the fit came to an end that can be built on."""
-        passed = self.status != "failed"
-        says = f"The status of the fit the walkers are initialised around is {self.status}." + (
-            "" if passed else " See what fibrefit fit says of this study."
-        )
         return Check(
-            "the initial fit is usable", passed, says, identifier="initial_fit", quantity="status of the initial fit"
+            "the initial fit is usable",
+            self.status != "failed",
+            identifier="initial_fit",
+            quantity="status of the initial fit",
+            facts={"status": self.status},
         )
 
 

@@ -1,0 +1,1 @@
+"""What checks found, in sentences: numerics tell numbers and identifiers."""

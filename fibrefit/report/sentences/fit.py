@@ -1,0 +1,242 @@
+"""Sentences of the checks of a fit, by their identifiers: quantity, number, threshold, consequence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fibrefit.core.check import Check
+from fibrefit.core.units import format_quantity
+from fibrefit.study.summaries.summaries import CheckSummary
+
+INPUT_ERROR = "_error"
+"""End of the identifier of a check of a measured input, which begins with its name."""
+
+
+def fit_sentence(check: Check) -> str:
+    """What a check of a fit found."""
+    of = _input_error if check.identifier.endswith(INPUT_ERROR) else SENTENCES[check.identifier]
+    return of(check)
+
+
+def fit_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
+    """Checks of a fit as its summary has them."""
+    return tuple(check_summary(check, fit_sentence(check)) for check in checks)
+
+
+def check_summary(check: Check, says: str) -> CheckSummary:
+    """A check with the sentence that explains it."""
+    return CheckSummary(
+        name=check.name,
+        passed=check.passed,
+        says=says,
+        statistic=check.statistic,
+        threshold=check.threshold,
+        unit=check.unit,
+        fatal=check.fatal,
+        identifier=check.identifier,
+        quantity=check.quantity,
+        about=check.about,
+    )
+
+
+def _convergence(check: Check) -> str:
+    if check.passed:
+        return "The solver arrived at a minimum."
+    return (
+        f"The cost would fall by {check.statistic:.3g} in another step; at most {check.threshold:g} is expected. The "
+        "solver ended at a kink, where a bounce begins or ceases, or short of the minimum."
+    )
+
+
+def _simulation(check: Check) -> str:
+    if not check.facts["finite"]:
+        return "The best simulation is not finite."
+    if check.passed:
+        return "All switches of the simulated motion were located."
+    return f"The motion simulated for {', '.join(check.facts['records'])} switches faster than can be followed."
+
+
+def _second_solver(check: Check) -> str:
+    if check.statistic is None:
+        return "A second solver was not asked."
+    if check.passed:
+        return "A second, independent solver ends at the same values."
+    gain = check.facts["gain"]
+    return (
+        f"A second solver ends {check.statistic:.2g} standard errors away, with a cost {abs(gain):.3g} "
+        f"{'lower' if gain > 0 else 'higher'}; at most {check.threshold:g} is expected. The minimum is not a plain one."
+    )
+
+
+def _completion(check: Check) -> str:
+    whole = check.statistic == check.threshold
+    after = "; what should follow them was cut short." if whole else "; the best of them is kept."
+    return f"Interrupted: {check.statistic:.0f} of {check.threshold:.0f} starts came to an end{after}"
+
+
+def _starts(check: Check) -> str:
+    facts = check.facts
+    says = f"{facts['agreeing']} of {facts['tried']} starts ended in the best minimum."
+    if facts["others"]:
+        says += f" {facts['others']} ended in others, the nearest with residuals {facts['excess']:.3g} times as large"
+        says += ": bounces matched in the wrong order are such minima."
+    if (lost := facts["lost"]) > 0:
+        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
+    if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:
+        says += (
+            " The best one leaves only noise: none can lie below it."
+            if check.passed
+            else f" At least {100 * check.threshold:.0f} % are expected: a better minimum may have been missed."
+        )
+    return says
+
+
+def _bounds(check: Check) -> str:
+    if check.passed:
+        return "No parameter lies at a bound."
+    stopped = ", ".join(check.facts["parameters"])
+    return f"{stopped} stopped at the bound: the data want a value beyond it, so the model or the bound is wrong."
+
+
+def _identifiability(check: Check) -> str:
+    return " ".join(weakness.says for weakness in check.facts["weak"]) or "The records determine every parameter."
+
+
+def _residual_size(check: Check) -> str:
+    end = "There is nothing to explain." if check.passed else "The model lacks something."
+    size = f"{check.statistic:.3g} times the noise; at most {check.threshold:.3g} is expected"
+    return f"The residual RMS is {size}. {end}"
+
+
+def _explained_share(check: Check) -> str:
+    facts, most = check.facts, 100.0 * (check.threshold or 0.0)
+    if check.passed:
+        return f"Of no signal is more than {most:g} % of the variance left beyond its noise."
+    says = (
+        f"{100.0 * (check.statistic or 0.0):.2g} % of the variance of the {facts['channel']} is left beyond its noise; "
+        f"at most {most:g} % passes. So much may be taken up by the values: they may mislead."
+    )
+    if facts["hopeless"]:
+        limit = 100.0 * facts["useless"]
+        says += f" Beyond {limit:g} % they are of no use: a fault in what the study states is likelier."
+    if (weight := facts.get("outweighed")) is not None:
+        name, value = weight.name.rpartition(".")[2].replace("_", " "), format_quantity(weight.value, weight.unit, 2)
+        says += (
+            f" What is left is {weight.ratio:.2g} times what the {name} of {value} does in the readings, at most "
+            f"{weight.most:g} passes: this value may be off by a factor, and the fit is of no use."
+        )
+    return says
+
+
+def _exchanged(check: Check) -> str:
+    return (
+        "Force and position look exchanged: the position is rougher than the force, of which it is the double "
+        "integral. Exchange their columns under [channels], or their headings."
+    )
+
+
+def _input_error(check: Check) -> str:
+    name = check.identifier.removesuffix(INPUT_ERROR)
+    if check.passed:
+        return f"The measured {name} was corrected within its noise."
+    if check.statistic == 0.0:
+        return f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
+    return (
+        f"The error of the {name} would have to be {check.statistic:.3g} times its noise; at most {check.threshold:g} "
+        "is expected. The model lacks something."
+    )
+
+
+def _noise_level(check: Check) -> str:
+    if check.passed:
+        return "Noise is known from records at rest or from the study."
+    return (
+        f"The records hold no rest: noise of {', '.join(check.facts['channels'])} is taken from fast changes alone and "
+        "may be larger. State it under [noise] if it is known."
+    )
+
+
+def _residual_spectrum(check: Check) -> str:
+    if check.passed:
+        return f"The residuals' power is nowhere more than {check.threshold:g} times that of the noise at rest."
+    low = check.facts["low"]
+    return (
+        f"The residuals' power in the {check.facts['channel']} between {low:.3g} and {2 * low:.3g} Hz is "
+        f"{check.statistic:.3g} times that of the rests; chance allowed for, at most {check.threshold:g} is expected. "
+        "They are not noise."
+    )
+
+
+def _residual_phase(check: Check) -> str:
+    most = check.threshold
+    if check.passed:
+        return f"The residuals of no phase of the motion are more than {most:g} times the noise, chance allowed for."
+    return (
+        f"The residual of the {check.facts['channel']} while {check.facts['phase']} is {check.statistic:.3g} times the "
+        f"noise; at most {most:g} is expected, chance allowed for. The model lacks something there."
+    )
+
+
+def _residual_state(check: Check) -> str:
+    facts, most = check.facts, 100 * (check.threshold or 0.0)
+    if check.passed:
+        names = facts["states"]
+        return f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {most:.0f} % of what is left."
+    return (
+        f"The {facts['channel']} residual depends on the {facts['state']}: a curve in it explains "
+        f"{100 * (check.statistic or 0.0):.0f} % of what is left, of noise at most {most:.0f} %. The model lacks "
+        "something."
+    )
+
+
+def _agreement(check: Check) -> str:
+    if check.passed:
+        return "Single records ask for the same values, within their error bars."
+    facts = check.facts
+    ends = [format_quantity(end, facts["unit"], 3) for end in (facts["low"], facts["high"])]
+    return (
+        f"The {facts['parameter'].rpartition('.')[2].replace('_', ' ')} goes from {ends[0]} to {ends[1]} from record "
+        f"to record, {facts['ratio']:.2g} times their error bars; a chance of {check.statistic:.2g}, at least "
+        f"{check.threshold:g} is expected. What the model lacks changes this value with the conditions: it may mislead."
+    )
+
+
+def _force_balance(check: Check) -> str:
+    return (
+        f"Up to {check.facts['below']:g} Hz, {100.0 * (check.statistic or 0.0):.2f} % of the measured force is not "
+        f"what the motion asks for; at most {100.0 * (check.threshold or 0.0):g} % is expected."
+    )
+
+
+def hausman_sentence(check: Check) -> str:
+    """Whether OLS and GLS estimates agree."""
+    if check.passed:
+        return "Plain and whitened estimates agree within their errors: the noise model hides no physics that shows."
+    worst = ", ".join(f"{name} by {score:.2g}" for name, score in check.facts["worst"])
+    return (
+        f"Plain and whitened estimates differ with a probability of {check.statistic:.2g} by chance; at least "
+        f"{check.threshold:g} is expected ({worst} standard errors of the difference). The model lacks something, and "
+        "the noise model is explaining it away: run discover before you trust this."
+    )
+
+
+SENTENCES: dict[str, Callable[[Check], str]] = {
+    "convergence": _convergence,
+    "simulation": _simulation,
+    "second_solver": _second_solver,
+    "completion": _completion,
+    "starts": _starts,
+    "bounds": _bounds,
+    "identifiability": _identifiability,
+    "residual_size": _residual_size,
+    "explained_share": _explained_share,
+    "exchanged_channels": _exchanged,
+    "noise_level": _noise_level,
+    "residual_spectrum": _residual_spectrum,
+    "residual_phase": _residual_phase,
+    "residual_state": _residual_state,
+    "records_agree": _agreement,
+    "force_balance": _force_balance,
+    "hausman": hausman_sentence,
+}
+"""By identifier."""

@@ -1,0 +1,163 @@
+"""Sentences of the checks of a posterior, by their identifiers: quantity, number, threshold, consequence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fibrefit.core.check import Check
+from fibrefit.report.sentences.fit import check_summary, hausman_sentence
+from fibrefit.study.summaries.summaries import CheckSummary
+
+NAMED = 3
+"""Values by which a mode is described."""
+
+
+def posterior_sentence(check: Check) -> str:
+    """What a check of a posterior found."""
+    return SENTENCES[check.identifier](check)
+
+
+def posterior_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
+    """Checks of a posterior as its summary has them."""
+    return tuple(check_summary(check, posterior_sentence(check)) for check in checks)
+
+
+def _convergence(check: Check) -> str:
+    most, worst = check.threshold, check.facts["worst"]
+    if check.passed:
+        number = check.facts["ensembles"]
+        return f"R-hat between {number} ensembles is at most {check.statistic:.4f} ({worst}), threshold {most:g}."
+    return (
+        f"R-hat between ensembles is {check.statistic:.4g} for {worst}, threshold {most:g}: the chains have not "
+        "converged within the budget. Resume with a larger one, or look for several modes."
+    )
+
+
+def _effective_sample_size(check: Check) -> str:
+    size, end = f"{check.statistic:.4g} at least ({check.facts['worst']})", "."
+    if not check.passed:
+        end = ": the budget ended before there were enough draws. Resume with a larger one."
+    return f"The bulk/tail effective sample size is {size}, threshold {check.threshold:g}{end}"
+
+
+def _walker_mixing(check: Check) -> str:
+    facts, value = check.facts, f"R-hat between walkers is {check.statistic:.3g}"
+    if facts["stuck"]:
+        return (
+            f"The acceptance of {100 * facts['stuck']:.2g} % of the walkers is below {100 * facts['least']:g} %: their "
+            "draws are those of the start."
+        )
+    if check.passed:
+        return f"{value} at most, threshold {check.threshold:g}; acceptance OK."
+    return (
+        f"{value} for {facts['worst']}, threshold {check.threshold:g}: there are several modes, or a strong "
+        "correlation, and their weights depend on where the walkers started."
+    )
+
+
+def _second_mode(check: Check) -> str:
+    others = check.facts["others"]
+    if not others:
+        return "No other mode was found."
+    if check.passed:
+        return f"{others} other mode{'s' * (others > 1)} found, of a weight below {check.threshold:.2g} together."
+    listed = "; ".join(_mode(weight, values) for weight, values in check.facts["modes"])
+    return (
+        f"The posterior is multimodal: {listed}. Values and intervals are those of the first mode alone, never an "
+        "average; another record must tell which is right."
+    )
+
+
+def _mode(weight: float, values: tuple[tuple[str, float, str], ...]) -> str:
+    named = ", ".join(f"{name} = {value:.4g} {unit}" for name, value, unit in values[:NAMED])
+    return f"weight {weight:.2g} at {named}{', ...' if len(values) > NAMED else ''}"
+
+
+def _contraction(check: Check) -> str:
+    facts = check.facts
+    if not check.passed:
+        return (
+            f"Posterior / prior width of {', '.join(facts['nothing'])} exceeds {check.threshold:g} (largest "
+            f"{check.statistic:.2f}): the data tell nothing of it, and what is reported is the prior."
+        )
+    if not facts["matters"]:
+        return f"Posterior / prior width is {check.statistic:.2g} at most: prior influence is negligible."
+    matters = ", ".join(facts["matters"])
+    return f"Posterior / prior width is {check.statistic:.2f} at most: the prior of {matters} matters."
+
+
+def _posterior_correlation(check: Check) -> str:
+    if check.passed:
+        return f"The strongest posterior |correlation| is {check.statistic:.2f}, threshold {check.threshold:g}."
+    return (
+        f"The posterior |correlation| of {' and '.join(check.facts['pair'])} is {check.statistic:.4f}, threshold "
+        f"{check.threshold:g}: only a combination of them is determined, and the interval of either alone says little."
+    )
+
+
+def _distance_from_fit(check: Check) -> str:
+    begin = f"The posterior mean is {check.statistic:.3g} standard deviations from the"
+    if check.passed:
+        return f"{begin} fit, threshold {check.threshold:.3g}."
+    return (
+        f"{begin} start, threshold {check.threshold:.3g} (most of it in {check.facts['worst']}): the start was not the "
+        "best fit, or OLS and GLS estimates differ."
+    )
+
+
+def _proper_priors(check: Check) -> str:
+    if check.passed:
+        return "Every prior is proper."
+    return (
+        f"The prior of {', '.join(check.facts['parameters'])} is improper (unbounded). The posterior is proper only "
+        "because the data bound it, and there is no marginal likelihood to compare models by."
+    )
+
+
+def _truncation(check: Check) -> str:
+    if check.passed:
+        return "No posterior is truncated by a bound."
+    truncated = ", ".join(check.facts["parameters"])
+    return f"The posterior of {truncated} is truncated by a bound: read its interval as one-sided."
+
+
+def _residual_size(check: Check) -> str:
+    if check.passed:
+        size = f"largest normalised residual RMS {check.statistic:.3g}, threshold {check.threshold:g}"
+        return f"No channel exceeds its noise level: {size}."
+    return (
+        f"The normalised residual RMS of {check.facts['channel']} is {check.statistic:.3g}, expected 1: what the model "
+        "lacks is counted as noise, and the intervals are those of a wrong model. Run discover."
+    )
+
+
+def _nuts(check: Check) -> str:
+    says = (
+        f"The means of the ensembles and of NUTS {'agree' if check.passed else 'differ'}: by {check.statistic:.2g} "
+        f"Monte-Carlo standard errors at most ({check.facts['worst']})."
+    )
+    divergent = check.facts["divergent"]
+    return f"{says} {divergent} transitions of NUTS were divergent." if divergent else says
+
+
+def _initial_fit(check: Check) -> str:
+    end = "" if check.passed else " See what fibrefit fit says of this study."
+    return f"The status of the fit the walkers are initialised around is {check.facts['status']}.{end}"
+
+
+SENTENCES: dict[str, Callable[[Check], str]] = {
+    "convergence": _convergence,
+    "effective_sample_size": _effective_sample_size,
+    "walker_mixing": _walker_mixing,
+    "second_mode": _second_mode,
+    "contraction": _contraction,
+    "posterior_correlation": _posterior_correlation,
+    "distance_from_fit": _distance_from_fit,
+    "proper_priors": _proper_priors,
+    "truncation": _truncation,
+    "residual_size": _residual_size,
+    "nuts": _nuts,
+    "initial_fit": _initial_fit,
+    "hausman": hausman_sentence,
+}
+"""By identifier."""

@@ -1,0 +1,61 @@
+"""Every check that numerics make has a sentence, and none of them brings one along."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from fibrefit.core.check import Check
+from fibrefit.report.sentences import fit, posterior, prediction
+
+PACKAGE = Path(fit.__file__).resolve().parents[2]
+MADE_IN = {
+    "fitting": fit.SENTENCES,
+    "problem": fit.SENTENCES,
+    "sampling": posterior.SENTENCES,
+    "workflow/sampling": posterior.SENTENCES,
+}
+
+
+def identifiers(folder: str) -> set[str]:
+    """What checks made in a folder are identified by; names of constants stand for their values."""
+    found: set[str] = set()
+    for file in sorted((PACKAGE / folder).rglob("*.py")):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        known = {
+            node.targets[0].id: node.value.value
+            for node in tree.body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+            if isinstance(node.value, ast.Constant)
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "Check":
+                for word in node.keywords:
+                    if word.arg == "identifier" and isinstance(word.value, ast.Constant | ast.Name):
+                        of = word.value
+                        found.add(of.value if isinstance(of, ast.Constant) else known[of.id])
+    return found
+
+
+@pytest.mark.parametrize("folder", MADE_IN)
+def test_every_check_has_a_sentence(folder: str) -> None:
+    made = identifiers(folder)
+    assert made
+    assert made <= set(MADE_IN[folder])
+
+
+def test_a_channel_is_named_by_the_identifier() -> None:
+    error = Check("the drive is as measured", False, 1.3, 1.15, identifier="drive_error")
+    assert fit.fit_sentence(error).startswith("The error of the drive would have to be 1.3 times its noise")
+    off = Check("the force is as predicted", False, 2.0, 1.2, identifier="force_predicted")
+    assert prediction.prediction_sentence(off).startswith("The force differs from its prediction by 2 times")
+
+
+def test_a_summary_has_the_numbers_of_its_check() -> None:
+    check = Check("it holds", False, 2.0, 1.0, "N", True, "bounds", "what", "model", {"parameters": ("damping",)})
+    (found,) = fit.fit_checks((check,))
+    assert (found.statistic, found.threshold, found.unit, found.fatal) == (2.0, 1.0, "N", True)
+    assert (found.identifier, found.quantity, found.about) == ("bounds", "what", "model")
+    assert found.says.startswith("damping stopped at the bound")
