@@ -62,7 +62,8 @@ def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
     np.testing.assert_allclose(found.place.z, exact.place.z, atol=0.02)
     # The matrices that errors come from are those of simulated slopes.
     np.testing.assert_allclose(np.diag(found.normal.shared), np.diag(exact.normal.shared), rtol=0.05)
-    assert bench.simulated <= 6 * exact.steps + 2, (bench.simulated, exact.steps)
+    # No mode ends on slopes that were foreseen: these are simulated once more than on the direct way.
+    assert bench.simulated <= 6 * (exact.steps + 1), (bench.simulated, exact.steps)
 
 
 def test_no_mode_counts_before_simulated_slopes_ask_for_no_step() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.search.solve import compressed_residuals, gram_at, linearised
-from fibrefit.problem.statement.jump_weights import certainty
+from fibrefit.problem.statement.jump_sides import nearest_side
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 from tests.fitting import made
@@ -112,11 +112,27 @@ def test_the_soft_loss_is_soft_l1(task: Task) -> None:
     np.testing.assert_allclose(softened**2, loss, rtol=1e-9, atol=1e-12)
 
 
-def test_samples_fade_out_as_a_jump_comes_near_and_only_those_beside_it() -> None:
+def test_a_sample_beside_a_jump_is_held_against_the_nearer_side_of_it() -> None:
+    """The signal jumps from 0 to 100; each reading is of one side or the other, with an error of 1 or of 300."""
     times = jnp.arange(6) * 0.5
-    for instant, expected in ((1.0, [1, 1, 0, 1, 1, 1]), (1.25, [1, 1, 0.5, 0.5, 1, 1]), (1.5, [1, 1, 1, 0, 1, 1])):
-        found = certainty(times, jnp.array([instant, 0.7]), jnp.array([100.0, 0.0]))
-        np.testing.assert_allclose(found, expected, atol=1e-5)
+    for instant, share in ((1.0, 1.0), (1.25, 0.5)):
+        signal = jnp.where(times > instant, 100.0, 0.0)
+        for reading, nearer in ((0.0, 0.0), (100.0, 0.0), (60.0, 0.0), (101.0, -1.0), (-1.0, 1.0), (400.0, -300.0)):
+            measured = signal.at[2].set(reading)
+            found = nearest_side(times, (signal - measured)[None], jnp.array([instant, 0.7]), jnp.array([[100.0, 0.0]]))
+            plain = float(signal[2]) - reading
+            np.testing.assert_allclose(found[0, 2], plain + share * (nearer - plain))
+            np.testing.assert_allclose(np.delete(found[0], 2), 0.0)
+
+
+def test_a_sample_is_as_far_off_before_a_jump_passes_it_as_after() -> None:
+    times, jump = jnp.arange(6) * 0.5, jnp.array([[100.0]])
+    for reading in (-300.0, -1.0, 0.5, 50.0, 101.0, 400.0):
+        ends = []
+        for instant in (1.5 - 1e-9, 1.5 + 1e-9):
+            signal = jnp.where(times > instant, 100.0, 0.0)
+            ends.append(nearest_side(times, signal[None] - reading, jnp.array([instant]), jump)[0, 3])
+        np.testing.assert_allclose(*ends, atol=1e-6)
 
 
 def test_the_cost_is_smooth_where_a_snap_passes_a_sample(task: Task) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import Gram, Place, Unknowns
+from fibrefit.problem.estimate.gauss_newton import Place, Unknowns
+from fibrefit.problem.estimate.gram import Gram
 
 SIZE = 40
 """Samples of a record."""

@@ -17,12 +17,11 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import Yardstick, yardstick_of
+from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
 from fibrefit.effects.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
     RIGID,
-    Gram,
     Place,
     PosteriorMode,
     Unknowns,
@@ -31,9 +30,11 @@ from fibrefit.problem.estimate.gauss_newton import (
     mode,
     place_of,
 )
+from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 
@@ -263,11 +264,13 @@ class Scales:
 
     def refined(self, weighed: Weighed) -> Yardstick:
         """Yardstick of the noise a hypothesis leaves."""
-        return yardstick_of(weighed.frame, self.noise(weighed))
+        steps = steps_at(weighed.frame, weighed.local, self.context.whole)
+        return yardstick_of(weighed.frame, self.noise(weighed), steps)
 
     def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
-        return noise_of_residuals(weighed.frame.problem, self.residuals(weighed, DRAWS))
+        problem = with_steps(weighed.frame.problem, dict(self.yardstick.steps))
+        return noise_of_residuals(problem, self.residuals(weighed, DRAWS))
 
     def residuals(self, weighed: Weighed, draws: int = 1) -> np.ndarray:
         """Residuals at the mode ``(n_draw, n_record, n_channel, n_time)``, in units of the noise.
@@ -275,7 +278,7 @@ class Scales:
         Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
         them.
         """
-        frame, number = weighed.frame, len(self.yardstick.noise)
+        frame, number = replace(weighed.frame, steps=self.yardstick.steps), len(self.yardstick.noise)
         rows = residual_rows(frame, weighed.local, self.context.whole)
         shape = (len(rows), number, -1)
         sensitivities = self.yardstick.sensitivities

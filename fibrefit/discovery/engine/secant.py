@@ -133,8 +133,8 @@ class SecantGram:
     frame: Supermodel
     counts: np.ndarray
     seed: Seed | None = None
+    exact: bool = field(default=False, init=False)
     _known: _Known | None = field(default=None, init=False)
-    _exact: bool = field(default=False, init=False)
 
     def __call__(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Products at some values; parameters as `Supermodel.grams`."""
@@ -151,15 +151,15 @@ class SecantGram:
         size = np.divide(change, known.change, out=np.ones_like(change), where=known.change != 0.0)
         slopes = known.slopes.led_to(here, way).scaled(size)
         grams = slopes.grams(self.frame.sensitivities)
-        # A step that led upwards is not taken: slopes are corrected along the way that is.
+        self.exact = False
+        # A step that led upwards is hardly ever taken: slopes are corrected along the way that is.
         if np.sum(grams[:, -1, -1]) <= known.cost:
             self._known = _Known(local, change, slopes, float(np.sum(grams[:, -1, -1])))
-            self._exact = False
         return grams
 
     def _first(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> Slopes:
         seed, self.seed = self.seed, None
-        self._exact = seed is None
+        self.exact = seed is None
         if seed is None:
             return slopes_at(self.frame, local, columns, targets, self.counts)
         names = [self.frame.names[column] for column in columns]
@@ -174,12 +174,9 @@ class SecantGram:
                 order.append(1 + int(np.flatnonzero(new == j)[0]))
         return both.columns(np.array(order))
 
-    def renew(self, ending: bool) -> bool:
-        """Have all slopes simulated where products are asked for next, unless they just were; see `Renew`."""
-        if self._exact:
-            return False
+    def renew(self) -> None:
+        """Have all slopes simulated where products are asked for next."""
         self._known = None
-        return True
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -25,9 +25,11 @@ from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.steps import Steps, rows_in_steps
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 
+_in_steps = jax.jit(rows_in_steps)
 WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
@@ -65,6 +67,8 @@ class Supermodel:
     sensitivities : InputSensitivities, optional
     whitening : BlockFilter, optional
         Of the residuals, and of the sensitivities, before their products are taken; none by default.
+    steps : mapping of channel to Steps, optional
+        Of channels whose readings are taken for what coarse steps say of them.
     compiled : set of int
         Numbers of columns its programs were compiled for.
     """
@@ -72,6 +76,7 @@ class Supermodel:
     task: Task
     sensitivities: InputSensitivities | None = None
     whitening: BlockFilter | None = None
+    steps: Mapping[str, Steps] = field(default_factory=dict)
     compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
 
     @property
@@ -169,8 +174,19 @@ class Supermodel:
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
+        rows = self.in_steps(_rows(self._bare, jnp.asarray(local), varied, horizon, self._offset))
         return rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
+
+    def in_steps(self, rows: jax.Array) -> jax.Array:
+        """Rows ``(n_record, n_row, n_channel * n_time)`` as what readings in coarse steps say."""
+        if not self.steps:
+            return rows
+        weights = [self.problem.observations.weight[channel] for channel in self.problem.model.rig.channels]
+        parts = jnp.split(rows, len(weights), axis=2)
+        for c, channel in enumerate(self.problem.model.rig.channels):
+            if channel in self.steps:
+                parts[c] = _in_steps(parts[c], jnp.asarray(weights[c]), self.steps[channel])
+        return jnp.concatenate(parts, axis=2)
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
@@ -206,6 +222,7 @@ def stretch_products(
     values[:, 1 : 1 + active] = targets
     varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
     rows = _rows(frame._bare, jnp.asarray(local), varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
+    rows = frame.in_steps(rows)
     kept = rows[:, jnp.asarray([*range(1, 1 + active), 0])]
     parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.pulls, frame.whitening)
     return np.asarray(parts[0]), np.asarray(parts[1])
@@ -225,7 +242,7 @@ def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> j
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return _rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset)[:, 0]
+    return frame.in_steps(_rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset))[:, 0]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:

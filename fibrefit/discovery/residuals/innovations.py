@@ -73,7 +73,8 @@ def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: S
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(scales, best)
         tested = [_windows(*scores), _drifts(*scores, names=_names(best))]
-    pairs = zip(channels, scales.yardstick.noise, strict=True)
+    steps = scales.yardstick.steps
+    pairs = [(c, noise) for c, noise in zip(channels, scales.yardstick.noise, strict=True) if c not in steps]
     return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
 
 

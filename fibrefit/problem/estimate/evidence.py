@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import RIGID, Gram, Place, PosteriorMode, Unknowns, mode
+from fibrefit.problem.estimate.gauss_newton import RIGID, Place, PosteriorMode, Unknowns, mode
+from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)

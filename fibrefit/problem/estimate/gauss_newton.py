@@ -17,12 +17,12 @@ Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.problem.estimate.gram import Corrected, Gram
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 STEP = 1e-6
@@ -35,18 +35,6 @@ STEPS = 40
 STIFFEST = 1e8
 RIGID = 1e-7
 """Standard deviation that stands for no deviations at all."""
-
-Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""Products ``(n_record, n_column + 1, n_column + 1)`` of the changes of all residuals, and of the residuals, when the
-columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
-
-
-@runtime_checkable
-class Corrected(Protocol):
-    """A `Gram` whose slopes are not always simulated."""
-
-    def renew(self, ending: bool) -> bool:
-        """Told that a mode seems found, or else that a step led upwards: whether slopes are to be simulated anew."""
 
 
 @dataclass(frozen=True)
@@ -306,42 +294,54 @@ def mode(
     start : Place or PosteriorMode
         With its normal equations, where they are known.
     gram : callable
-        See `Gram` and `Corrected`.
+        See `Gram` and `Corrected` in `gram`.
     sigma : (n_scattering,)
         Standard deviations of the deviations between records.
     settled : float
         Promised fall of Q at which it stops.
     max_steps : int
         Evaluations at the most.
-
     """
     if isinstance(start, PosteriorMode):
         found = replace(start, sigma=sigma, promised=np.inf, steps=1)
     else:
         place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
         found = PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
-    renew = gram.renew if isinstance(gram, Corrected) else lambda ending: False
+    corrected = gram if isinstance(gram, Corrected) else None
+    exact = corrected is None or isinstance(start, PosteriorMode) or corrected.exact
     damping, promised = 1e-4, np.inf
     # From where a motion is lost no step leads anywhere.
     while np.isfinite(found.normal.cost) and found.steps < max_steps:
         trial, promised = _trial(found, damping)
-        if not promised > settled:
-            if not renew(True):
-                break
-            found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 1)
-            continue
-        there = arrowhead(unknowns, trial, gram)
-        moved = replace(found, place=trial, normal=there, steps=found.steps + 1)
-        fall = found.objective - moved.objective
-        if np.isfinite(fall) and fall > 0.0:
-            found, damping = moved, max(damping / 10.0, 1e-12)
-        elif renew(False):
-            found = replace(found, normal=arrowhead(unknowns, found.place, gram), steps=found.steps + 2)
-        else:
-            found, damping = replace(found, steps=found.steps + 1), 10.0 * damping
+        arrived = not promised > settled
+        if arrived and exact:
+            break
+        if not arrived:
+            there = arrowhead(unknowns, trial, gram)
+            moved = replace(found, place=trial, normal=there, steps=found.steps + 1)
+            fall = found.objective - moved.objective
+            if np.isfinite(fall) and fall > 0.0:
+                found, damping = moved, max(damping / 10.0, 1e-12)
+                exact = corrected is None or corrected.exact
+                continue
+            found = replace(found, steps=found.steps + 1)
+        if exact:
+            damping *= 10.0
             if damping > STIFFEST:
                 break
+        elif corrected is not None:
+            found, exact = _simulated(found, corrected), True
+    if corrected is not None and not exact and np.isfinite(found.normal.cost):
+        # Evidence is that of the slopes there are, not of those that were foreseen.
+        found = _simulated(found, corrected)
+        promised = _trial(found, damping)[1]
     return replace(found, promised=float(promised))
+
+
+def _simulated(found: PosteriorMode, gram: Corrected) -> PosteriorMode:
+    """The same place with all slopes simulated there."""
+    gram.renew()
+    return replace(found, normal=arrowhead(found.unknowns, found.place, gram), steps=found.steps + 1)
 
 
 def _trial(found: PosteriorMode, damping: float) -> tuple[Place, float]:

@@ -73,8 +73,10 @@ def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
     coarse = problem.observations.steps
     if not coarse:
         return problem
-    readings = _predicted(problem, local)
-    return with_steps(problem, {channel: _found(problem, channel, np.asarray(readings[channel])) for channel in coarse})
+    readings, data = _predicted(problem, local), problem.observations
+    away = {channel: np.asarray(readings[channel]) - np.asarray(data.measured[channel]) for channel in coarse}
+    counted = {channel: np.asarray(data.weight[channel]) > 0.0 for channel in coarse}
+    return with_steps(problem, {c: before_rounding(coarse[c], away[c][counted[c]]) for c in coarse})
 
 
 def with_steps(problem: Problem, steps: dict[str, Steps]) -> Problem:
@@ -100,17 +102,22 @@ def _predicted(problem: Problem, local: Any) -> dict[str, Any]:
     return problem.predict(local, problem.observations.experiment)
 
 
-def _found(problem: Problem, channel: str, predicted: np.ndarray) -> Steps:
-    data = problem.observations
-    known = data.steps[channel]
-    # A few records may be far off; all have one logger.
-    size, seen = float(np.asarray(known.size)[0]), np.asarray(data.weight[channel]) > 0.0
-    distance = jnp.asarray(np.abs(predicted - np.asarray(data.measured[channel]))[seen] / size)
-    if not bool(jnp.isfinite(distance).all()):
+def before_rounding(known: Steps, distance: np.ndarray) -> Steps:
+    """Steps with the noise before rounding that makes readings most probable; as they are if that is about the same.
+
+    Parameters
+    ----------
+    known : Steps
+    distance : (n,) in SI units
+        Of the model's signal from the readings that count, of all records: they have one logger, and a few may be off.
+    """
+    size = float(np.asarray(known.size)[0])
+    far = jnp.asarray(np.abs(distance) / size)
+    if not bool(jnp.isfinite(far).all()):
         return known
 
     def cost(log: float) -> float:
-        return -float(log_probability(distance / np.exp(log), jnp.asarray(0.5 / np.exp(log))).sum())
+        return -float(log_probability(far / np.exp(log), jnp.asarray(0.5 / np.exp(log))).sum())
 
     best = minimize_scalar(cost, bounds=(np.log(LEAST), np.log(MOST)), method="bounded", options={"xatol": 1e-3})
     found, before = size * float(np.exp(best.x)), float(np.asarray(known.noise)[0])

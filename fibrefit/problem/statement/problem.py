@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.statement.arrays import functions_for
-from fibrefit.problem.statement.jump_weights import certainty
+from fibrefit.problem.statement.jump_sides import nearest_side
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.steps import Steps, step_residuals
@@ -164,11 +164,10 @@ class Problem(eqx.Module):
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
         response = self._respond(local, data.experiment)
         channels, jumps = self.model.rig.channels, response.jumps
-        weight = jnp.stack([data.weight[c] for c in channels])
-        heights = jnp.stack([jumps.heights[c] for c in channels]) * jnp.max(weight, axis=1, keepdims=True)
-        sure = certainty(data.experiment.times, jumps.instants, heights, jumps.number)
-        left = [_units(response.channels[c] - data.measured[c], data.weight[c], data.steps.get(c)) for c in channels]
-        plain = jnp.stack(left) * sure
+        distances = jnp.stack([response.channels[c] - data.measured[c] for c in channels])
+        heights = jnp.stack([jumps.heights[c] for c in channels])
+        near = nearest_side(data.experiment.times, distances, jumps.instants, heights, jumps.number)
+        plain = jnp.stack([_units(d, data.weight[c], data.steps.get(c)) for c, d in zip(channels, near, strict=True)])
         if self.soft_beyond is None:
             return plain
         # The square of this is the soft-L1 loss; near zero it is the residual itself.

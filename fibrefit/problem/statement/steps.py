@@ -71,3 +71,23 @@ def step_residuals(distance: jax.Array, steps: Steps) -> jax.Array:
     far = jnp.where(jnp.abs(away) > NEAR, away, NEAR)
     residual = jnp.sign(far) * jnp.sqrt(jnp.maximum(2.0 * (best - log_probability(far, half)), 1e-300))
     return jnp.where(jnp.abs(away) > NEAR, residual, away * jnp.sqrt(bend))
+
+
+def rows_in_steps(rows: jax.Array, weight: jax.Array, steps: Steps) -> jax.Array:
+    """Residuals of readings as if they were fine, and their changes, as those of readings in coarse steps.
+
+    Their slope is taken at the residuals: that of a difference would be off by the bend of the likelihood, and always
+    to the same side.
+
+    Parameters
+    ----------
+    rows : (n_record, n_row, n_time) in units of the noise
+        Residuals first.
+    weight : (n_record, n_time) per SI unit
+    steps : Steps
+    """
+    distance = jnp.where(weight > 0.0, rows[:, 0] / jnp.where(weight > 0.0, weight, 1.0), 0.0)
+    each = jax.vmap(step_residuals)
+    residuals, slope = jax.jvp(lambda away: each(away, steps), (distance,), (jnp.ones_like(distance),))
+    level = jnp.asarray(steps.level)[:, None]
+    return jnp.concatenate([(residuals * weight * level)[:, None], rows[:, 1:] * (slope * level)[:, None]], axis=1)

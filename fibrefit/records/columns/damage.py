@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.records.grammar.neighbours import neighbourhood, typical
+from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
 
 #: A number this large, and this much larger than the rest of its column, is no measured value.
 _ABSURD, _ABSURD_RATIO = 1e9, 1e4
@@ -23,8 +23,11 @@ _NINES, _NINES_RATIO = 999.0, 10.0
 #: Chance at which a run of equal readings in a noisy record may be an accident.
 _CHANCE = 1e-4
 
-#: Share of changes of slope beyond one step of the readings that makes them noise.
-_BEYOND_ROUNDING = 0.25
+#: Noise over a step of the readings that is more than rounding: going to and fro between two steps makes at most this.
+_BEYOND_ROUNDING = 0.5
+
+#: Share of the third differences that is noise; the largest are those of impacts.
+_CALM = 0.95
 
 #: Stretches of a long record that are looked at, and their length in samples.
 _PARTS, _PART = 20, 5000
@@ -159,18 +162,22 @@ def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
     """Whether readings scatter from sample to sample."""
     run = _parts(run)
-    steps = np.abs(np.diff(run))
     second = np.diff(run, 2)
     second = second[second != 0]
     if second.size < 10:
         return False
-    # A smooth motion in coarse steps turns round by one step at most: that is rounding, not noise.
-    smallest = float(np.quantile(steps[steps > 0], 0.01))
-    if np.mean(np.abs(second) > 1.5 * smallest) < _BEYOND_ROUNDING:
+    # Noise that does not reach across a step leaves equal readings for as long as a signal stays in the middle of one.
+    if _noise(run) < _BEYOND_ROUNDING * smallest_step(run):
         return False
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
     return bool(turns >= 0.55 and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= 0.6)
+
+
+def _noise(run: np.ndarray) -> float:
+    """Standard deviation of what scatters from sample to sample, from third differences."""
+    third = np.sort(np.diff(run, 3) ** 2)
+    return math.sqrt(float(np.mean(third[: max(int(_CALM * third.size), 1)])) / 20.0)
 
 
 def _parts(run: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import re
 
 import numpy as np
 
-from fibrefit.records.grammar.neighbours import neighbourhood, typical
+from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
 from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
 
@@ -147,7 +147,8 @@ def _outliers_explained(numbers: Numbers) -> np.ndarray:
     run = values[good]
     middle, spread = neighbourhood(run)
     apart = np.abs(run - middle)
-    scatter = np.maximum(spread, max(1.4826 * typical(apart), numbers.resolution))
+    # A logger with coarse steps that prints more digits than it reads goes over to the next step by chance.
+    scatter = np.maximum(spread, max(1.4826 * typical(apart), numbers.resolution, smallest_step(run)))
     for k in np.flatnonzero(apart > _FAR * scatter):
         limit = _NEAR * scatter[k]
         text = numbers.texts[good[k]]

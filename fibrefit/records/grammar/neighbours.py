@@ -50,3 +50,16 @@ def neighbourhood(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if run.size > 3:
         spread[1], spread[-2] = np.ptp(run[[0, 2, 3]]), np.ptp(run[[-1, -3, -4]])
     return middle, spread
+
+
+def smallest_step(run: np.ndarray) -> float:
+    """Step in which readings change, in their unit: that which one in a hundred changes does not exceed; 0 without any.
+
+    Parameters
+    ----------
+    run : (n,) float array
+        Readings without NaN.
+    """
+    changes = np.abs(np.diff(run))
+    changes = changes[changes > 0.0]
+    return float(np.quantile(changes, 0.01)) if changes.size else 0.0
