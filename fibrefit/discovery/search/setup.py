@@ -48,9 +48,9 @@ def begun(
     search = _search(task, wanted, frame, context, refit(frame, context.subset(()), local, context.whole), tell)
     search = replace(search, folder=folder)
     base = search.scales.weigh(frame, (), search.base.fit.local)
-    if before.sharp is not None:
+    if before.gls is not None:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
-        apart = carried(frame, absent_values(frame, len(local)), Supermodel(task), before.sharp.local)
+        apart = carried(frame, absent_values(frame, len(local)), Supermodel(task), before.gls.local)
         base = max(base, search.scales.weigh(frame, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):

@@ -329,18 +329,18 @@ def mode(
             damping *= 10.0
             if damping > STIFFEST:
                 break
-        elif corrected is not None:
-            found, exact = _simulated(found, corrected), True
-    if corrected is not None and not exact and np.isfinite(found.normal.cost):
-        # Evidence is that of the slopes there are, not of those that were foreseen.
-        found = _simulated(found, corrected)
+        else:
+            found, exact = _again(found, gram), True
+    if not exact and np.isfinite(found.normal.cost):
+        found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were foreseen
         promised = _trial(found, damping)[1]
     return replace(found, promised=float(promised))
 
 
-def _simulated(found: PosteriorMode, gram: Corrected) -> PosteriorMode:
+def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:
     """The same place with all slopes simulated there."""
-    gram.renew()
+    if isinstance(gram, Corrected):
+        gram.renew()
     return replace(found, normal=arrowhead(found.unknowns, found.place, gram), steps=found.steps + 1)
 
 
