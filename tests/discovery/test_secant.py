@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
-from fibrefit.problem.estimate.gauss_newton import SETTLED, PosteriorMode, local_grams, mode
+from fibrefit.problem.estimate.gauss_newton import SETTLED, PosteriorMode, arrowhead, local_grams, mode
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -64,6 +64,18 @@ def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
     np.testing.assert_allclose(np.diag(found.normal.shared), np.diag(exact.normal.shared), rtol=0.05)
     # No mode ends on slopes that were foreseen: these are simulated once more than on the direct way.
     assert bench.simulated <= 6 * (exact.steps + 1), (bench.simulated, exact.steps)
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mode_ends_with_slopes_of_its_own_place(seed: int, deviation: float) -> None:
+    """Also where its last step costs more in the data than is gained there, and less with the priors."""
+    of, bench = unknowns(), Bench(Linear.drawn(seed, TRUTH, scatter=0.3), CURVED)
+    start = begun(of)._replace(eta=np.full((4, 1), deviation))
+    found = mode(of, start, SecantGram(bench, COUNTS), np.array([0.02]))  # type: ignore[arg-type]
+    there = arrowhead(of, found.place, gram_of(bench.residuals))
+    np.testing.assert_allclose(found.normal.shared, there.shared, rtol=1e-6)
+    np.testing.assert_allclose(found.normal.pulls, there.pulls, rtol=1e-6, atol=1e-6)
 
 
 def test_no_mode_counts_before_simulated_slopes_ask_for_no_step() -> None:

@@ -82,6 +82,14 @@ def test_steps_of_five_that_never_end_in_zero(read: Callable) -> None:
     assert dict(read(texts).masked) == {"digit lost or doubled": 1}
 
 
+@pytest.mark.parametrize("step", [0.05, 1.0, 0.2])
+def test_going_over_to_the_next_step_is_no_lost_digit(step: float, read: Callable) -> None:
+    """A logger with coarse steps that prints more digits than it reads; the weight rests where noise seldom reaches."""
+    rests = np.concatenate([np.full(150, -10.0), 10.0 * np.sin(np.arange(100) / 15), np.full(400, 1.12)])
+    readings = np.round(rests + 0.25 * step * np.random.default_rng(3).standard_normal(rests.size) / step) * step
+    assert read([f"{reading:.3f}" for reading in readings]).valid.all()
+
+
 def test_the_other_decimal_mark_is_masked(read: Callable) -> None:
     texts = [f"{f:.3f}" for f in FORCE]
     texts[9] = texts[9].replace(".", ",")
