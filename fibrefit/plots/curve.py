@@ -10,7 +10,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, GREY, ORANGE, PALE, SKY, SMALL, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PALE,
+    SKY,
+    SMALL,
+    axes_at,
+    label,
+    legend,
+    logarithmic,
+    new_figure,
+    title,
+)
 from fibrefit.study.summaries.discovery import FreeCurve
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 16.0, 5.0, 17.0, 11.0, 14.0
@@ -96,7 +109,6 @@ def _stays(axes: Axes, above: Axes, curve: FreeCurve) -> None:
     axes.sharex(above)
     axes.tick_params(labelbottom=True)
     if any(curve.seconds):
-        axes.set_yscale("log")
-        axes.yaxis.set_major_formatter("{x:g}")
+        logarithmic(axes, "y")
         axes.minorticks_off()
     label(axes, x=axis_label(curve.variable, unit), y="time / s")

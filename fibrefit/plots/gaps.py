@@ -8,7 +8,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, USUAL, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import (
+    FINAL,
+    FIRST,
+    GREY,
+    PALE,
+    SMALL,
+    USUAL,
+    axes_at,
+    label,
+    legend,
+    logarithmic,
+    new_figure,
+    title,
+)
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
 TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
@@ -83,9 +96,8 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float
     )
     largest = float(np.max(np.maximum(before, after)))
     if largest > WIDE:
-        axes.set_xscale("log")
+        logarithmic(axes, "x")
         axes.set_xlim(0.8, 1.25 * largest)
-        axes.xaxis.set_major_formatter("{x:g}")
     else:
         axes.set_xlim(0.0, max(1.08 * largest, 1.5))
     axes.set_ylim(len(pairs) - 0.5, -0.5)

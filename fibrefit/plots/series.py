@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from fibrefit.plots.style import (
     axes_at,
     label,
     legend,
+    logarithmic,
     new_figure,
     title,
 )
@@ -36,6 +38,10 @@ WIDTH = 183.0
 ANSWERS = {"constant": "one set of parameters", "speed_law": "a law of speed", "per_record": "values of each record"}
 COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
 MOST = 12
+WIDE = 10.0
+"""Gap of a record left out from which the axis is logarithmic."""
+LETTER_SMALL = 1.3
+"""Width of a letter of small text, in mm."""
 
 
 def series_figures(summary: SeriesSummary) -> Figures:
@@ -68,6 +74,7 @@ def _answer(summary: SeriesSummary) -> Figure:
     for i, name in enumerate(names):
         bottom = BOTTOM + 0.8 * HEIGHT + UP
         _over_speed(axes_at(figure, LEFT + i * (wide + ACROSS), bottom, wide, HEIGHT), summary, name)
+    _key(figure)
     _left_out(axes_at(figure, LEFT, BOTTOM, WIDTH - LEFT - RIGHT, 0.8 * HEIGHT - 4.0), summary)
     return figure
 
@@ -88,9 +95,17 @@ def _over_speed(axes: Axes, summary: SeriesSummary, name: str) -> None:
     shared = summary.models["constant"].parameters.get(name)
     if shared is not None:
         axes.axhline(shared.value / worth, color=ORANGE, linewidth=0.9, linestyle="--", label="constant")
-    axes.set_xscale("log")
+    logarithmic(axes, "x")
     label(axes, x=axis_label("speed", "m/s"), y=axis_label(name, unit))
-    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, columnspacing=0.8, handlelength=1.4)
+
+
+def _key(figure: Figure) -> None:
+    """One legend for all panels over speed: what is drawn in any of them."""
+    drawn = {
+        words: handle for axes in figure.axes for handle, words in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    options = {"fontsize": SMALL, "frameon": False, "borderpad": 0.0, "ncols": len(drawn)}
+    figure.axes[0].legend(drawn.values(), drawn.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), **options)
 
 
 def _by_itself(axes: Axes, rows: list[SeriesRecord], name: str, worth: float) -> None:
@@ -104,6 +119,12 @@ def _by_itself(axes: Axes, rows: list[SeriesRecord], name: str, worth: float) ->
         axes.errorbar(middle, [own.value / worth], bar, fmt="o", color=BLACK, markersize=3, elinewidth=0.8, label=said)
 
 
+def _in_lines(name: str, room: int) -> str:
+    """The name of a file in lines of so many letters, broken after ``_``; the end of a longer one."""
+    lines = textwrap.wrap(name.replace("_", "_ "), room)
+    return "\n".join(line.replace("_ ", "_") for line in lines[-2:])
+
+
 def _law(axes: Axes, curve: SpeedCurveSummary, worth: float, lawful: bool) -> None:
     speeds, low, high = (np.array(part) for part in (curve.speeds, curve.low, curve.high))
     line, band, words = (BLUE, SKY, curve.form) if lawful else (GREY, PALE, f"{curve.form}, not preferred")
@@ -113,13 +134,18 @@ def _law(axes: Axes, curve: SpeedCurveSummary, worth: float, lawful: bool) -> No
 
 def _left_out(axes: Axes, summary: SeriesSummary) -> None:
     """Gap of each record as the others predict it, by each model."""
-    places = np.arange(len(summary.records))
-    for i, (name, words) in enumerate(ANSWERS.items()):
+    places, largest = np.arange(len(summary.records)), 1.0
+    for i, ((name, words), mark) in enumerate(zip(ANSWERS.items(), "osD", strict=True)):
         gaps = [one.gap_left_out[name] for one in summary.records.values()]  # type: ignore[index]
-        axes.bar(places + 0.25 * (i - 1), gaps, 0.22, color=COLOURS[name], label=words)
+        axes.plot(places + 0.15 * (i - 1), gaps, mark, color=COLOURS[name], markersize=4, label=words)
+        largest = max(largest, *gaps)
     axes.axhline(1.0, color=BLACK, linewidth=0.6)
-    axes.set_yscale("log")
-    axes.set_xticks(places, [name[-28:] for name in summary.records] if len(places) <= MOST else [""] * len(places))
+    if largest > WIDE:
+        logarithmic(axes, "y")
+    else:
+        axes.set_ylim(0.0, 1.15 * largest)
+    room = int((WIDTH - LEFT - RIGHT) / len(places) / LETTER_SMALL)
+    axes.set_xticks(places, [_in_lines(name, room) if len(places) <= MOST else "" for name in summary.records])
     axes.tick_params(axis="x", labelsize=SMALL)
     label(axes, y="gap when left out")
     legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))

@@ -11,7 +11,20 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, PLACE, SMALL, label, legend, new_figure, stacked_axes, title
+from fibrefit.plots.style import (
+    FINAL,
+    FIRST,
+    GREY,
+    PALE,
+    PLACE,
+    SMALL,
+    label,
+    legend,
+    logarithmic,
+    new_figure,
+    stacked_axes,
+    title,
+)
 from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 18.0, 5.0, 17.0, 11.0, 6.0, 46.0
@@ -64,8 +77,7 @@ def spectrum_figure(group: Mapping[str, Array], fitted: Fitted, changed: bool) -
         axes.plot(found.frequency, found.first / worth**2, color=FIRST, linewidth=1.0, label="first model")
         if changed:
             axes.plot(found.frequency, found.final / worth**2, color=FINAL, linewidth=0.7, label="final model")
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        logarithmic(axes, "x", "y")
         axes.set_xlim(float(found.frequency[0]), float(found.frequency[-1]))
         axes.set_ylim(bottom=LOWEST * float(found.floor.min()) / worth**2)
         label(axes, y=axis_label(f"{channel} residual", f"({unit})²/Hz" if "/" in unit else f"{unit}²/Hz"))

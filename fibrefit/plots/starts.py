@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import GREY, KINDS, SMALL, axes_at, label, new_figure, title
+from fibrefit.plots.style import GREY, KINDS, SMALL, axes_at, label, logarithmic, new_figure, title
 from fibrefit.study.summaries.arrays import Array
 
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
@@ -93,7 +93,7 @@ def _ways(axes: Axes, starts: _Starts, order: np.ndarray, name: str, si: str) ->
     values = np.concatenate([began, ended])
     positive = values[np.isfinite(values)]
     if positive.size and positive.min() > 0.0 and positive.max() > WIDE * positive.min():
-        logarithmic(axes)
+        logarithmic(axes, "x")
     label(axes, x=axis_label(name.rpartition(".")[2], unit))
 
 
@@ -107,20 +107,11 @@ def _costs(axes: Axes, starts: _Starts, order: np.ndarray) -> None:
         axes.plot(ratio[mine], rank[mine], linestyle="none", marker=marker, markersize=3.2, color=colour)
     finite = ratio[np.isfinite(ratio)]
     if finite.size and finite.max() > WIDE:
-        logarithmic(axes)
+        logarithmic(axes, "x")
     elif finite.size:
         axes.set_xlim(0.97, max(1.1, 1.05 * finite.max()))
     axes.axvline(1.0, color=GREY, linewidth=0.5, linestyle=(0, (3, 3)), zorder=0)
     label(axes, x="residual rms / that of the best")
-
-
-def logarithmic(axes: Axes) -> None:
-    """Logarithmic axis with plain numbers."""
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=7))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.tick_params(which="minor", width=0.4, length=1.5)
 
 
 def _key(figure: Figure, axes: Axes, starts: _Starts) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
     "#000000",
@@ -128,6 +129,17 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
         axes.set_xlabel(x, fontsize=USUAL, labelpad=2)
     if y:
         axes.set_ylabel(y, fontsize=USUAL, labelpad=3)
+
+
+def logarithmic(axes: Axes, *ways: str) -> None:
+    """Make axes logarithmic, ``"x"`` or ``"y"``, with plain numbers: texts are shown as they stand, formulas too."""
+    for way in ways:
+        axes.set(**{f"{way}scale": "log"})
+        axis = getattr(axes, f"{way}axis")
+        axis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=7))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
+        axes.tick_params(axis=way, which="minor", width=0.4, length=1.5)
 
 
 def legend(axes: Axes, **options: Any) -> None:

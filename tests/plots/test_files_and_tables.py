@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+import fibrefit.plots
 from fibrefit.plots import save_figures, table_figure
 from fibrefit.plots.lines import MOST, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.save import LONGEST, file_names
-from fibrefit.plots.style import axes_at, new_figure
+from fibrefit.plots.save import LONGEST, figure_file, file_names
+from fibrefit.plots.style import axes_at, logarithmic, new_figure
 from fibrefit.records import read_record, read_table
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -121,6 +123,22 @@ def test_columns_of_two_rates_each_have_their_own_times() -> None:
     figure = table_figure(read_table(path))
     assert len({len(axes.lines[0].get_xdata()) for axes in figure.axes}) >= 1
     assert any("100 Hz" in text.get_text() for text in figure.texts)
+
+
+def test_logarithmic_axes_have_plain_numbers() -> None:
+    figure = new_figure(60.0)
+    axes = axes_at(figure, 20.0, 15.0, 140.0, 40.0)
+    axes.plot([1e-3, 1.0], [0.5, 300.0])
+    logarithmic(axes, "x", "y")
+    figure_file(figure)
+    shown = [text.get_text() for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels(which="both")]
+    assert {"0.01", "0.1", "10", "100"} <= set(shown)
+    assert not any("$" in text for text in shown)
+
+
+def test_no_figure_is_logarithmic_in_another_way() -> None:
+    folder = Path(fibrefit.plots.__file__).parent
+    assert not [path.name for path in folder.glob("*.py") if re.search(r"scale\(.log", path.read_text("utf-8"))]
 
 
 def test_many_columns_are_counted(tmp_path: Path) -> None:

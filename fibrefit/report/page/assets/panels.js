@@ -3,9 +3,12 @@
 
 const LEFT = 64, RIGHT = 14;
 const NOISE = 2;  // half of the band of the noise, in its rms: 95 of 100 samples lie inside
-const PHASES = ["#9e9e9e", "#ffffff", "#3f78b5", "#9cc3e6", "#6b6b6b", "#3f78b5", "#9cc3e6", "#d9b25f"];
+// Slack is the paper, light or dark.
+const PHASES = ["#9e9e9e", "", "#3f78b5", "#9cc3e6", "#6b6b6b", "#3f78b5", "#9cc3e6", "#d9b25f"];
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+const phaseColour = (phase) => PHASES[phase] || css("--paper");
 
 function colourOf(model, models) {
   if (model.role !== "tried") return css(`--${model.role}`);
@@ -146,7 +149,7 @@ fibrefit.strip = (canvas, times, phase, from, to) => {
   const x = (t) => LEFT + Math.min(Math.max((t - from) / (to - from), 0), 1) * inner;
   for (let i = 0, begin = 0; i < times.length; i++) {
     if (i + 1 < times.length && phase[i + 1] === phase[begin]) continue;
-    ctx.fillStyle = PHASES[phase[begin]];
+    ctx.fillStyle = phaseColour(phase[begin]);
     const left = x(times[begin]), right = x(times[Math.min(i + 1, times.length - 1)]);
     if (right > left) ctx.fillRect(left, 2, right - left, height - 4);
     begin = i + 1;
@@ -155,7 +158,7 @@ fibrefit.strip = (canvas, times, phase, from, to) => {
   ctx.strokeRect(LEFT, 2, inner, height - 4);
 };
 
-fibrefit.PHASES = PHASES;
+fibrefit.phaseColour = phaseColour;
 fibrefit.css = css;
 fibrefit.axes = { across, upwards };
 fibrefit.colourOf = colourOf;

@@ -89,7 +89,7 @@ class Records {
     const there = [...new Set(samples.phase ?? [])].sort();
     this.key.replaceChildren(...there.map((phase) => {
       const mark = make("i");
-      mark.style.background = fibrefit.PHASES[phase];
+      mark.style.background = fibrefit.phaseColour(phase);
       return make("span", {}, mark, this.view.phases[phase]);
     }));
     this.canvas.hidden = !samples.phase;
