@@ -13,6 +13,8 @@ import pytest
 
 pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
 
+from fibrefit.effects.catalogue import CATALOGUE
+from tests.independent.laws import KNOWN_AS, OUTSIDE
 from tests.independent.simulate import Base
 from tests.validation import validate_discover, validate_intervals
 from tests.validation.cases import KINDS, cases, interval_cases
@@ -37,6 +39,7 @@ NULL = replace(GOOD, case="g", kind="null", hidden="", verdict="nothing_missing"
 ALARM = replace(NULL, case="h", verdict="named", added="guide.viscous_friction")
 STRANGER = replace(GOOD, case="i", kind="outside", hidden="open.detent", verdict="unexplained", added="")
 FAILED = replace(GOOD, case="j", verdict="error", added="", seconds=math.nan, says="ValueError: no")
+KNOWN = replace(STRANGER, case="k", hidden="open.slipping_knot", verdict="named", added="fibre.knot_slip@4")
 ALL = [GOOD, LAG, WRONG, ALIKE, MORE, PAIR, NULL, ALARM, STRANGER, FAILED]
 
 
@@ -54,6 +57,19 @@ def test_by_class_exactly_and_falsely() -> None:
         "i": (False, False, False),
         "j": (False, False, False),
     }
+
+
+def test_a_cause_the_catalogue_has_a_law_for_is_held_to_that() -> None:
+    misled = replace(KNOWN, case="l", added="sensor.force_drift")
+    silent = replace(KNOWN, case="m", verdict="unexplained", added="")
+    assert [(o.good, o.by_law, o.falsely) for o in (KNOWN, misled, silent)] == [
+        (True, True, False), (False, False, True), (False, False, False),
+    ]  # fmt: skip
+    assert "| outside the catalogue: called unexplained | >= 85 % | 100.0 % (1 of 1;" in "".join(
+        goals([STRANGER, KNOWN])
+    )
+    assert set(KNOWN_AS) <= set(OUTSIDE)
+    assert set(KNOWN_AS.values()) <= {effect.partition("@")[0] for effect in CATALOGUE}
 
 
 def test_shares_have_their_interval() -> None:
