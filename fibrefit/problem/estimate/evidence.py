@@ -16,6 +16,7 @@ Tierney and Kadane, J. Am. Stat. Assoc. 81 (1986); Gelman, Bayesian Anal. 1 (200
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -54,6 +55,8 @@ class MarginalLikelihood:
         Logarithm of the marginal likelihood, up to what all models of the same records share.
     grid : (n_grid, n_scattering)
         Standard deviations.
+    logs : (n_grid,)
+        Logarithm of the marginal likelihood of each.
     weight : (n_grid,)
         Their probabilities.
     z : (n_grid, n_shared)
@@ -64,6 +67,7 @@ class MarginalLikelihood:
     mode: PosteriorMode
     log: float
     grid: np.ndarray
+    logs: np.ndarray
     weight: np.ndarray
     z: np.ndarray
     covariance: np.ndarray
@@ -106,15 +110,39 @@ def weigh(
     """
     sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
     at: Place | PosteriorMode = start
+    seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
         found = mode(unknowns, at, gram, sigma, **options)
         evidence = laplace(found)
-        best = evidence.grid[int(np.argmax(evidence.weight))]
-        if np.array_equal(best, sigma):
-            break
+        seen |= dict.fromkeys(np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist(), evidence)
+        evidence = _as_seen(evidence, seen)
+        best = int(np.argmax(evidence.weight))
+        if best in seen:
+            return _as_seen(seen[best], seen)
         # Standard deviations are priors: what the records say of a place stays what it was.
-        at, sigma = found, best
-    return evidence
+        at, sigma = found, evidence.grid[best]
+    best = max(seen, key=lambda i: float(seen[i].logs[i]))
+    return _as_seen(seen[best], seen, float(seen[best].logs[best]))
+
+
+def _as_seen(
+    evidence: MarginalLikelihood, seen: Mapping[int, MarginalLikelihood], most: float = np.inf
+) -> MarginalLikelihood:
+    """Evidence in which what was found at standard deviations stands in place of what others promise of them.
+
+    Parameters
+    ----------
+    evidence : MarginalLikelihood
+    seen : mapping of int to MarginalLikelihood
+        By place in the grid.
+    most : float
+        A promise of more than that does not count: the best that was found, where promises were broken time and again.
+    """
+    logs = np.where(evidence.logs > most, -np.inf, evidence.logs)
+    z, covariance = evidence.z.copy(), evidence.covariance.copy()
+    for i, there in seen.items():
+        logs[i], z[i], covariance[i] = there.logs[i], there.z[i], there.covariance[i]
+    return _over_grid(evidence.mode, evidence.grid, logs, z, covariance)
 
 
 def laplace(found: PosteriorMode) -> MarginalLikelihood:
@@ -143,10 +171,16 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
     inside = np.clip(place.z + dz, unknowns.lower, unknowns.upper)
     log = log + 0.5 * float(_log_det(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
-    log = log + prior
-    peak = log.max()
-    weight = np.exp(log - peak)
-    return MarginalLikelihood(found, float(peak + np.log(weight.sum())), grid, weight / weight.sum(), inside, inverse)
+    return _over_grid(found, grid, log + prior, inside, inverse)
+
+
+def _over_grid(
+    found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray
+) -> MarginalLikelihood:
+    peak = logs.max()
+    weight = np.exp(logs - peak)
+    whole = float(peak + np.log(weight.sum()))
+    return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance)
 
 
 def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
