@@ -68,6 +68,16 @@ def time_limit(seconds: float) -> Iterator[None]:
         _until.reset(token)
 
 
+@contextmanager
+def beyond_limits() -> Iterator[None]:
+    """Let the work in the block go on whatever limits are around it: a few last steps, without which all is lost."""
+    token = _until.set(float("inf"))
+    try:
+        yield
+    finally:
+        _until.reset(token)
+
+
 def time_left() -> float:
     """Seconds until the nearest limit; infinite where there is none."""
     return _until.get() - time.monotonic()

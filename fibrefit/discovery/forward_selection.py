@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, time_left, time_limit
+from fibrefit.core.time_limit import beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED, PROMISING, is_partner, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
@@ -162,10 +162,11 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         look, chosen = _pair(look)
     if chosen is None:
         return replace(at, best=look.parent), False
-    found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
-    at = replace(at, best=chosen, look=look, steps=(*at.steps, found), rivals=(*at.rivals, *rivals))
-    if limits.choose is None:
-        at = replace(at, best=pruned(at.search.scales, at.best))
+    with beyond_limits():
+        found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
+        at = replace(at, best=chosen, look=look, steps=(*at.steps, found), rivals=(*at.rivals, *rivals))
+        if limits.choose is None:
+            at = replace(at, best=pruned(at.search.scales, at.best))
     return at, True
 
 
@@ -266,7 +267,8 @@ def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
     if limits.choose is not None:
         name = limits.choose(candidates(look)[:LISTED])
         return next((one for one in look.found[:LISTED] if name in one.names), None)
-    if not look.found or look.gain(look.found[0]) <= NAMED:
+    # Where the time ended before candidates were weighed in one noise, what little they differ by is not known.
+    if not look.found or look.gain(look.found[0]) <= (NAMED if look.compared else BEYOND_DOUBT):
         return None
     near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, look), -one.log))

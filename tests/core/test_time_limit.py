@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from fibrefit.core.time_limit import Budget, OutOfTimeError, check_time, in_time, time_left, time_limit
+from fibrefit.core.time_limit import Budget, OutOfTimeError, beyond_limits, check_time, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
 
 
@@ -56,3 +56,12 @@ def test_a_budget_counts_from_its_beginning() -> None:
     budget = Budget.of(10.0)
     assert 9.0 < budget.left <= 10.0
     assert budget.used + budget.left == pytest.approx(10.0, abs=0.1)
+
+
+def test_a_few_last_steps_go_on_beyond_a_limit_and_it_holds_again_after_them() -> None:
+    with time_limit(0.0):
+        with beyond_limits():
+            check_time()
+            assert time_left() == float("inf")
+        with pytest.raises(OutOfTimeError):
+            check_time()

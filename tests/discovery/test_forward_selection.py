@@ -18,7 +18,7 @@ from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
-from fibrefit.discovery.engine.thresholds import APART, NAMED, SIMPLER
+from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.forward_selection import (
@@ -193,10 +193,21 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
         SimpleNamespace(log=log, effects=(effect,), names=(effect.name,))
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
-    look = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log)
+    look = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
     chosen = _chosen(cast(Any, look), Limits())
     assert chosen is not None
     assert chosen.effects == (taken,)
+
+
+@pytest.mark.parametrize(("gain", "named"), [(0.9 * BEYOND_DOUBT, False), (1.1 * BEYOND_DOUBT, True)])
+def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_doubt_only(
+    gain: float, named: bool
+) -> None:
+    found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,)),)
+    look = SimpleNamespace(
+        found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
+    )
+    assert (_chosen(cast(Any, look), Limits()) is not None) == named
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:

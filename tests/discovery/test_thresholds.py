@@ -99,7 +99,7 @@ def effect(parameters: int) -> Any:
 def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
     found = [weighed(gain, (effect(number),)) for gain, number in gains]
-    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=weighed(0.0))
+    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=weighed(0.0), compared=("all",))
     return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
 
 
