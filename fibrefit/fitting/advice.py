@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,7 +13,6 @@ import numpy as np
 
 from fibrefit.core.check import Check
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.units import format_quantity
 from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Problem
@@ -20,10 +23,20 @@ WORTHWHILE = 0.8
 LACKING = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
 """Identifiers of the checks that fail where the model lacks something."""
 
-ONE_WAY = (
-    "Motion in one direction tells the sum of friction and force_offset alone: record the way back too, or hold one of "
-    'them, for example [parameters.force_offset] fixed = "0 N".'
-)
+
+class Advice(NamedTuple):
+    """What to do next; `fibrefit.report.sentences` says it.
+
+    Parameters
+    ----------
+    identifier : str
+        ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``, ``"another_test"`` or ``"further_record"``.
+    facts : mapping of str to object
+        What a sentence needs besides.
+    """
+
+    identifier: str
+    facts: Mapping[str, Any] = MappingProxyType({})
 
 
 def advice(
@@ -33,8 +46,8 @@ def advice(
     covariance: np.ndarray,
     weak: tuple[Weakness, ...],
     checks: tuple[Check, ...],
-) -> tuple[str, ...]:
-    """Sentences, the most useful first.
+) -> tuple[Advice, ...]:
+    """What to do next, the most useful first.
 
     Parameters
     ----------
@@ -45,25 +58,25 @@ def advice(
     checks : tuple of Check
     """
     failed = {check.identifier for check in checks if not check.passed}
-    said = []
+    found = []
     if failed & LACKING:
-        said.append('Run "fibrefit discover" on this study: it looks for what the model lacks and names it.')
+        found.append(Advice("search"))
     if "noise_level" in failed:
-        said.append("Let a record begin before the motion and run on after it: rests tell the noise.")
+        found.append(Advice("rest"))
     if any({"friction", "force_offset"} <= set(weakness.names) for weakness in weak):
-        said.append(ONE_WAY)
+        found.append(Advice("way_back"))
     if alone := force_alone(problem, values, covariance):
-        said.append(alone)
+        found.append(Advice("force_alone", {"determined": alone}))
     if weak and (further := _further_record(problem, values, normal)):
-        said.append(further)
-    return tuple(said)
+        found.append(further)
+    return tuple(found)
 
 
-def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> str:
+def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> Advice | None:
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
     shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
     if not menu or not shared:
-        return ""
+        return None
     before = _relative_errors(normal, shared, values)
     best, chosen = np.inf, menu[0]
     for conditions in menu:
@@ -72,16 +85,10 @@ def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) ->
         if (gain := float(after.max() / before.max())) < best:
             best, chosen = gain, conditions
     if not best < WORTHWHILE:
-        return "No further record of the usual kind would help much: the parameter needs another kind of test."
+        return Advice("another_test")
     units = {condition.name: condition.unit for condition in problem.model.rig.conditions}
-    said = ", ".join(f"{name.replace('_', ' ')} {_shown(x, units[name])}" for name, x in chosen.items())
-    return (
-        f"A further record with {said} would bring the largest relative error down to {100 * best:.0f} % of what it is."
-    )
-
-
-def _shown(value: float, unit: str) -> str:
-    return f"{np.degrees(value):.3g} deg" if unit == "rad" else format_quantity(value, unit, 3)
+    stated = tuple((name, value, units[name]) for name, value in chosen.items())
+    return Advice("further_record", {"conditions": stated, "share": best})
 
 
 def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +15,25 @@ from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import innovations
+
+
+class Why(NamedTuple):
+    """Why an estimate is reported.
+
+    Parameters
+    ----------
+    identifier : str
+        ``"gls"``, or why there is no GLS step: ``"robust"``, ``"no_end"``, ``"in_a_search"``, ``"not_noise"``,
+        ``"not_converged"``.
+    ratio : float
+        Of its standard errors to those of ordinary least squares.
+    failed : tuple of str
+        Quantities whose checks failed.
+    """
+
+    identifier: str
+    ratio: float = math.nan
+    failed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,10 @@
-"""Which parameters the records determine, said in words."""
+"""Which parameters the records determine."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -23,11 +25,20 @@ class Weakness:
     ----------
     names : tuple of str
         The parameters it concerns.
-    says : str
+    kind : str
+        ``"invisible"``, ``"vague"``: hardly visible, with a large relative error; ``"combined"``: only together, or not
+        apart from values of each record; ``"tied"``: only together, with a correlation near one.
+    share : float
+        Relative standard error of a vague one; infinite where the value is zero.
+    correlation, slope : float
+        Of a tied pair, and how much of the second makes up for a unit of the first.
     """
 
     names: tuple[str, ...]
-    says: str
+    kind: Literal["invisible", "vague", "combined", "tied"]
+    share: float = math.nan
+    correlation: float = math.nan
+    slope: float = math.nan
 
 
 def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, normal: np.ndarray) -> tuple[Weakness, ...]:
@@ -51,13 +62,13 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
         if not np.isfinite(error) and np.sqrt(normal[i, i]) * slot.range.scale > SEEN:
             mixed.append(slot.name)
         elif not np.isfinite(error):
-            found.append(Weakness((slot.name,), f"{slot.name} is not visible in these records: any value fits alike."))
+            found.append(Weakness((slot.name,), "invisible"))
         elif error > VAGUE * abs(values[i]) and error > 0.01 * slot.range.scale:
-            found.append(
-                Weakness((slot.name,), f"{slot.name} is hardly visible: its error is {_share(error, values[i])}")
-            )
+            share = float(error / abs(values[i])) if values[i] else math.inf
+            found.append(Weakness((slot.name,), "vague", share=share))
     given = _given_beliefs(layout, covariance)
-    return tuple(found) + _mixed(mixed) + _tied(layout, shared, values, given)
+    together = (Weakness(tuple(mixed), "combined"),) if mixed else ()
+    return tuple(found) + together + _tied(layout, shared, values, given)
 
 
 def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
@@ -76,21 +87,6 @@ def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
     return given
 
 
-def _mixed(names: list[str]) -> tuple[Weakness, ...]:
-    if not names:
-        return ()
-    if len(names) == 1:
-        says = f"{names[0]} cannot be told from the values that each record has for itself."
-    else:
-        listed = f"{', '.join(names[:-1])} and {names[-1]}"
-        says = f"Only a combination of {listed} is determined: they move the readings in the same way."
-    return (Weakness(tuple(names), says),)
-
-
-def _share(error: float, value: float) -> str:
-    return f"{100 * error / abs(value):.0f} % of its value." if value else "larger than its value."
-
-
 def _tied(layout: Layout, shared: list[int], values: np.ndarray, covariance: np.ndarray) -> tuple[Weakness, ...]:
     found = []
     for k, i in enumerate(shared):
@@ -101,18 +97,27 @@ def _tied(layout: Layout, shared: list[int], values: np.ndarray, covariance: np.
             if abs(correlation) > TIED and loose:
                 a, b = layout.entries[i][0].name, layout.entries[j][0].name
                 slope = np.sqrt(covariance[j, j] / covariance[i, i]) * np.sign(correlation)
-                found.append(
-                    Weakness(
-                        (a, b),
-                        f"Only a combination of {a} and {b} is determined (correlation {correlation:.3f}): "
-                        f"each unit of {a} can be traded for {slope:.3g} of {b}.",
-                    )
-                )
+                found.append(Weakness((a, b), "tied", correlation=float(correlation), slope=float(slope)))
     return tuple(found)
 
 
-def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) -> str:
-    """Values per mass with their errors, and the load at rest; empty for other records, or masses that differ.
+class ForceAlone(NamedTuple):
+    """What force alone determines.
+
+    Parameters
+    ----------
+    per_mass : tuple of (str, float, str, float)
+        Name, value over mass, its unit, and its relative standard error.
+    load : float in N
+        At rest.
+    """
+
+    per_mass: tuple[tuple[str, float, str, float], ...]
+    load: float
+
+
+def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) -> ForceAlone | None:
+    """Values per mass with their errors, and the load at rest; None for other records, or masses that differ.
 
     Parameters
     ----------
@@ -123,11 +128,11 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
     layout, conditions = problem.layout, problem.observations.experiment.conditions
     places = {slot.name: i for i, (slot, record) in enumerate(layout.entries) if record is None}
     if problem.model.rig.channels != ("force",) or not set(PER_MASS) <= set(places):
-        return ""
+        return None
     masses = np.unique(np.asarray(conditions["weight_mass"]) + np.asarray(conditions["added_mass"]))
     slopes = np.unique(np.sin(np.asarray(conditions["inclination"])))
     if len(masses) > 1 or len(slopes) > 1:
-        return ""
+        return None
     found = places.get("weight_mass")
     mass = float(masses[0] if found is None else values[found] + np.asarray(conditions["added_mass"])[0])
     determined = []
@@ -139,11 +144,6 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
             change[found] = -1.0 / mass
         error = float(np.sqrt(change @ covariance @ change))
         if np.isfinite(error):
-            determined.append(f"{name} over mass, {values[i] / mass:.4g} {unit} within {100.0 * error:.2g} %")
+            determined.append((name, float(values[i] / mass), unit, error))
     load = mass * STANDARD_GRAVITY * float(slopes[0])
-    if not determined:
-        return ""
-    return (
-        f"Force alone determines {' and '.join(determined)} and the load at rest, {load:.4g} N: stiffness, damping and "
-        "friction themselves are as sure as the mass that is stated."
-    )
+    return ForceAlone(tuple(determined), load) if determined else None

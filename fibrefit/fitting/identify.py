@@ -216,7 +216,7 @@ def _concluded(
         advice=advice(problem, best.values, normal, best.bars.covariance, weak, checks),
         seconds=0.0,
         estimator=best.estimator,
-        estimator_says=best.says,
+        why=best.why,
         plain=aside,
         gls=best.gls,
         balance=balance,

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
-from fibrefit.fitting.estimates import GlsEstimate
+from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
 from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
@@ -28,10 +28,7 @@ from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-GLS = (
-    "Generalised least squares (GLS, residuals pre-whitened with the fitted noise spectrum): each sample counts by "
-    "what it adds to those before it, and records may differ in the rig's parameters."
-)
+NOT_COMPARED = Why("not_converged")
 
 
 class Sound(NamedTuple):
@@ -75,7 +72,7 @@ class Reported:
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
-    says : str
+    why : Why
     checks : tuple of Check
         Whether both estimates agree, where they could be compared.
     """
@@ -90,7 +87,7 @@ class Reported:
     input_errors: Mapping[str, InputError]
     coefficients: InputCoefficients
     expected_gap: float
-    says: str = ""
+    why: Why = NOT_COMPARED
     checks: tuple[Check, ...] = ()
 
     @property
@@ -113,33 +110,27 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
     """
-    reason = _doubt(task, success)
-    if not reason and plain.input_errors and not whiten:
-        reason = "a search weighs the evidence of what it adds itself."
+    doubt = _doubt(task, success, whiten or not plain.input_errors)
     checks: tuple[Check, ...] = ()
-    gls = None if reason else gls_estimate(task, plain, bars)
+    gls = None if doubt else gls_estimate(task, plain, bars)
     if gls is not None:
         found = _of_gls(task, plain, gls)
         checks = _compared(plain, gls)
-        failed = [check.quantity for check in (*found.sound.failed, *checks) if not check.passed]
+        failed = tuple(check.quantity for check in (*found.sound.failed, *checks) if not check.passed)
         if not failed:
-            smaller = ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method])
-            says = f"{GLS} Error bars are {smaller:.2g} times those of ordinary least squares."
-            return _with_words(found, says, checks)
-        reason = f"residuals are not noise alone (failed: {', '.join(failed)})."
-    says = f"Ordinary least squares (OLS), no GLS step: {reason or 'it did not converge.'}"
-    return _with_words(_of_plain(task, plain, bars, success), says, checks)
+            why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
+            return replace(found, why=why, checks=checks)
+        doubt = Why("not_noise", failed=failed)
+    return replace(_of_plain(task, plain, bars, success), why=doubt or NOT_COMPARED, checks=checks)
 
 
-def _with_words(found: Reported, says: str, checks: tuple[Check, ...]) -> Reported:
-    return replace(found, says=says, checks=checks)
-
-
-def _doubt(task: Task, success: bool) -> str:
-    """Why the likelihood is not asked."""
+def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:
+    """Why the likelihood is not asked; None where it is."""
     if task.problem.soft_beyond is not None:
-        return "a robust (soft-L1) loss was asked for."
-    return "" if success else "the search came to no end."
+        return Why("robust")
+    if not success:
+        return Why("no_end")
+    return None if whiten else Why("in_a_search")
 
 
 def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:

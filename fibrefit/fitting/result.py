@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.core.check import Check, Status, status_by
-from fibrefit.fitting.estimates import GlsEstimate
+from fibrefit.fitting.advice import Advice
+from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.population import Between
@@ -187,12 +188,12 @@ class Identification:
     motion : Motion
     starts : Starts
     checks : tuple of Check
-    advice : tuple of str
+    advice : tuple of Advice
         What to measure or try next.
     seconds : float
     estimator : str
         ``"ordinary least squares"`` or ``"generalised least squares"``.
-    estimator_says : str
+    why : Why
         Which of them the values are of, and why.
     plain : PlainEstimate
     gls : GlsEstimate or None
@@ -217,10 +218,10 @@ class Identification:
     motion: Motion
     starts: Starts
     checks: tuple[Check, ...]
-    advice: tuple[str, ...]
+    advice: tuple[Advice, ...]
     seconds: float
     estimator: str
-    estimator_says: str
+    why: Why
     plain: PlainEstimate
     gls: GlsEstimate | None = None
     input_errors: Mapping[str, InputError] = field(default_factory=dict)

@@ -128,8 +128,6 @@ class Posterior:
     target : Target
     density : LogPosterior
     noise_model : NoiseModel
-    priors : tuple of str
-        The priors in words.
     modes : tuple of Mode
         The heaviest first: its draws are the posterior's. The others are reported with their weights.
     marginals : dict of str to Marginal
@@ -150,7 +148,6 @@ class Posterior:
     target: Target
     density: LogPosterior
     noise_model: NoiseModel
-    priors: tuple[str, ...]
     modes: tuple[Mode, ...]
     marginals: Mapping[str, Marginal]
     checks: tuple[Check, ...]

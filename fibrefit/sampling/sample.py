@@ -242,7 +242,6 @@ def _concluded(
         target=target,
         density=ready.density,
         noise_model=ready.model,
-        priors=ready.priors.says() + _noise_priors_say(target, ready.priors),
         modes=tuple(modes),
         marginals=summary,
         checks=(
@@ -291,7 +290,7 @@ def noise_model_of(
     known = tuple(channel in task.noise_given for channel in channels)
     if from_rests and noise == "auto":
         model = choose_noise_model(task.problem, linear, "coloured", known, heavy, task.noise)
-        return replace(model, says=model.says.replace("as asked for", "as in the parts at rest"))
+        return replace(model, asked="rests")
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(task.problem, linear, noise, known, heavy, measured)
 
@@ -319,12 +318,6 @@ def _target(task: Task, priors: Priors, density: LogPosterior, settings: Setting
     every = priors.each + noise_priors(likelihood)
     batch = settings.batch_for(density.size)
     return target_of(density, every, priors.units + units + tail[1], noise_units, batch)
-
-
-def _noise_priors_say(target: Target, priors: Priors) -> tuple[str, ...]:
-    rest = slice(len(priors.each), None)
-    named = zip(target.names[rest], target.units[rest], target.priors[rest], strict=True)
-    return tuple(f"{name}: {prior.says(unit)} (default)" for name, unit, prior in named)
 
 
 def _counts(task: Task) -> np.ndarray:

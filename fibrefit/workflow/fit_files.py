@@ -11,7 +11,7 @@ from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.records import Record
-from fibrefit.report.sentences.fit import fit_checks, fit_sentence
+from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import (
@@ -51,13 +51,13 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
         estimator=found.estimator,
-        estimator_says=found.estimator_says,
+        estimator_says=estimator_sentence(found.why),
         error_method=found.method,
         error_inflation=found.inflation,
         correlations=strong_correlations(found),
         statistics=statistics(found),
         findings=tuple(fit_sentence(c) for c in found.checks if c.identifier == DETERMINED and not c.passed),
-        advice=found.advice,
+        advice=tuple(map(advice_sentence, found.advice)),
         provenance=origin,
     )
 

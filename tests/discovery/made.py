@@ -12,6 +12,8 @@ from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.effects.law import Effect
+from fibrefit.fitting.advice import Advice
+from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.result import ChannelMisfit, Estimate, Identification, PlainEstimate, Starts
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
@@ -78,12 +80,10 @@ def identified(
         motion=motion,
         starts=Starts(names, ends, ends, np.tile(values, (4, 1)), np.ones(4), np.ones(4, int), np.zeros(4, int)),
         checks=(Check(GAP, passed, ratio, 1.1, fatal=fatal, identifier="residual_size"),),
-        advice=()
-        if passed
-        else ('Run "fibrefit discover" on this study: it names what the model lacks.', "Measure longer."),
+        advice=() if passed else (Advice("search"), Advice("rest")),
         seconds=1.0,
         estimator="ordinary least squares",
-        estimator_says="Ordinary least squares (OLS): nobody asked for another.",
+        why=Why("in_a_search"),
         plain=PlainEstimate(values, 0.01 * values),
     )
 

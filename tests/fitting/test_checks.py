@@ -23,7 +23,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.transform import Range
-from fibrefit.report.sentences.fit import fit_sentence
+from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weakness_sentence
 from fibrefit.simulation.model import Experiment
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
@@ -45,7 +45,7 @@ def known(samples: int) -> dict[str, Noise]:
 
 FINITE, NAN = np.zeros(3), np.array([0.0, np.nan])
 QUIET, CHATTER = np.array([False, False]), np.array([False, True])
-TIED = (Weakness(("a", "b"), "Only a combination of a and b is determined."),)
+TIED = (Weakness(("a", "b"), "tied", correlation=0.999, slope=2.0),)
 
 PAIRS: list[tuple[str, Check, Check, str]] = [
     (
@@ -235,7 +235,7 @@ LAYOUT = Layout(SLOTS, ("r.csv",))
 
 def said(jacobian: np.ndarray, values: list[float]) -> list[str]:
     normal = jacobian.T @ jacobian
-    return [weak.says for weak in weaknesses(LAYOUT, np.array(values), sandwich(normal, normal), normal)]
+    return [weakness_sentence(weak) for weak in weaknesses(LAYOUT, np.array(values), sandwich(normal, normal), normal)]
 
 
 COLUMNS = np.linalg.qr(np.random.default_rng(0).normal(size=(60, 3)))[0] * 100.0
@@ -280,7 +280,7 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
         problem, values, normal, found.covariance, weak, tuple(Check("", False, identifier=name) for name in failed)
     )
     assert ask(()) == ()
-    assert "fibrefit discover" in ask((), "residual_size")[0]
-    assert "rests tell the noise" in ask((), "noise_level")[0]
+    assert "fibrefit discover" in advice_sentence(ask((), "residual_size")[0])
+    assert "rests tell the noise" in advice_sentence(ask((), "noise_level")[0])
     (further,) = ask(TIED)
-    assert further.startswith(("A further record with lift", "No further record"))
+    assert advice_sentence(further).startswith(("A further record with lift", "No further record"))

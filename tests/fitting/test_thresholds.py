@@ -50,7 +50,7 @@ def unseen(change: float) -> bool:
     """Whether a parameter without an error is called invisible, whose typical size changes the readings so much."""
     scale = LAYOUT.entries[1][0].range.scale
     covariance, normal = np.diag([1e-6, np.inf, 1e-6]), np.diag([1e6, (change / scale) ** 2, 1e6])
-    return any("not visible" in weak.says for weak in weaknesses(LAYOUT, np.ones(3), covariance, normal))
+    return any(weak.kind == "invisible" for weak in weaknesses(LAYOUT, np.ones(3), covariance, normal))
 
 
 def scattered(ratio: float) -> bool:

@@ -15,6 +15,7 @@ from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.fit import estimator_sentence
 from tests.fitting import made
 
 VAGUE = "viscous_coefficient"
@@ -29,7 +30,7 @@ def fitted(
 
 def test_where_noise_wanders_the_estimate_is_whitened_and_surer(found: Identification) -> None:
     assert found.estimator == "generalised least squares"
-    assert found.estimator_says.startswith("Generalised least squares (GLS, residuals pre-whitened")
+    assert estimator_sentence(found.why).startswith("Generalised least squares (GLS, residuals pre-whitened")
     for name, estimate in found.parameters.items():
         assert abs(estimate.value - estimate.plain_value) < 3.0 * estimate.plain_error
         assert estimate.std_errors["alike"] < estimate.plain_error, name
@@ -101,12 +102,14 @@ def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
     assert failed["residual_size"] == "model"
     assert found.status == ("suspect" if "numbers" in failed.values() else "ok")
     assert found.estimator == "ordinary least squares"
-    assert found.estimator_says.startswith("Ordinary least squares (OLS), no GLS step: residuals are not noise")
+    assert estimator_sentence(found.why).startswith(
+        "Ordinary least squares (OLS), no GLS step: residuals are not noise"
+    )
     assert found.between == {}
 
 
 def test_a_robust_fit_and_one_that_a_bound_stops_stay_plain(tmp_path: Path) -> None:
-    assert "a robust (soft-L1) loss was asked for" in fitted(tmp_path / "robust", robust=True).estimator_says
+    assert "a robust (soft-L1) loss was asked for" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')
     assert stopped.estimator == "ordinary least squares"
     assert stopped.status == "suspect"
@@ -120,7 +123,7 @@ def test_where_both_estimates_part_the_plain_one_stands(
     monkeypatch.setattr(last_step, "hausman_check", lambda names, found: hausman_test)
     again = identify(task, starts=1)
     assert again.estimator == "ordinary least squares"
-    assert "(failed: Hausman test)" in again.estimator_says
+    assert "(failed: Hausman test)" in estimator_sentence(again.why)
     assert hausman_test in again.checks
     assert again.status == "suspect"
     assert again.gls is None
@@ -130,7 +133,7 @@ def test_where_both_estimates_part_the_plain_one_stands(
 def test_a_mode_that_is_not_reached_keeps_the_plain_one(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(last_step, "gls_estimate", lambda *_: None)
     kept = identify(task, starts=1)
-    assert kept.estimator_says == "Ordinary least squares (OLS), no GLS step: it did not converge."
+    assert estimator_sentence(kept.why) == "Ordinary least squares (OLS), no GLS step: it did not converge."
     assert kept.status == "ok" or all(check.passed for check in kept.checks if check.name != "starts agree")
 
 

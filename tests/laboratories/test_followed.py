@@ -13,6 +13,7 @@ from fibrefit.effects.push.force_delay import PushDelay
 from fibrefit.effects.push.force_gain import PushGain
 from fibrefit.effects.push.force_lag import PushLag
 from fibrefit.effects.push.hold import PushHold
+from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow import Fit, fit_study, task_of
 from fibrefit.workflow.prepare import model_of
@@ -129,11 +130,11 @@ def test_one_stroke_in_one_direction_says_what_to_hold(tmp_path: Path) -> None:
     text += '{held}[[records]]\nfile = "a.csv"\n'
     for way in ("", 'driven_by = "position"\n'):
         both = fit_study(load_study(made.study(tmp_path, text.format(way=way, held=""))), starts=STARTS)
-        (told,) = [line for line in both.identification.advice if "one direction" in line]
+        (told,) = [line for line in map(advice_sentence, both.identification.advice) if "one direction" in line]
         assert "record the way back too, or hold one of them" in told
         assert both.status == "suspect"
     held = text.format(way=way, held='[parameters.force_offset]\nfixed = "0 N"\n')
     one = fit_study(load_study(made.study(tmp_path, held)), starts=STARTS)
-    assert not [line for line in one.identification.advice if "one direction" in line]
+    assert not [line for line in map(advice_sentence, one.identification.advice) if "one direction" in line]
     near(one, "friction", 1.5, 0.02)
     near(one, "mass", 2.0, 0.02)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
+from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow import Fit, fit_study, task_of
 from tests.fitting import made as drops
@@ -139,7 +140,7 @@ def test_a_fall_of_which_the_force_alone_was_measured(tmp_path: Path) -> None:
     fit = fit_study(load_study(folder), starts=drops.STARTS)
     near(fit, "weight_mass", drops.MASS)
     assert fit.parameters["weight_mass"].std_error <= 1.01 * MASS_ERROR
-    (told,) = [line for line in fit.identification.advice if "Force alone determines" in line]
+    (told,) = [line for line in map(advice_sentence, fit.identification.advice) if "Force alone determines" in line]
     per_mass = float(told.split("stiffness over mass, ")[1].split(" ")[0])
     assert per_mass == pytest.approx(drops.TRUTH["stiffness"] / drops.MASS, rel=0.01)
     for name, value in drops.TRUTH.items():

@@ -22,6 +22,7 @@ from fibrefit.problem.statement.observations import Trace, stack
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.statement.steps import Steps, step_residuals
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.posterior import likelihood_sentence
 from tests.sampling.drops import fitted, series, task_of
 
 EXACT = 1e-9
@@ -207,7 +208,9 @@ def chosen(share: float, seed: int, **settings: object) -> NoiseModel:
 def test_the_data_choose_white_where_it_is_white() -> None:
     found = chosen(0.0, 4)
     assert found.kind == "white"
-    assert found.says.startswith("Likelihood: white noise; chosen because it explains the residuals best:")
+    assert likelihood_sentence(found).startswith(
+        "Likelihood: white noise; chosen because it explains the residuals best:"
+    )
 
 
 def sampled_density(noise: Noise, frequency: np.ndarray, rate: float = 2000.0) -> np.ndarray:
@@ -249,10 +252,10 @@ def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() ->
     stated = {"force": Noise(2e-4, 0.0, 0.0, 0), "position": Noise(3e-13, 0.0, 0.0, 0)}
     taken = choose_noise_model(task.problem, linear, "coloured", spectrum=stated)
     assert taken.noise == tuple(stated.values())
-    assert (
-        taken.says
-        == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in "
-        + ("position), as asked for.")
+    assert likelihood_sentence(
+        taken
+    ) == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in " + (
+        "position), as asked for."
     )
 
 
@@ -278,10 +281,10 @@ def test_a_level_the_study_states_is_not_learnt() -> None:
 def test_samples_that_stray_are_named() -> None:
     task = task_of(series(np.random.default_rng(8), share=0.0), 0.0)
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(fitted(task))))
-    assert "stray further" not in choose_noise_model(task.problem, linear, "white").says
+    assert "stray further" not in likelihood_sentence(choose_noise_model(task.problem, linear, "white"))
     struck = linear.residuals.copy()
     struck[0, 0, 100:1000:90] += 12.0
-    says = choose_noise_model(task.problem, linear._replace(residuals=struck), "white").says
+    says = likelihood_sentence(choose_noise_model(task.problem, linear._replace(residuals=struck), "white"))
     assert "Single samples stray further than normal noise does" in says
 
 

@@ -17,6 +17,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.problem.posterior.prior import Density, Prior, default_prior, log_slope, priors_of
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.transform import Range
+from fibrefit.report.sentences.posterior import prior_words
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study.parameters import PriorSetting
@@ -124,7 +125,7 @@ def test_a_prior_beyond_the_limits_is_refused_with_the_remedy() -> None:
     ],
 )
 def test_words(prior: Prior, words: str) -> None:
-    assert prior.says("N") == words
+    assert prior_words(prior, "N") == words
 
 
 @pytest.mark.parametrize(
@@ -165,10 +166,10 @@ def test_priors_of_a_problem_name_their_source() -> None:
     layout = Layout(tuple(slots), ("one",))
     start = layout.pack({"stiffness": 2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1e-4, "release": 0.1})
     priors = priors_of(layout, Model(rig), start, {"friction": PriorSetting("normal", 3.0, 0.5)})
-    said = dict(line.split(": ", 1) for line in priors.says())
-    assert said["friction"] == "normal, 3 +/- 0.5 N, within 0 to 1000 N"
-    assert said["damping"] == "half-normal, sd 200 N s/m, within 0 to 1e+04 N s/m (default)"
-    assert said["position_zero[one]"] == "normal, 0.0001 +/- 0.01 m (default)"
+    said = {n: (prior_words(p, u), p.source) for n, u, p in zip(priors.names, priors.units, priors.each, strict=True)}
+    assert said["friction"] == ("normal, 3 +/- 0.5 N, within 0 to 1000 N", "study")
+    assert said["damping"] == ("half-normal, sd 200 N s/m, within 0 to 1e+04 N s/m", "default")
+    assert said["position_zero[one]"] == ("normal, 0.0001 +/- 0.01 m", "default")
 
 
 def test_draws_follow_the_priors() -> None:

@@ -19,8 +19,8 @@ MADE_IN = {
 }
 
 
-def identifiers(folder: str) -> set[str]:
-    """What checks made in a folder are identified by; names of constants stand for their values."""
+def identifiers(folder: str, kind: str = "Check") -> set[str]:
+    """What checks, or another kind, made in a folder are identified by; names of constants stand for their values."""
     found: set[str] = set()
     for file in sorted((PACKAGE / folder).rglob("*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
@@ -31,7 +31,9 @@ def identifiers(folder: str) -> set[str]:
             if isinstance(node.value, ast.Constant)
         }
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == "Check":
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == kind:
+                first = node.args[0] if node.args and kind != "Check" else None
+                found |= {first.value} if isinstance(first, ast.Constant) else set()
                 for word in node.keywords:
                     if word.arg == "identifier" and isinstance(word.value, ast.Constant | ast.Name):
                         of = word.value
@@ -59,3 +61,9 @@ def test_a_summary_has_the_numbers_of_its_check() -> None:
     assert (found.statistic, found.threshold, found.unit, found.fatal) == (2.0, 1.0, "N", True)
     assert (found.identifier, found.quantity, found.about) == ("bounds", "what", "model")
     assert found.says.startswith("damping stopped at the bound")
+
+
+def test_every_advice_and_every_reason_has_a_sentence() -> None:
+    asked = identifiers("fitting", "Advice")
+    assert asked == {*fit.ADVICE, "force_alone", "further_record"}
+    assert identifiers("fitting", "Why") - {"gls"} == set(fit.NO_GLS)

@@ -13,7 +13,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.report.sentences.posterior import posterior_sentence
+from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
 from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.posterior import Posterior
@@ -58,8 +58,10 @@ def test_it_passes_its_checks(posterior: Posterior) -> None:
 
 def test_the_noise_model_is_chosen_and_told(posterior: Posterior) -> None:
     assert posterior.noise_model.kind == "coloured"
-    assert posterior.noise_model.says.startswith("Likelihood: coloured noise")
-    assert "noise.force: log-normal, median 0.4 N, factor 2.718 (default)" in posterior.priors
+    assert likelihood_sentence(posterior.noise_model).startswith("Likelihood: coloured noise")
+    prior = posterior.marginals["noise.force"].prior
+    assert prior is not None
+    assert prior_words(prior, "N") == "log-normal, median 0.4 N, factor 2.718"
 
 
 def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior) -> None:
@@ -72,7 +74,7 @@ def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior)
 def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     white = sample_posterior(task, ChainStart(values), PosteriorRequest(noise="white", settings=Settings(seed=3)))
-    assert white.noise_model.says == "Likelihood: white noise, as asked for."
+    assert likelihood_sentence(white.noise_model) == "Likelihood: white noise, as asked for."
     zero = "position_zero[drop 0]"
     assert posterior.marginals[zero].sd / white.marginals[zero].sd > 1.3
     # What wander does to a shared value is then taken for a difference between records.

@@ -27,8 +27,6 @@ from fibrefit.problem.statement.problem import Linearised, Problem
 
 KINDS = ("white", "autoregressive", "coloured")
 TINY = 1e-30
-HEAVY_TAILS = 1.0
-"""Excess kurtosis of the innovations above which a normal law is called into question."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +38,27 @@ class NoiseModel:
     likelihood : Likelihood
     kind : str
         One of `KINDS`.
-    says : str
-        The choice and its reason.
+    asked : str
+        ``"auto"`` where it was chosen; the kind asked for; or ``"rests"`` where noise is that of the parts at rest.
     scores : dict of str to float
         Log likelihood less penalty of every kind that was tried, over that of white noise.
     noise : tuple of Noise
         Spectrum of each channel in SI units, where the kind is coloured.
+    channels : tuple of str
+    orders : tuple of int
+        Of the autoregression of each channel, where one was tried.
+    kurtosis : float
+        Excess kurtosis of the innovations: the largest of all channels.
     """
 
     likelihood: Likelihood
     kind: str
-    says: str
+    asked: str
     scores: dict[str, float]
     noise: tuple[Noise, ...] = ()
+    channels: tuple[str, ...] = ()
+    orders: tuple[int, ...] = ()
+    kurtosis: float = 0.0
 
 
 class _Evidence(NamedTuple):
@@ -127,8 +133,8 @@ def choose_noise_model(
     # An autoregression of order zero is white noise: rounding must not choose between two names of one thing.
     best = max(scores, key=lambda name: round(scores[name], 6))
     likelihood = likelihood_of(found[best], problem.observations, channels, known, heavy)
-    says = _says(best, kind, scores, orders, noise, channels) + _tails(found[best], evidence, heavy)
-    return NoiseModel(likelihood, best, says, scores, noise if best == "coloured" else ())
+    tails = _kurtosis(found[best], evidence)
+    return NoiseModel(likelihood, best, kind, scores, noise if best == "coloured" else (), channels, orders, tails)
 
 
 def _evidence(problem: Problem, linear: Linearised) -> _Evidence:
@@ -201,41 +207,8 @@ def _squares(whitening: Whitening, residuals: jax.Array, valid: jax.Array) -> tu
     return jnp.sum(whitening.whiten(residuals) ** 2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale
 
 
-def _says(
-    best: str,
-    kind: str,
-    scores: dict[str, float],
-    orders: tuple[int, ...],
-    noise: tuple[Noise, ...],
-    channels: tuple[str, ...],
-) -> str:
-    words = {
-        "white": "white noise",
-        "autoregressive": "autoregressive noise of order "
-        + ", ".join(f"{order} ({c})" for c, order in zip(channels, orders, strict=False)),
-        "coloured": "coloured noise (white and slow parts"
-        + "".join(f", equal at {n.corner():.3g} Hz in {c}" for c, n in zip(channels, noise, strict=False))
-        + ")",
-    }
-    if kind != "auto":
-        return f"Likelihood: {words[best]}, as asked for."
-    others = [f"{name} is {scores[best] - score:.4g}" for name, score in scores.items() if name != best]
-    return (
-        f"Likelihood: {words[best]}; chosen because it explains the residuals best: "
-        f"{' and '.join(others)} less likely (log likelihood, corrected for the numbers each contains)."
-    )
-
-
-def _tails(whitening: Whitening, evidence: _Evidence, heavy: bool) -> str:
-    """A remark where single samples stray further than a normal law allows."""
+def _kurtosis(whitening: Whitening, evidence: _Evidence) -> float:
+    """Excess kurtosis of the innovations, the largest of all channels."""
     fresh, valid = np.asarray(innovations(whitening, evidence.residuals)), np.asarray(evidence.valid)
     each = [fresh[:, c][valid[:, c]] for c in range(valid.shape[1]) if valid[:, c].any()]
-    kurtosis = max(float(np.mean(x**4) / max(np.mean(x**2), TINY) ** 2 - 3.0) for x in each)
-    if heavy:
-        return f" Student's t for single samples, as asked for (excess kurtosis {kurtosis:.2g})."
-    if kurtosis < HEAVY_TAILS:
-        return ""
-    return (
-        f" Single samples stray further than normal noise does (excess kurtosis {kurtosis:.2g}): "
-        "where no missing physics explains this, Student's t is the better law."
-    )
+    return max(float(np.mean(x**4) / max(np.mean(x**2), TINY) ** 2 - 3.0) for x in each)

@@ -123,21 +123,6 @@ class Prior:
             line = self._line(self.centre) + self.spread * ndtri(low + share * (high - low))
         return np.clip(np.exp(line) if self.log else line, self.lower, self.upper)
 
-    def says(self, unit: str) -> str:
-        """The prior in words; `unit` is the SI unit of its numbers."""
-        unit = "" if unit == "-" else f" {unit}"
-        limits = f"{self.lower:.4g} to {self.upper:.4g}{unit}"
-        if self.even:
-            return f"{'log-uniform' if self.log else 'uniform'}, {limits}"
-        if self.log:
-            text = f"log-normal, median {self.centre:.4g}{unit}, factor {math.exp(self.spread):.4g}"
-        elif self.centre == self.lower:
-            text = f"half-normal, sd {self.spread:.4g}{unit}"
-        else:
-            text = f"normal, {self.centre:.4g} +/- {self.spread:.4g}{unit}"
-        natural = (0.0 if self.log else -math.inf, self.centre)
-        return text if self.lower in natural and self.upper == math.inf else f"{text}, within {limits}"
-
     def _line(self, value: np.ndarray | float) -> np.ndarray:
         with np.errstate(divide="ignore"):
             return np.log(value) if self.log else np.asarray(value, dtype=float)
@@ -213,13 +198,6 @@ class Priors:
         """Draws ``(count, n_free)`` in SI units; NaN where a prior is not proper."""
         shares = random.random((count, len(self.each)))
         return np.stack([prior.quantile(shares[:, i]) for i, prior in enumerate(self.each)], axis=1)
-
-    def says(self) -> tuple[str, ...]:
-        """A line for each value: name, prior in words, and whether it is a default."""
-        return tuple(
-            f"{name}: {prior.says(unit)}{' (default)' if prior.source == 'default' else ''}"
-            for name, unit, prior in zip(self.names, self.units, self.each, strict=True)
-        )
 
 
 def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[str, PriorSetting | Prior]) -> Priors:

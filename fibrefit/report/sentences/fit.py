@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
 from fibrefit.study.summaries.summaries import CheckSummary
+
+if TYPE_CHECKING:
+    from fibrefit.fitting.advice import Advice
+    from fibrefit.fitting.estimates import Why
+    from fibrefit.fitting.identifiability import Weakness
 
 INPUT_ERROR = "_error"
 """End of the identifier of a check of a measured input, which begins with its name."""
@@ -99,7 +106,78 @@ def _bounds(check: Check) -> str:
 
 
 def _identifiability(check: Check) -> str:
-    return " ".join(weakness.says for weakness in check.facts["weak"]) or "The records determine every parameter."
+    return " ".join(map(weakness_sentence, check.facts["weak"])) or "The records determine every parameter."
+
+
+def weakness_sentence(weak: Weakness) -> str:
+    """What the records do not determine."""
+    first, last = ", ".join(weak.names[:-1]), weak.names[-1]
+    if weak.kind == "invisible":
+        return f"{last} is not visible in these records: any value fits alike."
+    if weak.kind == "vague":
+        share = f"{100 * weak.share:.0f} % of" if math.isfinite(weak.share) else "larger than"
+        return f"{last} is hardly visible: its error is {share} its value."
+    if weak.kind == "tied":
+        return (
+            f"Only a combination of {first} and {last} is determined (correlation {weak.correlation:.3f}): each unit "
+            f"of {first} can be traded for {weak.slope:.3g} of {last}."
+        )
+    if not first:
+        return f"{last} cannot be told from the values that each record has for itself."
+    return f"Only a combination of {first} and {last} is determined: they move the readings in the same way."
+
+
+def estimator_sentence(why: Why) -> str:
+    """Which estimate is reported, and why it is this one."""
+    if why.identifier == "gls":
+        return (
+            "Generalised least squares (GLS, residuals pre-whitened with the fitted noise spectrum): each sample "
+            "counts by what it adds to those before it, and records may differ in the rig's parameters. Error bars are "
+            f"{why.ratio:.2g} times those of ordinary least squares."
+        )
+    reason = NO_GLS[why.identifier].format(failed=", ".join(why.failed))
+    return f"Ordinary least squares (OLS), no GLS step: {reason}"
+
+
+NO_GLS = {
+    "robust": "a robust (soft-L1) loss was asked for.",
+    "no_end": "the search came to no end.",
+    "in_a_search": "a search weighs the evidence of what it adds itself.",
+    "not_noise": "residuals are not noise alone (failed: {failed}).",
+    "not_converged": "it did not converge.",
+}
+"""Why there is no GLS step."""
+
+
+def advice_sentence(advice: Advice) -> str:
+    """What to do next."""
+    facts = advice.facts
+    if advice.identifier == "force_alone":
+        found = facts["determined"]
+        each = [f"{name} over mass, {x:.4g} {unit} within {100.0 * e:.2g} %" for name, x, unit, e in found.per_mass]
+        return (
+            f"Force alone determines {' and '.join(each)} and the load at rest, {found.load:.4g} N: stiffness, damping "
+            "and friction themselves are as sure as the mass that is stated."
+        )
+    if advice.identifier == "further_record":
+        shown = [f"{name.replace('_', ' ')} {_condition(value, unit)}" for name, value, unit in facts["conditions"]]
+        share = f"{100 * facts['share']:.0f} % of what it is"
+        return f"A further record with {', '.join(shown)} would bring the largest relative error down to {share}."
+    return ADVICE[advice.identifier]
+
+
+ADVICE = {
+    "search": 'Run "fibrefit discover" on this study: it looks for what the model lacks and names it.',
+    "rest": "Let a record begin before the motion and run on after it: rests tell the noise.",
+    "way_back": "Motion in one direction tells the sum of friction and force_offset alone: record the way back too, or "
+    'hold one of them, for example [parameters.force_offset] fixed = "0 N".',
+    "another_test": "No further record of the usual kind would help much: the parameter needs another kind of test.",
+}
+"""By identifier."""
+
+
+def _condition(value: float, unit: str) -> str:
+    return f"{math.degrees(value):.3g} deg" if unit == "rad" else format_quantity(value, unit, 3)
 
 
 def _residual_size(check: Check) -> str:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from fibrefit.core.check import Check
 from fibrefit.report.sentences.fit import check_summary, hausman_sentence
 from fibrefit.study.summaries.summaries import CheckSummary
+
+if TYPE_CHECKING:
+    from fibrefit.problem.noise.choose import NoiseModel
+    from fibrefit.problem.posterior.prior import Prior
 
 NAMED = 3
 """Values by which a mode is described."""
@@ -20,6 +26,61 @@ def posterior_sentence(check: Check) -> str:
 def posterior_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
     """Checks of a posterior as its summary has them."""
     return tuple(check_summary(check, posterior_sentence(check)) for check in checks)
+
+
+HEAVY_TAILS = 1.0
+"""Excess kurtosis of the innovations above which a normal law is called into question."""
+
+
+def likelihood_sentence(model: NoiseModel) -> str:
+    """Which likelihood was taken, and why."""
+    words = f"Likelihood: {_noise(model)}"
+    if model.asked != "auto":
+        return f"{words}, as {'in the parts at rest' if model.asked == 'rests' else 'asked for'}.{_tails(model)}"
+    best = model.scores[model.kind]
+    others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]
+    return (
+        f"{words}; chosen because it explains the residuals best: {' and '.join(others)} less likely (log likelihood, "
+        f"corrected for the numbers each contains).{_tails(model)}"
+    )
+
+
+def _noise(model: NoiseModel) -> str:
+    if model.kind == "white":
+        return "white noise"
+    if model.kind == "autoregressive":
+        orders = [f"{order} ({channel})" for channel, order in zip(model.channels, model.orders, strict=False)]
+        return f"autoregressive noise of order {', '.join(orders)}"
+    corners = [f", equal at {n.corner():.3g} Hz in {c}" for c, n in zip(model.channels, model.noise, strict=False)]
+    return f"coloured noise (white and slow parts{''.join(corners)})"
+
+
+def _tails(model: NoiseModel) -> str:
+    """A remark where single samples stray further than a normal law allows."""
+    if model.likelihood.heavy:
+        return f" Student's t for single samples, as asked for (excess kurtosis {model.kurtosis:.2g})."
+    if model.kurtosis < HEAVY_TAILS:
+        return ""
+    return (
+        f" Single samples stray further than normal noise does (excess kurtosis {model.kurtosis:.2g}): where no "
+        "missing physics explains this, Student's t is the better law."
+    )
+
+
+def prior_words(prior: Prior, unit: str) -> str:
+    """A prior in words; `unit` is the SI unit of its numbers."""
+    unit = "" if unit == "-" else f" {unit}"
+    limits = f"{prior.lower:.4g} to {prior.upper:.4g}{unit}"
+    if prior.even:
+        return f"{'log-uniform' if prior.log else 'uniform'}, {limits}"
+    if prior.log:
+        text = f"log-normal, median {prior.centre:.4g}{unit}, factor {math.exp(prior.spread):.4g}"
+    elif prior.centre == prior.lower:
+        text = f"half-normal, sd {prior.spread:.4g}{unit}"
+    else:
+        text = f"normal, {prior.centre:.4g} +/- {prior.spread:.4g}{unit}"
+    natural = (0.0 if prior.log else -math.inf, prior.centre)
+    return text if prior.lower in natural and prior.upper == math.inf else f"{text}, within {limits}"
 
 
 def _convergence(check: Check) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.workflow.thresholds import PREDICTED
 
-TRY_AGAIN = "fibrefit discover"
+SEARCH = "search"
+"""Identifier of the advice to search for what the model lacks."""
 
 
 def next_steps(finding: Finding, narrowed: bool) -> tuple[str, ...]:
@@ -18,7 +20,7 @@ def next_steps(finding: Finding, narrowed: bool) -> tuple[str, ...]:
         Whether effects of the catalogue were left out of the search.
     """
     # What the fit itself advises stays, but for the search that has just been made.
-    rest = tuple(text for text in finding.after.advice if TRY_AGAIN not in text)
+    rest = tuple(advice_sentence(one) for one in finding.after.advice if one.identifier != SEARCH)
     if finding.verdict == "named":
         return (*_named(finding), *rest)
     if finding.verdict == "unexplained":

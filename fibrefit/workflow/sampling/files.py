@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
-from fibrefit.report.sentences.posterior import posterior_checks
+from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words
 from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
@@ -48,7 +48,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         interval_kind=INTERVAL_KIND,
         interval_probability=posterior.settings.interval,
         likelihood=posterior.noise_model.kind + (", Student's t" if found.options.heavy else ""),
-        likelihood_says=posterior.noise_model.says,
+        likelihood_says=likelihood_sentence(posterior.noise_model),
         ensembles=course.points.shape[0],
         walkers=course.points.shape[2],
         draws=int(np.prod(course.kept.shape[:3])),
@@ -90,7 +90,7 @@ def _parameter(found: Findings, marginal: Marginal) -> PosteriorParameter:
 def _said(marginal: Marginal) -> str:
     prior = marginal.prior
     assert prior is not None
-    return prior.says(marginal.unit) + (" (default)" if prior.source == "default" else "")
+    return prior_words(prior, marginal.unit) + (" (default)" if prior.source == "default" else "")
 
 
 def _of_record(found: Findings, record: str) -> dict[str, PosteriorParameter]:
