@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -131,7 +131,7 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
         axes.set_ylabel(y, fontsize=USUAL, labelpad=3)
 
 
-def logarithmic(axes: Axes, *ways: str) -> None:
+def logarithmic(axes: Axes, *ways: Literal["x", "y"]) -> None:
     """Make axes logarithmic, ``"x"`` or ``"y"``, with plain numbers: texts are shown as they stand, formulas too."""
     for way in ways:
         axes.set(**{f"{way}scale": "log"})
