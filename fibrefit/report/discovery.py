@@ -41,7 +41,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
-        section("What the time did not suffice for", _unfinished(summary)),
+        section(UNFINISHED, items(left_undone(summary))),
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
@@ -52,10 +52,14 @@ def discovery_report(summary: DiscoverySummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
-def _unfinished(summary: DiscoverySummary) -> list[str]:
+UNFINISHED = "What the time did not suffice for"
+
+
+def left_undone(summary: DiscoverySummary) -> list[str]:
+    """What a search that ran out of time did not come to, in sentences; nothing where it came to its end."""
     untried = [f"Not tried: {', '.join(summary.untried)}."] if summary.untried else []
     said = [*untried, *(f"Not done: {part}." for part in summary.undone)]
-    return items([*said, "--time gives more, and --resume goes on from what was found."]) if said else []
+    return [*said, "--time gives more, and --resume goes on from what was found."] if said else []
 
 
 def verdict_line(summary: DiscoverySummary) -> str:

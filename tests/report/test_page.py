@@ -212,6 +212,17 @@ def test_a_batch_shows_the_conditions_that_differ() -> None:
     assert "weight mass" not in reader.text
 
 
+def test_a_search_that_ran_out_of_time_says_so_before_all_else() -> None:
+    whole = EXAMPLES["fibrefit/discovery/1"]
+    cut = whole.model_copy(update={"untried": ("fibre.creep",), "undone": ("a further effect",)})
+    text = page([Result("results/a", cut)], "one")
+    said = text.index("What the time did not suffice for")
+    assert text.index("Not tried: fibre.creep.") > said
+    assert text.index("Not done: a further effect.") < text.index("What it does to the parameters")
+    visible = page([Result("results/a", whole)], "one").partition("<details")[0]
+    assert "What the time did not suffice for" not in visible
+
+
 def test_a_search_tells_its_rounds() -> None:
     reader = read(page([result("fibrefit/discovery/1")], "one"))
     assert "NAMED: guide.viscous_friction" in reader.text

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.report.discovery import EVIDENCE, verdict_line
+from fibrefit.report.discovery import EVIDENCE, UNFINISHED, left_undone, verdict_line
 from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, TableBlock, Telling, Words
 from fibrefit.report.page.common import (
     ARROW,
@@ -34,6 +34,7 @@ def told_discovery(result: Result) -> Telling:
     keys = [] if view is None else [str(model["key"]) for model in view.view["models"]]
     before = summary.before if summary.added else None
     blocks: list[Block | None] = [
+        Words(UNFINISHED, undone, listed=True) if (undone := left_undone(summary)) else None,
         Words("What it amounts to", [found.says for found in summary.weights]) if summary.weights else None,
         Words("What to do next", summary.advice, listed=True) if summary.advice else None,
         _alike(summary),
