@@ -138,7 +138,9 @@ def _confirmed(
         after = _final(search, best, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        if cut or limits.choose is not None or not widens(*gaps):
+        # Of one model records may differ, of the other all are alike: their gaps say nothing of what was added.
+        unlike = before.gls is not None and after.gls is None
+        if cut or unlike or limits.choose is not None or not widens(*gaps):
             return best, after, said
         says = (
             f"With {best.names[-1]} in the model the normalised residual RMS rises from {gaps[0]:.3g} to {gaps[1]:.3g}"

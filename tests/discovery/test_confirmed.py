@@ -16,9 +16,10 @@ from fibrefit.fitting.result import ChannelMisfit
 FIRST, SECOND = (SimpleNamespace(name=f"guide.{name}") for name in ("one", "other"))
 
 
-def fit(gap: float, ended: bool = True) -> Any:
+def fit(gap: float, ended: bool = True, alike: bool = False) -> Any:
     check = SimpleNamespace(identifier="completion", passed=ended)
-    return SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N", 0.99)}, checks=(check,))
+    gls = None if alike else "whitened"
+    return SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N", 0.99)}, checks=(check,), gls=gls)
 
 
 def model(*effects: Any) -> Any:
@@ -54,3 +55,9 @@ def test_a_fit_that_was_cut_short_and_a_person_who_chose_are_no_reason(monkeypat
     assert confirmed(monkeypatch, {2: fit(1.12, ended=False)}, Limits())[0].effects == (FIRST, SECOND)
     by_hand = replace(Limits(), choose=lambda ranking: None)
     assert confirmed(monkeypatch, {2: fit(1.12)}, by_hand)[0].effects == (FIRST, SECOND)
+
+
+def test_a_fit_that_takes_records_for_alike_is_not_held_against_one_that_lets_them_differ(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert confirmed(monkeypatch, {2: fit(1.12, alike=True)}, Limits())[0].effects == (FIRST, SECOND)

@@ -108,11 +108,13 @@ def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
     assert found.between == {}
 
 
-def test_a_robust_fit_and_one_that_a_bound_stops_stay_plain(tmp_path: Path) -> None:
+def test_a_robust_fit_stays_plain_and_one_that_a_bound_stops_is_told(tmp_path: Path) -> None:
     assert "a robust (soft-L1) loss was asked for" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')
-    assert stopped.estimator == "ordinary least squares"
     assert stopped.status == "suspect"
+    assert [estimate.name for estimate in stopped.estimates if estimate.at_bound] == ["damping"]
+    (bound,) = (check for check in stopped.checks if check.quantity == "distance of the parameters from their bounds")
+    assert not bound.passed
 
 
 def test_where_both_estimates_part_the_plain_one_stands(
