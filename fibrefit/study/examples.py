@@ -9,7 +9,7 @@ from fibrefit.core.errors import UsageError, did_you_mean
 PACKAGE = Path(__file__).resolve().parents[1]
 
 #: Where they are: in an installed package, and beside it in a checkout.
-PLACES = (PACKAGE / "examples", PACKAGE.parent / "configs")
+PLACES = (PACKAGE / "shipped_studies", PACKAGE.parent / "configs")
 
 
 def examples() -> tuple[str, ...]:

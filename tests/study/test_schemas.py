@@ -17,6 +17,7 @@ from tests.study.conftest import TEXT
 from tests.study.test_summaries import EXAMPLES
 
 ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "data_schemas"
 NAMES = sorted(schemas.schemas())
 
 
@@ -36,12 +37,12 @@ def test_there_is_one_for_every_kind_of_file() -> None:
             "sweep",
         )
     ] == NAMES
-    assert sorted(path.name for path in schemas.FOLDER.iterdir()) == NAMES
+    assert sorted(path.name for path in FOLDER.iterdir()) == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_files_and_code_agree(name: str) -> None:
-    on_disk = json.loads((schemas.FOLDER / name).read_text(encoding="utf-8"))
+    on_disk = json.loads((FOLDER / name).read_text(encoding="utf-8"))
     assert on_disk == schemas.schemas()[name], "run `make schemas`"
     jsonschema.Draft202012Validator.check_schema(on_disk)
 
@@ -49,7 +50,7 @@ def test_files_and_code_agree(name: str) -> None:
 def test_the_command_writes_them(tmp_path: Path) -> None:
     schemas.write_schemas(tmp_path)
     for name in NAMES:
-        assert (tmp_path / name).read_bytes() == (schemas.FOLDER / name).read_bytes()
+        assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes()
 
 
 def test_writing_them_needs_no_jax() -> None:
