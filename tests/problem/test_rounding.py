@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 from scipy.stats import norm
 
 from fibrefit.problem.noise.rounding import (
@@ -96,6 +97,15 @@ def test_a_fine_logger_is_not_coarse() -> None:
     )
     constant = Trace("made", np.arange(500) / RATE, {"force": np.zeros(500)}, {}, {})
     assert steps_of([constant], "force", [1.0]) is None
+
+
+def test_noise_behind_a_filter_that_reaches_across_many_steps_is_not_coarse() -> None:
+    """From sample to sample it hardly changes; the noise at rest says how far it goes."""
+    noise = sosfilt(butter(2, 0.1, output="sos"), np.random.default_rng(1).standard_normal(6000))
+    noise *= 4.0 / noise.std()
+    filtered = Trace("made", np.arange(6000) / RATE, {"force": np.round(noise)}, {}, {})
+    assert coarse_step([filtered], "force") is not None
+    assert steps_of([filtered], "force", [4.0]) is None
 
 
 @pytest.mark.parametrize("noise", [0.1, 0.2, 0.35])

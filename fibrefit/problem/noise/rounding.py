@@ -22,6 +22,8 @@ from fibrefit.rigs.signals.trace import Trace
 COARSE = 0.5
 """Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
 which it depends on the signal, is then below ``exp(-2 pi^2 0.25)``, less than a hundredth)."""
+ROUNDED = 12.0**-0.5
+"""Noise of rounding over a step."""
 FIRST = 0.25
 """Noise before rounding, as a share of a step, that is taken before anything is known of it."""
 LEAST, MOST = 0.05, 3.0
@@ -55,7 +57,8 @@ def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> S
         Noise of each record.
     """
     size = coarse_step(traces, channel)
-    if size is None:
+    # Noise behind a filter may hardly change from one sample to the next, and reach across many steps all the same.
+    if size is None or float(np.mean(level)) > np.hypot(COARSE, ROUNDED) * size:
         return None
     return Steps(
         *(np.array(row, dtype=float) for row in (np.full(len(level), size), [FIRST * size] * len(level), level))
