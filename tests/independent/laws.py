@@ -150,7 +150,6 @@ CATALOGUE: dict[str, Hidden] = {
 }
 
 KNOWN_AS = {
-    "open.slipping_knot": "fibre.knot_slip",
     "open.warm_up_friction": "guide.friction_drift",
     "open.heating_guide": "guide.friction_drift",
     "open.fading_stiffness": "fibre.stiffness_drift",

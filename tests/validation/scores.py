@@ -94,8 +94,7 @@ class Outcome:
     @property
     def falsely(self) -> bool:
         """Whether something was named that stands for nothing hidden."""
-        true = {*self.truth, self.known_as}
-        return any(not {*self.meant(name), name.partition("@")[0]} & true for name in self.found)
+        return any(not self.meant(name) & {*self.truth, self.known_as} for name in self.found)
 
     @property
     def unexplained(self) -> bool:
@@ -109,8 +108,8 @@ class Outcome:
 
     @property
     def by_law(self) -> bool:
-        """Whether a cause for which the catalogue has a law by now was named by it, in any record, and nothing else."""
-        return {name.partition("@")[0] for name in self.found} == {self.known_as}
+        """Whether a cause for which the catalogue has a law by now was named by it, and nothing else."""
+        return set(self.found) == {self.known_as}
 
     @property
     def good(self) -> bool:
