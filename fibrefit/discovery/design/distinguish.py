@@ -20,7 +20,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried
 from fibrefit.discovery.engine.refit import difference_steps
-from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
@@ -182,7 +182,8 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
     columns, targets = changed_values(
         frame, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
     )
-    grams = frame.grams(local, columns, targets, search.context.whole)[:, :-1, :-1]
+    at_hand = as_simulated(frame, local, search.context.whole)
+    grams = at_hand.grams(local, columns, targets, search.context.whole)[:, :-1, :-1]
     before = float(likeness(grams, search.context)[2][0, 1])
     further = menu_grams(frame, search.context, local, columns, targets, menu)
     after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
@@ -206,9 +207,34 @@ def menu_grams(
         data = records_of(frame.problem.observations, batch)
         problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
         elsewhere = replace(frame, task=replace(frame.task, problem=problem))
+        elsewhere = as_simulated(elsewhere, local[rows], context.whole[rows])
         same = local[rows], columns, targets[rows], context.whole[rows]
         found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
+
+
+def as_simulated(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:
+    """A frame whose records have measured what it says of them itself.
+
+    Beside a jump what a change does to a residual hangs on the reading; where nothing is fitted, or nothing measured,
+    that says nothing.
+
+    Parameters
+    ----------
+    frame : Supermodel
+        Its inputs known.
+    local : (n_record, n_local) in SI units
+    counts : (n_record,) int
+    """
+    data, channels = frame.problem.observations, frame.problem.model.rig.channels
+    rows = np.asarray(residual_rows(frame, local, counts)).reshape(len(local), len(channels), -1)
+    measured = dict(data.measured)
+    for c, channel in enumerate(channels):
+        weight = np.asarray(data.weight[channel])
+        away = np.divide(rows[:, c], weight, out=np.zeros_like(rows[:, c]), where=weight > 0.0)
+        measured[channel] = jnp.asarray(np.asarray(data.measured[channel]) + away)
+    problem = eqx.tree_at(lambda p: p.observations, frame.problem, data._replace(measured=measured))
+    return replace(frame, task=replace(frame.task, problem=problem))
 
 
 def batches(menu: Sequence[Choice], records: int) -> Iterator[list[Choice]]:
