@@ -244,6 +244,12 @@ def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Co
         if not again or again[0].names == ranked[0].names:
             break
         ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
+    for one in sorted(ranked, key=lambda one: -behind[one.names]):
+        # What other noise said of it is not held against what this noise says of the rest.
+        if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
+            break
+        if one.evidence.mode.steps and all(one.names != other.names for other in again):
+            again.append(scales.again(one))
     weighed = {one.names: _sobered(scales, parent, one) for one in again}
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
