@@ -7,7 +7,9 @@ import gc
 import importlib
 import os
 import sys
+import warnings
 from collections.abc import Sequence
+from typing import Any, cast
 
 import click
 
@@ -124,6 +126,11 @@ def run(args: Sequence[str]) -> int:
         return explain_fault(error, args)
 
 
+def _say_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: Any) -> None:
+    """Say what a library warns of in one line; it may quote a file or a name."""
+    say(f"{category.__name__}: {message} ({os.path.basename(filename)}, line {lineno})")
+
+
 def main() -> None:
     """Entry point of the command line."""
     # Tracing makes hundreds of thousands of objects that stay; to look through them for garbage took a tenth of a fit.
@@ -132,6 +139,7 @@ def main() -> None:
         # A terminal that lacks a letter shows a question mark in its place, and the run goes on.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    warnings.showwarning = cast("Any", _say_warning)
     code = run(sys.argv[1:])
     try:
         sys.stdout.flush()

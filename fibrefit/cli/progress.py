@@ -8,8 +8,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from fibrefit.cli.terminal import Terminal, harmless, say
+from fibrefit.cli.terminal import Terminal, say
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.shown import harmless
 
 EVERY = 30.0
 """Seconds between two lines where no person is looking: a log says where the work stands."""

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import click
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import printable
+from fibrefit.core.shown import harmless, printable
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -95,29 +95,6 @@ def _write(text: str, err: bool, newline: bool = True) -> None:
                 "the answer", f"cannot be written to stdout: {why}", "room for it", "The result itself is whole."
             ) from None
         # Where nothing can be said, the work goes on all the same.
-
-
-def harmless(text: str) -> str:
-    r"""Text with every character that would steer a terminal written as its escape, such as ``\x1b``.
-
-    Parameters
-    ----------
-    text : str
-        Lines and tabs stay.
-    """
-    return text.translate(_STEERING)
-
-
-_STEERING = {
-    code: ascii(chr(code))[1:-1]
-    for code in (
-        *(code for code in range(0x20) if chr(code) not in "\n\t"),
-        *range(0x7F, 0xA0),
-        # Marks of line and paragraph, and those that turn the direction of writing.
-        *(0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A)),
-    )
-}
-"""Control characters (C0 without line feed and tab, DEL, C1) and the marks of direction of Unicode."""
 
 
 def spelt(text: str, encoding: str | None) -> str:

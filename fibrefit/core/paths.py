@@ -7,24 +7,9 @@ from pathlib import Path
 
 from fibrefit.core import allowance
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.shown import printable
 
 _LONGEST = 260
-
-
-def printable(text: str) -> str:
-    """Text without what no encoding has: bytes of a file's name that are no text, and NUL.
-
-    Parameters
-    ----------
-    text : str
-        Such as the name of a file.
-
-    Returns
-    -------
-    str
-        The same with escapes in their place.
-    """
-    return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
 
 
 def shown_path(path: str | Path) -> str:

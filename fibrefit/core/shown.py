@@ -1,4 +1,4 @@
-"""How an object shows itself: two lines at a prompt, a small table in a notebook."""
+"""What is shown: text of files and names that steers nothing; an object in two lines, or as a small table."""
 
 from __future__ import annotations
 
@@ -60,3 +60,42 @@ class Shown:
 
 def _cell(text: str) -> str:
     return f"<td>{escape(text)}</td>"
+
+
+def printable(text: str) -> str:
+    """Text without what no encoding has: bytes of a file's name that are no text, and NUL.
+
+    Parameters
+    ----------
+    text : str
+        Such as the name of a file.
+
+    Returns
+    -------
+    str
+        The same with escapes in their place.
+    """
+    return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
+
+
+def harmless(text: str) -> str:
+    r"""Text with every character that would steer a terminal written as its escape, such as ``\x1b``.
+
+    Parameters
+    ----------
+    text : str
+        Lines and tabs stay.
+    """
+    return text.translate(_STEERING)
+
+
+_STEERING = {
+    code: ascii(chr(code))[1:-1]
+    for code in (
+        *(code for code in range(0x20) if chr(code) not in "\n\t"),
+        *range(0x7F, 0xA0),
+        # Marks of line and paragraph, and those that turn the direction of writing.
+        *(0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A)),
+    )
+}
+"""Control characters (C0 without line feed and tab, DEL, C1) and the marks of direction of Unicode."""

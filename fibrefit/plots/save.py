@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import unicodedata
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from fibrefit.core.formats import FIGURES
+from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of
 
 LONGEST = 80
@@ -64,8 +66,12 @@ def figure_file(figure: Figure, kind: str = "png") -> bytes:
     """A figure as a file with its caption inside, its texts as they stand: a heading may hold half a formula."""
     for text in figure.findobj(Text):
         text.set_parse_math(False)
+        text.set_text(harmless(text.get_text()))
     drawn = io.BytesIO()
-    figure.savefig(drawn, format=kind, metadata=_told(kind, caption_of(figure)))
+    with warnings.catch_warnings():
+        # A sign of a name that the font lacks is an empty box in the picture, and nothing a user could mend.
+        warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)
+        figure.savefig(drawn, format=kind, metadata=_told(kind, harmless(caption_of(figure))))
     return drawn.getvalue()
 
 

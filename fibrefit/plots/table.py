@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.paths import printable
+from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit

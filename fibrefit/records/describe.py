@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fibrefit.core.paths import printable
+from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeBase, TimeGap
 from fibrefit.records.grammar.phrases import count

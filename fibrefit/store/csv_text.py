@@ -7,8 +7,10 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 
+from fibrefit.core.shown import harmless
+
 #: A cell that begins so is a formula to a spreadsheet, which may run commands.
-FORMULA = re.compile(r"[=+\-@\t\r\n\uFF0B\uFF0D\uFF1D\uFF20]")
+FORMULA = re.compile(r"[=+\-@\t\n\uFF0B\uFF0D\uFF1D\uFF20]")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 
 
@@ -18,7 +20,8 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
     Parameters
     ----------
     rows : iterable of sequence of str
-        Text that a spreadsheet would take for a formula gets an apostrophe before it; numbers stay.
+        Text that a spreadsheet would take for a formula gets an apostrophe before it, and what would steer a terminal
+        is written as its escape; numbers stay.
 
     Returns
     -------
@@ -31,5 +34,6 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
 
 
 def neutral(cell: str) -> str:
-    """A cell that no spreadsheet computes."""
-    return f"'{cell}" if FORMULA.match(cell) and not NUMBER.fullmatch(cell) else cell
+    """A cell that no spreadsheet computes, and that steers no terminal on which it is printed."""
+    shown = harmless(cell)
+    return f"'{shown}" if FORMULA.match(shown) and not NUMBER.fullmatch(shown) else shown

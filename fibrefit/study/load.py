@@ -13,7 +13,8 @@ from pydantic import ValidationError
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.core.paths import is_folder, is_plain_file, printable, read_plain_file, shown_path
+from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, shown_path
+from fibrefit.core.shown import printable
 from fibrefit.study.explain import explained
 from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties

@@ -37,7 +37,7 @@ def test_a_bomb_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name
     try:
         with pytest.raises(DataError, match=REFUSED):
             read_table(tmp_path / name)
-        assert tracemalloc.get_traced_memory()[1] < 8 * SMALL
+        assert tracemalloc.get_traced_memory()[1] < 2 * SMALL
     finally:
         tracemalloc.stop()
 

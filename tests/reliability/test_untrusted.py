@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import ast
 import csv
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
-from fibrefit.cli import terminal
-from fibrefit.cli.terminal import Terminal, harmless
+from fibrefit.cli import main, terminal
+from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import StudyError
+from fibrefit.core.shown import harmless
+from fibrefit.plots.save import figure_file
 from fibrefit.store.csv_text import csv_text
 from fibrefit.study import load_study
 from tests.cli.conftest import Run
@@ -134,13 +139,45 @@ def test_json_stays_whole(capsys: pytest.CaptureFixture[str]) -> None:
     assert "\x7f" not in out
 
 
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+@pytest.mark.filterwarnings("error")
+def test_names_in_a_picture_steer_nothing(kind: str) -> None:
+    """The font lacks these signs; a library that quoted them in a warning wrote them to the terminal."""
+    figure = Figure()
+    figure.subplots().set_title("drop \x1b]0;pwned\x07 \u202e 落下")
+    drawn = figure_file(figure, kind)
+    if kind == "svg":
+        assert not {"\x1b", "\x07", "\u202e"} & set(drawn.decode("utf-8"))
+
+
+def test_a_warning_steers_nothing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """As of a library that quotes a name; `main` sees to it that warnings go the way of all else that is said."""
+
+    def warn(args: Sequence[str]) -> int:
+        warnings.warn_explicit("name \x1b]0;pwned\x07", UserWarning, "library.py", 1)
+        return 0
+
+    monkeypatch.setattr(main, "run", warn)
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        with pytest.raises(SystemExit):
+            main.main()
+    said = capsys.readouterr().err
+    assert said == "UserWarning: name \\x1b]0;pwned\\x07 (library.py, line 1)\n"
+
+
+def test_escapes_in_a_table_are_spelt_out() -> None:
+    assert csv_text([["a\x1b[31m", "=\x9bx"]]) == "a\\x1b[31m,'=\\x9bx\n"
+
+
 @given(st.lists(st.text(st.characters(exclude_categories=["Cs"])), min_size=1, max_size=4))
 def test_no_cell_is_a_formula_and_none_is_lost(row: list[str]) -> None:
     (read,) = csv.reader([csv_text([row])]) if not set("".join(row)) & set("\r\n") else [None]
     if read is None:
         return
     for cell, found in zip(row, read, strict=True):
-        assert found in (cell, f"'{cell}")
+        assert found in (harmless(cell), f"'{harmless(cell)}")
         assert not found.startswith(("=", "@", "\t")), found
 
 

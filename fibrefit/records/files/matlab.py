@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +99,8 @@ def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
         import h5py  # only for version 7.3
 
         with h5py.File(path, "r", locking=False) as file:
+            # All of it is counted before any of it is read: many arrays can be too much where each of them is not.
+            _Hdf5(file, replace(allowed), reads=False).group(file)
             return _Hdf5(file, allowed).group(file)
     import scipy.io  # a quarter of a second: only for version 5
 
@@ -137,10 +139,13 @@ class _Hdf5:
     ----------
     file : h5py.File
     allowed : Allowance
+    reads : bool
+        Whether numbers are read; otherwise they are only counted.
     """
 
     file: Any
     allowed: Allowance
+    reads: bool = True
 
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
@@ -169,6 +174,8 @@ class _Hdf5:
         if item.attrs.get("MATLAB_empty", 0):
             return None
         self.allowed.take((item.size or 0) * item.dtype.itemsize)
+        if not self.reads and item.dtype != object:
+            return None
         array = np.asarray(item[()])
         if kind == "char":
             return "".join(map(chr, array.ravel(order="F")))

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.paths import is_folder, printable
-from fibrefit.core.shown import Card, Shown
+from fibrefit.core.paths import is_folder
+from fibrefit.core.shown import Card, Shown, printable
 
 if TYPE_CHECKING:
     import pandas as pd
