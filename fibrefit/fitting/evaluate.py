@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.fitting.result import ChannelMisfit, Gap
-from fibrefit.problem.diagnose.phases import Motion, motion_of
+from fibrefit.problem.diagnose.phases import Motion, motion_of_fit
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests
@@ -41,7 +41,7 @@ def evaluate(task: Task, problem: Problem, local: np.ndarray) -> Evaluation:
     local : (n_record, n_local) in SI units
         Values of each record.
     """
-    moved = motion_of(problem, local)
+    moved = motion_of_fit(problem, local)
     return Evaluation(moved, *_gaps(task, moved.readings))
 
 

@@ -21,6 +21,7 @@ from fibrefit.plots.style import (
     axes_at,
     label,
     legend,
+    name_records,
     new_figure,
     title,
 )
@@ -29,8 +30,12 @@ if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
 LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
-HEIGHT, WIDTH, GAP = 32.0, 183.0, 8.0
+HEIGHT, WIDTH, GAP = 32.0, 183.0, 4.0
 COLUMNS, MOST, NAMED = 3, 12, 12
+TRENDS = (
+    "line: weighted regression; bars: twice the standard error; red: outlier; chance: probability of as strong a trend "
+    "where there is none, all looks together"
+)
 
 
 class RecordValue(NamedTuple):
@@ -53,7 +58,7 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
     population : mapping of parameter to PopulationSummary
     values : mapping of record to mapping of parameter to RecordValue
     """
-    high = TOP + len(population) * (HEIGHT + GAP) + BOTTOM
+    high = TOP + len(population) * (HEIGHT + GAP) - GAP + BOTTOM
     figure = new_figure(high)
     title(figure, "Population", "open: record by itself; filled: partially pooled; bars: twice the standard error")
     for i, (name, found) in enumerate(population.items()):
@@ -61,9 +66,13 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
         _pooled(axes, name, found, values)
         last = i == len(population) - 1
         named = len(values) <= NAMED
-        axes.set_xticks(np.arange(1, len(values) + 1) if named else [], [key[-28:] for key in values] if named else [])
-        axes.tick_params(axis="x", labelsize=SMALL, labelbottom=last)
+        if named:
+            name_records(axes, range(1, len(values) + 1), list(values), WIDTH - LEFT - RIGHT)
+        else:
+            axes.set_xticks([])
+        axes.tick_params(axis="x", labelbottom=last)
         label(axes, x="record" if last and not named else "")
+    legend(figure.axes[0], loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
 
@@ -79,7 +88,6 @@ def _pooled(axes: Axes, name: str, found: PopulationSummary, values: Values) -> 
     axes.errorbar(places - 0.1, columns[0], 2.0 * columns[1], color=GREY, markerfacecolor="white", **style)  # type: ignore[arg-type]
     axes.errorbar(places + 0.1, columns[2], 2.0 * columns[3], color=BLUE, **style)  # type: ignore[arg-type]
     label(axes, y=axis_label(name.rpartition(".")[2], unit))
-    legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
 def trends_figure(
@@ -98,7 +106,7 @@ def trends_figure(
     drawn = trends[:MOST]
     high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
     figure = new_figure(high)
-    title(figure, "Trends, the surest first", "line: weighted regression; bars: twice the standard error; red: outlier")
+    title(figure, "Trends, the surest first", TRENDS)
     wide = (WIDTH - LEFT - RIGHT - (COLUMNS - 1) * ACROSS) / COLUMNS
     for i, one in enumerate(drawn):
         row, column = divmod(i, COLUMNS)
@@ -136,5 +144,8 @@ def _trend(axes: Axes, one: TrendSummary, points: tuple[np.ndarray, np.ndarray])
         axes.errorbar(x[here] / scale, value[here] / worth, bars, fmt="o", color=colour, markersize=2.5, elinewidth=0.6)
     ends = np.array([x.min(), x.max()])
     axes.plot(ends / scale, (one.intercept + one.slope * ends) / worth, color=BLACK, linewidth=0.8)
+    if one.condition_unit == "-" and set(x) <= {0.0, 1.0}:
+        axes.set_xticks([0.0, 1.0], ["no", "yes"])
+        axes.set_xlim(-0.5, 1.5)
     axes.set_title(f"chance {one.chance_corrected:.2g}", fontsize=SMALL, loc="right", pad=2)
     label(axes, x=axis_label(one.condition, across), y=axis_label(one.parameter.rpartition(".")[2], unit))

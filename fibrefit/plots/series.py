@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,7 @@ from fibrefit.plots.style import (
     label,
     legend,
     logarithmic,
+    name_records,
     new_figure,
     title,
 )
@@ -40,8 +40,6 @@ COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
 MOST = 12
 WIDE = 10.0
 """Gap of a record left out from which the axis is logarithmic."""
-LETTER_SMALL = 1.3
-"""Width of a letter of small text, in mm."""
 
 
 def series_figures(summary: SeriesSummary) -> Figures:
@@ -119,12 +117,6 @@ def _by_itself(axes: Axes, rows: list[SeriesRecord], name: str, worth: float) ->
         axes.errorbar(middle, [own.value / worth], bar, fmt="o", color=BLACK, markersize=3, elinewidth=0.8, label=said)
 
 
-def _in_lines(name: str, room: int) -> str:
-    """The name of a file in lines of so many letters, broken after ``_``; the end of a longer one."""
-    lines = textwrap.wrap(name.replace("_", "_ "), room)
-    return "\n".join(line.replace("_ ", "_") for line in lines[-2:])
-
-
 def _law(axes: Axes, curve: SpeedCurveSummary, worth: float, lawful: bool) -> None:
     speeds, low, high = (np.array(part) for part in (curve.speeds, curve.low, curve.high))
     line, band, words = (BLUE, SKY, curve.form) if lawful else (GREY, PALE, f"{curve.form}, not preferred")
@@ -144,8 +136,7 @@ def _left_out(axes: Axes, summary: SeriesSummary) -> None:
         logarithmic(axes, "y")
     else:
         axes.set_ylim(0.0, 1.15 * largest)
-    room = int((WIDTH - LEFT - RIGHT) / len(places) / LETTER_SMALL)
-    axes.set_xticks(places, [_in_lines(name, room) if len(places) <= MOST else "" for name in summary.records])
-    axes.tick_params(axis="x", labelsize=SMALL)
+    if len(places) <= MOST:
+        name_records(axes, places, list(summary.records), WIDTH - LEFT - RIGHT)
     label(axes, y="gap when left out")
     legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))

@@ -13,6 +13,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any, Literal
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -44,6 +45,8 @@ SMALL, USUAL, LARGE = 6.5, 7.5, 9.0
 MM = 1.0 / 25.4
 LETTER = 1.9
 """Width of a bold letter of a title, in mm."""
+LETTER_SMALL = 1.3
+"""Width of a letter of small text, in mm."""
 SMALLEST = 0.8
 """Factor by which a long title may be set smaller before it is broken into two lines."""
 
@@ -123,6 +126,14 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
 
 
+def name_records(axes: Axes, places: Any, names: Sequence[str], width: float) -> None:
+    """Names of records below axes of a width in mm, in lines broken after ``_``; the end of a longer one."""
+    room = max(int(width / len(names) / LETTER_SMALL), 1)
+    lines = [textwrap.wrap(name.replace("_", "_ "), room)[-2:] for name in names]
+    axes.set_xticks(places, ["\n".join(part).replace("_ ", "_") for part in lines])
+    axes.tick_params(axis="x", labelsize=SMALL)
+
+
 def label(axes: Axes, *, x: str = "", y: str = "") -> None:
     """Labels of the axes."""
     if x:
@@ -131,12 +142,27 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
         axes.set_ylabel(y, fontsize=USUAL, labelpad=3)
 
 
+class _Threes(LogLocator):
+    """Numbers at 1 and 3 of each decade, or at 1 alone where there is no room for both."""
+
+    def __init__(self) -> None:
+        super().__init__(subs=(1.0, 3.0), numticks=7)
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        """As of a locator, in SI units of the axis."""
+        found = super().tick_values(vmin, vmax)
+        low, high = min(vmin, vmax), max(vmin, vmax)
+        if self.axis is None or np.count_nonzero((found >= low) & (found <= high)) <= self.axis.get_tick_space():
+            return found
+        return LogLocator(numticks=7).tick_values(vmin, vmax)
+
+
 def logarithmic(axes: Axes, *ways: Literal["x", "y"]) -> None:
     """Make axes logarithmic, ``"x"`` or ``"y"``, with plain numbers: texts are shown as they stand, formulas too."""
     for way in ways:
         axes.set(**{f"{way}scale": "log"})
         axis = getattr(axes, f"{way}axis")
-        axis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=7))
+        axis.set_major_locator(_Threes())
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
         axes.tick_params(axis=way, which="minor", width=0.4, length=1.5)

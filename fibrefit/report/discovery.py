@@ -10,11 +10,11 @@ import numpy as np
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
-from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table
+from fibrefit.report.layout import WIDTH, items, names_apart, numbered, paragraph, section, shortened, table
 from fibrefit.report.text import GAP, doubts, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
-from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary, GapPlace
+from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
@@ -36,7 +36,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("What the records say", items(summary.told)),
         section("How it was found", numbered(found.sentence for found in summary.rounds)),
         section("Effect size", items(found.says for found in summary.weights)),
-        section("Where the first model goes wrong", _places(summary.places)),
+        section("Where the first model goes wrong", _places(summary)),
         section("What is missing, as a law", _law(summary)),
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
@@ -103,17 +103,18 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
-def _places(places: Sequence[GapPlace]) -> list[str]:
+def _places(summary: DiscoverySummary) -> list[str]:
+    short = names_apart(dict.fromkeys(place.record for place in summary.places), LONGEST_NAME - 6)
     rows = [
         (
-            shortened(place.record, LONGEST_NAME - 6),
+            short[place.record],
             place.channel,
             f"{place.from_s:.3f}",
             f"{place.to_s:.3f}",
             place.phase,
             f"{100 * place.share:.0f} %",
         )
-        for place in places
+        for place in summary.places
     ]
     return table(("record", "channel", "from / s", "to / s", "phase", "share"), rows, right={2, 3, 5})
 
@@ -160,9 +161,10 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
     held = {item.record: (item.gap_before, item.gap_after) for item in summary.held_out}
     channels = list(summary.gap.channels)
     worst = sorted(summary.records, key=lambda name: -_size(summary, before, name))
+    short = names_apart(worst[:MOST_RECORDS], LONGEST_NAME)
     rows = [
         (
-            shortened(name, LONGEST_NAME),
+            short[name],
             *_ratios(before.records[name] if before else None, summary.records[name].gap, channels),
             _change(*held[name]) if name in held else "",
         )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
+from pathlib import PurePath
 
 WIDTH = 80
 
@@ -65,6 +67,35 @@ def shortened(name: str, width: int) -> str:
         return name
     kept = width - 3
     return f"{name[: kept - kept // 2]}...{name[len(name) - kept // 2 :]}"
+
+
+def names_apart(names: Iterable[str], width: int) -> dict[str, str]:
+    """Each name in at most `width` letters, cut in its middle where no other has both ends, as far as that can be.
+
+    An extension that all have goes first. The later the cut, the more is left of the beginning.
+    """
+    names = list(names)
+    ends = {PurePath(name).suffix for name in names}
+    bare = [name.removesuffix(*ends) for name in names] if len(ends) == 1 else names
+    for head in range((width - 3) // 2, -1, -1):
+        cut = [_with_whole_end(name, head, width) for name in bare]
+        if all(sum(_may_be(one, name) for name in bare) == 1 for one in cut):
+            return dict(zip(names, cut, strict=True))
+    return {name: shortened(part, width) for name, part in zip(names, bare, strict=True)}
+
+
+def _with_whole_end(name: str, head: int, width: int) -> str:
+    """A name without its middle, whose end begins with a word where it has several."""
+    if len(name) <= width:
+        return name
+    start = len(name) - (width - 3 - head)
+    word = re.search(r"[ _.,-](.+)", name[start - 1 :])
+    return f"{name[:head]}...{word.group(1) if word else name[start:]}"
+
+
+def _may_be(cut: str, name: str) -> bool:
+    begin, dots, end = cut.partition("...")
+    return name.startswith(begin) and name.endswith(end) if dots else name == cut
 
 
 def _hanging(text: str, lead: str) -> str:

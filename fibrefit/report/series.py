@@ -6,7 +6,7 @@ import textwrap
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
+from fibrefit.report.layout import WIDTH, items, names_apart, paragraph, section, table
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.series import SeriesSummary
@@ -47,7 +47,7 @@ def _title(summary: SeriesSummary) -> str:
 
 
 def _models(summary: SeriesSummary) -> list[str]:
-    head = ("", "ln Bayes factor", "gap", "gap left out", "ln foresight")
+    head = ("", "ln Bayes factor", "gap", "gap left out", "ln p left out")
     rows = [
         (
             f"{'* ' if name == summary.answer else '  '}{MODELS[name]}",
@@ -58,7 +58,7 @@ def _models(summary: SeriesSummary) -> list[str]:
         )
         for name, one in summary.models.items()
     ]
-    said = "Bayes factor and foresight of records left out are over constant parameters."
+    said = "p: predictive density of records left out in turn. Logarithms are over those of constant parameters."
     return [*table(head, rows, {1, 2, 3, 4}), paragraph(said)]
 
 
@@ -76,19 +76,21 @@ def _value(name: str, one: ParameterSummary) -> tuple[str, ...]:
 def _laws(summary: SeriesSummary) -> list[str]:
     rows = []
     for law in summary.laws[:MOST_LAWS]:
-        said = ", ".join(
+        said = [
             f"{name.rpartition('.')[2]} {one.value:.3g} +/- {one.std_error or 0.0:.1g}"
             for name, one in law.parameters.items()
-        )
-        rows.append((law.parameter, law.form, f"{law.log_bayes_factor:.4g}", shortened(said, 42)))
+        ]
+        rows.append((law.parameter, law.form, f"{law.log_bayes_factor:.4g}", said[0] if said else ""))
+        rows += [("", "", "", one) for one in said[1:]]
     return table(("", "form", "ln Bayes", ""), rows, {2})
 
 
 def _records(summary: SeriesSummary) -> list[str]:
     names = list(next(iter(summary.records.values())).parameters)
-    rows = []
-    for record, one in list(summary.records.items())[:MOST_RECORDS]:
-        cells = [shortened(record, LONGEST)]
+    rows, told = [], dict(list(summary.records.items())[:MOST_RECORDS])
+    short = names_apart(told, LONGEST)
+    for record, one in told.items():
+        cells = [short[record]]
         speed = max(one.speeds.values(), key=lambda ends: ends[1], default=None)
         cells.append("" if speed is None else f"{speed[0]:.2g} to {speed[1]:.2g}")
         for name in names:

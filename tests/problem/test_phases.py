@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -22,8 +21,10 @@ from fibrefit.problem.diagnose.phases import (
     _known,
     _phase,
     motion,
+    motion_of_fit,
     moves,
 )
+from fibrefit.problem.statement.problem import Moved
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
@@ -131,13 +132,22 @@ def test_of_two_fibres_the_one_that_is_stretched_more_counts() -> None:
     forces = {"angle": np.zeros((1, 3)), "force_1": np.array([[5.0, 1.0, 0.0]]), "force_2": np.array([[0.0, 2.0, 7.0]])}
     first = np.array([[3.0, 1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])
     second = np.array([[-1.0, 2.0, 4.0]]), np.array([[-1.0, -1.0, -1.0]])
-    response: Any = SimpleNamespace(solution=SimpleNamespace(states=states), channels=forces)
-    known = _known(response, (first, second))
+    modes = SimpleNamespace(fibre_1=np.array([[1, 1, 0]]), fibre_2=np.array([[0, 1, 0]]))
+    known = _known(Moved(forces, states, modes, np.zeros(1, dtype=bool), (first, second)))
     assert known["stretch"].tolist() == [[3.0, 2.0, 4.0]]
     assert known["stretch rate"].tolist() == [[1.0, -1.0, -1.0]]
     assert known["tension"].tolist() == [[5.0, 2.0, 7.0]]
-    modes = SimpleNamespace(fibre_1=np.array([[1, 1, 0]]), fibre_2=np.array([[0, 1, 0]]))
     assert _phase(modes, known, None, np.ones((1, 3), dtype=bool)).tolist() == [[LOADING, UNLOADING, SLACK]]
+
+
+def test_the_motion_behind_slopes_is_that_of_a_simulation_alone() -> None:
+    task, alone = moved(DROPS)
+    beside = motion_of_fit(task.problem, np.asarray(task.problem.layout.local(np.asarray(task.start))))
+    assert (beside.phase == alone.phase).all()
+    for one, other in ((beside.states, alone.states), (beside.readings, alone.readings)):
+        assert one.keys() == other.keys()
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name])
 
 
 def test_a_mass_on_a_guide_has_no_stretch() -> None:

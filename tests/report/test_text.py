@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.report.checks import failures, quantity_of
+from fibrefit.report.layout import names_apart
 from fibrefit.report.text import WIDTH, fit_report, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.summaries import InputErrorSummary
@@ -143,3 +144,20 @@ def test_a_failed_check_is_listed_by_what_was_tested_and_a_passed_one_by_its_nam
     text = " ".join(fit_report(suspect()).split())
     assert "the gap is noise" not in text
     assert "Passed: residuals are white." in text
+
+
+def test_names_of_records_stay_apart_where_they_are_cut() -> None:
+    names = ("trapezoid_60mms_60mm.csv", "trapezoid_450mms_60mm.csv", "trapezoid_200mms_80mm_added.csv")
+    assert list(names_apart(names, 18).values()) == ["trap...60mms_60mm", "trap...450mms_60mm", "trap...80mm_added"]
+    assert names_apart(("drop_5mm.csv", "drop_10mm.csv"), 18) == {
+        "drop_5mm.csv": "drop_5mm",
+        "drop_10mm.csv": "drop_10mm",
+    }
+    assert names_apart(("a.csv", "a.txt"), 18) == {"a.csv": "a.csv", "a.txt": "a.txt"}
+
+
+@given(st.lists(st.text(min_size=1, max_size=60), min_size=1, unique=True), st.integers(6, 40))
+def test_cut_names_keep_to_their_width(names: list[str], width: int) -> None:
+    short = names_apart(names, width)
+    assert list(short) == names
+    assert all(len(one) <= width for one in short.values())

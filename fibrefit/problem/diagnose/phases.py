@@ -9,11 +9,8 @@ import jax
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.roles import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
-from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.simulation.model import Response
+from fibrefit.problem.statement.problem import Moved, Problem
 
 AVERAGED = 0.02
 """Length in s over which the rate of a drive is averaged, and of a pause that is none."""
@@ -52,25 +49,21 @@ class Motion:
     driven: np.ndarray | None = None
 
 
-@kept_program
-def _responses(problem: Problem, local: jax.Array) -> tuple[Response, Any]:
-    def one(local: jax.Array, data: Observations) -> tuple[Response, Any]:
-        named = dict(zip(problem.layout.names, local, strict=True))
-        response = problem.model.respond(named, data.experiment)
-        return response, problem.model.stretched(named, data.experiment, response.solution)
-
-    return jax.vmap(one)(local, problem.observations)
-
-
 def motion(problem: Problem, values: jax.Array) -> Motion:
     """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
-    return motion_of(problem, np.asarray(problem.layout.local(values)))
+    local = np.asarray(problem.layout.local(values))
+    return _motion(problem, local, problem.moved_at(local))
 
 
-def motion_of(problem: Problem, local: np.ndarray) -> Motion:
-    """Simulated motion of all records at their own values ``(n_record, n_local)`` in SI units."""
-    response, fibres = jax.tree.map(np.asarray, _responses(problem, np.asarray(local)))
-    experiment, modes, known = problem.observations.experiment, response.solution.modes, _known(response, fibres)
+def motion_of_fit(problem: Problem, local: np.ndarray) -> Motion:
+    """The same at their own values ``(n_record, n_local)``, by the program that a fit has compiled for its slopes."""
+    local = np.asarray(local)
+    return _motion(problem, local, problem.followed_at(local)[1])
+
+
+def _motion(problem: Problem, local: np.ndarray, moved: Moved) -> Motion:
+    moved = jax.tree.map(np.asarray, moved)
+    experiment, modes, known = problem.observations.experiment, moved.modes, _known(moved)
     times = np.asarray(experiment.times)
     held = np.zeros(times.shape, dtype=bool)
     if "release" in problem.layout.names:
@@ -83,7 +76,7 @@ def motion_of(problem: Problem, local: np.ndarray) -> Motion:
         # The time beyond the end of a record holds no motion.
         sliding = np.where(np.arange(times.shape[1]) < np.asarray(experiment.count)[:, None], sliding, 0)
     phase = np.where(held, HELD, _phase(modes, known, sliding, driven))
-    return Motion(phase, known, np.asarray(response.solution.trouble), response.channels, sliding, driven)
+    return Motion(phase, known, moved.trouble, moved.channels, sliding, driven)
 
 
 def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -100,9 +93,9 @@ def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:
     return minimum_filter1d(maximum_filter1d(fast, width, axis=1), width, axis=1)
 
 
-def _known(response: Response, fibres: tuple[tuple[np.ndarray, np.ndarray], ...]) -> dict[str, np.ndarray]:
+def _known(moved: Moved) -> dict[str, np.ndarray]:
     """States a missing effect may depend on, by what the rig has."""
-    states, channels = response.solution.states, response.channels
+    states, channels = moved.states, moved.channels
     if hasattr(states, "angle"):
         known = {"position": states.angle, "speed": states.rate}
     else:
@@ -110,8 +103,8 @@ def _known(response: Response, fibres: tuple[tuple[np.ndarray, np.ndarray], ...]
     forces = [reading for name, reading in channels.items() if name in FORCES]
     if forces:
         known["tension"] = np.maximum.reduce(forces)
-    if fibres:
-        stretches, rates = (np.stack(parts) for parts in zip(*fibres, strict=True))
+    if moved.fibres:
+        stretches, rates = (np.stack(parts) for parts in zip(*moved.fibres, strict=True))
         more = stretches.argmax(axis=0)[None]
         known["stretch"] = np.take_along_axis(stretches, more, axis=0)[0]
         known["stretch rate"] = np.take_along_axis(rates, more, axis=0)[0]

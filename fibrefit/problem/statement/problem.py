@@ -31,6 +31,28 @@ class Linearised(NamedTuple):
     slopes: Any
 
 
+class Moved(NamedTuple):
+    """The motion behind the readings, by record.
+
+    Parameters
+    ----------
+    channels : dict of (n_record, n_time) in SI units
+        Readings.
+    states, modes : pytrees of (n_record, n_time)
+        As of `Solution`.
+    trouble : (n_record,) bool
+        Whether the integrator had to give up on locating switches somewhere.
+    fibres : tuple of pairs of (n_record, n_time)
+        Stretch [m] and its rate [m/s] of each fibre.
+    """
+
+    channels: dict[str, Any]
+    states: Any
+    modes: Any
+    trouble: Any
+    fibres: tuple[tuple[Any, Any], ...]
+
+
 class Problem(eqx.Module):
     """All that is needed to compare a model with records; a pytree whose leaves are the data.
 
@@ -96,24 +118,42 @@ class Problem(eqx.Module):
         """
         return self.linearised_at(self.layout.local(values))
 
+    def linearised_at(self, local: Any) -> Linearised:
+        """As `linearised`, from the values of each record, ``(n_record, n_local)`` in SI units."""
+        return self.followed_at(local)[0]
+
     # Compiled under their own names, they are traced once for all the programs that contain them.
     @kept_program
-    def linearised_at(self, local: jax.Array) -> Linearised:
-        """As `linearised`, from the values of each record, ``(n_record, n_local)`` in SI units."""
+    def followed_at(self, local: jax.Array) -> tuple[Linearised, Moved]:
+        """Residuals and slopes with the motion behind them, from the values of each record, ``(n_record, n_local)``.
+
+        One program for both: the integrator is what takes long to compile.
+        """
         # One after the other: what belongs to one record stays in the fast memory of a processor.
-        return jax.lax.map(lambda row: self.record_linearised(*row), (local, self.observations))
+        return jax.lax.map(lambda row: self.record_followed(*row), (local, self.observations))
 
     @kept_program
-    def record_linearised(self, local: jax.Array, data: Observations) -> Linearised:
-        """As `linearised`, of one record, from its values ``(n_local,)`` and its data."""
+    def moved_at(self, local: jax.Array) -> Moved:
+        """The motion alone, from the values of each record, ``(n_record, n_local)`` in SI units."""
+
+        def one(row: tuple[jax.Array, Observations]) -> Moved:
+            local, data = row
+            return self._moved(local, data.experiment, self._respond(local, data.experiment))
+
+        return jax.lax.map(one, (local, self.observations))
+
+    @kept_program
+    def record_followed(self, local: jax.Array, data: Observations) -> tuple[Linearised, Moved]:
+        """As `followed_at`, of one record, from its values ``(n_local,)`` and its data."""
         columns = jnp.array(self.layout.local_free)
 
-        def move(part: jax.Array) -> tuple[jax.Array, jax.Array]:
-            residuals = self.record_residuals(local.at[columns].set(part), data)
-            return residuals, residuals
+        def move(part: jax.Array) -> tuple[jax.Array, tuple[jax.Array, Response]]:
+            response = self._respond(local.at[columns].set(part), data.experiment)
+            residuals = self._residuals_of(response, data)
+            return residuals, (residuals, response)
 
-        slopes, residuals = jax.jacfwd(move, has_aux=True)(local[columns])
-        return Linearised(residuals, slopes)
+        slopes, (residuals, response) = jax.jacfwd(move, has_aux=True)(local[columns])
+        return Linearised(residuals, slopes), self._moved(local, data.experiment, response)
 
     def gram(self, values: jax.Array) -> jax.Array:
         """Products of all columns of the Jacobian and the residuals, ``[J r]' [J r]``, beliefs among the residuals.
@@ -131,7 +171,7 @@ class Problem(eqx.Module):
         """
 
         def one(row: tuple[jax.Array, Observations]) -> jax.Array:
-            linear = self.record_linearised(*row)
+            linear, _ = self.record_followed(*row)
             columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
             columns = columns.reshape(-1, columns.shape[-1])
             return columns.T @ columns
@@ -162,7 +202,14 @@ class Problem(eqx.Module):
 
     def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
-        response = self._respond(local, data.experiment)
+        return self._residuals_of(self._respond(local, data.experiment), data)
+
+    def _moved(self, local: jax.Array, experiment: Experiment, response: Response) -> Moved:
+        solution = response.solution
+        fibres = self.model.stretched(dict(zip(self.layout.names, local, strict=True)), experiment, solution)
+        return Moved(response.channels, solution.states, solution.modes, solution.trouble, fibres)
+
+    def _residuals_of(self, response: Response, data: Observations) -> jax.Array:
         channels, jumps = self.model.rig.channels, response.jumps
         distances = jnp.stack([response.channels[c] - data.measured[c] for c in channels])
         heights = jnp.stack([jumps.heights[c] for c in channels])
