@@ -54,7 +54,8 @@ for name, fit in fits.items():
     print(f"{name:<22} {fit.status:<8} gap {gaps}")
 
 # %% [markdown]
-# One of the four leaves nothing but noise. The base model hides what it lacks in its three numbers, as well as it
+# One of the four leaves nothing but noise. The Stribeck law finds nothing to explain: its excess is zero, so that nothing
+# tells its velocity, and its fit says `failed`. The base model hides what it lacks in its three numbers, as well as it
 # can:
 
 # %%
@@ -81,12 +82,12 @@ viscous.save("results/viscous", force=True)
 both_study = fibrefit.load_study(STUDY, ['model.effects=["guide.viscous_friction", "fibre.rate_dependent_damping"]'])
 both = fibrefit.sample(both_study, compare=["results/viscous"])
 (against,) = both.compared
-print(f"delta elpd_loo: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f} in favour of two effects")
+print(f"delta elpd_loo of two effects: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f}")
 if against.log_evidence is not None:
-    print(f"log Bayes factor: {against.log_evidence.value:+.1f} in favour of two effects")
+    print(f"log Bayes factor of two effects: {against.log_evidence.value:+.1f}")
 
 # %% [markdown]
-# A factor for the fibre that depends on its rate would be, if there were one:
+# Both below zero: the records do not ask for a second effect. Its factor, if there were one, would be:
 
 # %%
 factor = both.parameters["fibre.rate_dependent_damping.damping_rate_factor"]

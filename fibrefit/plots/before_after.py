@@ -60,6 +60,7 @@ def before_after_figure(
     heading = f"{before.records[record]}: {_gaps_in_words(channels, finals)}"
     title(figure, heading, _beside(before, record, bool(places)))
     label(axes[-1], x="time / s")
+    crop(axes[0], channels[0].times, before.motion_ends(record))
     for i, (first, final) in enumerate(zip(channels, finals, strict=True)):
         upper, lower = axes[2 * i], axes[2 * i + 1]
         mine = [place for place in places if place.channel == first.name]
@@ -70,17 +71,18 @@ def before_after_figure(
         _curves(upper, first, final)
         _residuals(lower, first, final, averaged_noise(spectrum, first))
     legend(axes[0], loc="lower right", bbox_to_anchor=(1.005, 1.0), ncols=4)
-    crop(axes[0], channels[0].times, before.motion_ends(record))
     figure.align_ylabels(axes)
     return figure
 
 
 def _shares(axes: Axes, places: Sequence[GapPlace]) -> None:
     """The share of the whole gap that lies in each place, unless it is too small to be read beside the others."""
+    first, last = axes.get_xlim()
     for place in places:
-        if place.share >= 0.03:
+        begin, end = max(place.from_s, first), min(place.to_s, last)
+        if place.share >= 0.03 and begin < end:
             axes.text(
-                0.5 * (place.from_s + place.to_s), 0.97, f"{100 * place.share:.0f} %",
+                0.5 * (begin + end), 0.97, f"{100 * place.share:.0f} %",
                 transform=axes.get_xaxis_transform(), fontsize=SMALL, color="0.3", ha="center", va="top",
             )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +18,9 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 
 CELL, WIDEST = 33.0, 178.0
-LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 17.0, 21.0
+LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 19.0, 21.0
+LETTER, BESIDE = 1.55, 9.0
+"""Width of a letter of a label, and room of the numbers between a panel and its label, in mm."""
 BINS = 36
 SMOOTH = 1.1
 """Width of the smoothing of the contours, in bins: they are then those of the density and not of chance."""
@@ -86,8 +89,9 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
         np.column_stack([values for values, *_ in shown]),
         bins=BINS,
         range=[_reach(values) for values, *_ in shown],
-        labels=[axis_label(one.short, unit) for one, (_, unit, _) in zip(drawn, shown, strict=True)],
+        labels=[_label(one.short, unit, side / len(drawn)) for one, (_, unit, _) in zip(drawn, shown, strict=True)],
         label_kwargs={"fontsize": USUAL},
+        labelpad=max(0.0, BESIDE * len(drawn) / side - 0.3),
         smooth=SMOOTH,
         quantiles=tails,
         levels=LEVELS,
@@ -110,6 +114,14 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     beside = f"contours hold {levels} of the draws; dashed: median and {100 * probability:g} % interval; black: the fit"
     title(figure, _heading(drawn), beside)
     return figure
+
+
+def _label(name: str, unit: str, width: float) -> str:
+    """Label of an axis in lines that fit a panel of a width in mm; a unit is not broken."""
+    words, firm = name.replace("_", " "), "\N{NO-BREAK SPACE}"
+    unit_part = axis_label(name, unit).removeprefix(words).strip().replace(" ", firm)
+    lines = textwrap.wrap(f"{words} {unit_part}", int(width / LETTER), break_long_words=False)
+    return "\n".join(lines).replace(firm, " ")
 
 
 def _draw_corner(draws: np.ndarray, **options: Any) -> None:
@@ -147,7 +159,9 @@ def _tidy(
         if column > row:
             figure.delaxes(axes)
             continue
-        _ticks(axes, row == len(drawn) - 1, column == 0 and row > 0)
+        _ticks(axes, x=row == len(drawn) - 1, y=column == 0 and row > 0)
+        if column < row:
+            axes.set_yticks(_inner(axes.get_ylim()))
         for line in axes.lines:
             line.set(linewidth=0.7, markersize=2.5)
         if row == column:
@@ -181,8 +195,6 @@ def _inner(ends: tuple[float, float]) -> list[float]:
 
 def _ticks(axes: Axes, x: bool, y: bool) -> None:
     axes.set_xticks(_inner(axes.get_xlim()))
-    if y or axes.get_ylabel():
-        axes.set_yticks(_inner(axes.get_ylim()))
     for formatter in (axes.xaxis.get_major_formatter(), axes.yaxis.get_major_formatter()):
         # Those without labels have no formatter that could be told.
         if isinstance(formatter, ScalarFormatter):

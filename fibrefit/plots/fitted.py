@@ -105,7 +105,7 @@ class Fitted:
 
     def worst(self, most: int) -> list[int]:
         """Records that are explained worst, in their order."""
-        sizes = [max(gap.ratio or 0.0 for gap in self.record_gaps[name].channels.values()) for name in self.records]
+        sizes = [self.record_gaps[name].total or 0.0 for name in self.records]
         return sorted(sorted(range(len(sizes)), key=lambda r: -sizes[r])[:most])
 
     def conditions(self, record: int) -> str:

@@ -124,9 +124,10 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     others = len(ranking) - len(shown)
-    best = min(shown, key=lambda one: one.gap_after)
+    best = min(ranking, key=lambda one: one.gap_after)
     said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
-    title(figure, said, f"and {others} more that leave a larger gap" if others else "")
+    more = f"; and {others} more with less evidence" if others else ""
+    title(figure, said, f"gaps of the search, where all models are fitted in one noise{more}")
     across, up = figure.get_size_inches() * 25.4
     axes = axes_at(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
     beside = 1.0 + (NUMBERS - RIGHT) / (across - left - NUMBERS)

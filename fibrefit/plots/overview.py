@@ -155,8 +155,10 @@ def _finish(panels: list[Axes], final: Fitted, record: int, width: float) -> Non
         axes.tick_params(labelbottom=axes is panels[-1])
     label(panels[-1], x="time / s")
     said = ", ".join(filter(None, [final.records[record], final.conditions(record)]))
-    short = textwrap.shorten(said, int(width / LETTER_SMALL), placeholder="\N{HORIZONTAL ELLIPSIS}")
-    panels[0].text(0.0, 1.05, short, transform=panels[0].transAxes, fontsize=SMALL, va="bottom", color="0.25")
+    lines = textwrap.wrap(said, int(width / LETTER_SMALL), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}")
+    panels[0].text(
+        0.0, 1.05, "\n".join(lines), transform=panels[0].transAxes, fontsize=SMALL, va="bottom", color="0.25"
+    )
 
 
 def _readings(axes: Axes, models: Sequence[tuple[Compared, str]], labelled: bool) -> None:

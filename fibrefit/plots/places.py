@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -86,15 +87,15 @@ def _times(axes: Axes, model: Fitted, places: Sequence[GapPlace]) -> None:
     labelled: list[tuple[int, int, float]] = []
     for spot in places:
         r, c = records.index(spot.record), channels.index(spot.channel)
-        height = 0.4 / len(channels)
-        low = r - 0.2 + c * height
+        height = 0.7 / len(channels)
+        low = r - 0.35 + c * height
         axes.broken_barh([(spot.from_s, spot.to_s - spot.from_s)], (low, height), color=colours[spot.channel])
-        y, side = (low - 0.03, "bottom") if c == 0 else (low + height + 0.05, "top")
-        middle = 0.5 * (spot.from_s + spot.to_s)
-        if any((r, c) == other[:2] and abs(middle - other[2]) < ROOM * (last - first) for other in labelled):
+        if any((r, c) == other[:2] and abs(spot.to_s - other[2]) < ROOM * (last - first) for other in labelled):
             continue
-        labelled.append((r, c, middle))
-        axes.text(middle, y, f"{100 * spot.share:.0f} %", fontsize=SMALL, color="0.3", ha="center", va=side)
+        labelled.append((r, c, spot.to_s))
+        beside: dict[str, Any] = {"xytext": (1.5, 0.0), "textcoords": "offset points"}
+        text: dict[str, Any] = {"fontsize": SMALL, "color": "0.3", "ha": "left", "va": "center"}
+        axes.annotate(f"{100 * spot.share:.0f} %", (spot.to_s, low + 0.5 * height), **beside, **text)
     axes.set_yticks(range(len(records)), records)
     axes.set_ylim(len(records) - 0.5, -0.5)
     axes.set_xlim(first, last)

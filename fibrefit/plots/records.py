@@ -108,7 +108,7 @@ def crop(axes: Axes, times: np.ndarray, ends: tuple[float, float] | None) -> Non
     first, last = float(times[0]), float(times[-1])
     from_s, to_s = ends or (first, last)
     axes.set_xlim(from_s, to_s)
-    rest = [f"{size:.2g} s at its {end}" for size, end in ((from_s - first, "begin"), (last - to_s, "end")) if size > 0]
+    rest = [f"{size:.2g} s at its {end}" for size, end in ((from_s - first, "start"), (last - to_s, "end")) if size > 0]
     if rest:
         said = f"not shown: rest, {' and '.join(rest)}"
         axes.figure.text(0.995, 0.005, said, fontsize=SMALL, color="0.4", ha="right", va="bottom")

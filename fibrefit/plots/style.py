@@ -150,7 +150,7 @@ class _Threes(LogLocator):
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
         """As of a locator, in SI units of the axis."""
-        found = super().tick_values(vmin, vmax)
+        found = np.asarray(super().tick_values(vmin, vmax))
         low, high = min(vmin, vmax), max(vmin, vmax)
         if self.axis is None or np.count_nonzero((found >= low) & (found <= high)) <= self.axis.get_tick_space():
             return found

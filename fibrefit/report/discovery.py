@@ -28,13 +28,19 @@ EVIDENCE = (
 )
 
 
+ROUNDS = (
+    "Values of a round are those of the search, which fits all models in one noise; those of the first and the final "
+    "fit stand below."
+)
+
+
 def discovery_report(summary: DiscoverySummary) -> str:
     """Report of a discovery in at most 80 columns; no line break at its end."""
     sections = [
         f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
         paragraph(_opening(summary)),
         section("What the records say", items(summary.told)),
-        section("How it was found", numbered(found.sentence for found in summary.rounds)),
+        section("How it was found", _rounds(summary)),
         section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(summary)),
         section("What is missing, as a law", _law(summary)),
@@ -101,6 +107,12 @@ def _opening(summary: DiscoverySummary) -> str:
 def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _rounds(summary: DiscoverySummary) -> list[str]:
+    """What each round added, and whose values its sentence tells."""
+    told = numbered(found.sentence for found in summary.rounds)
+    return [*told, paragraph(ROUNDS)] if told else []
 
 
 def _places(summary: DiscoverySummary) -> list[str]:
@@ -231,7 +243,7 @@ def _candidates(ranking: Sequence[Candidate]) -> list[str]:
     lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
     others = len(ranking) - MOST_CANDIDATES
     if others > 0:
-        lines.insert(-1, f"and {others} more that leave a larger gap")
+        lines.insert(-1, f"and {others} more with less evidence")
     return [*lines, paragraph(EVIDENCE)] if lines else []
 
 

@@ -13,8 +13,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
-#: Take minutes to run; committed without what they print until `make notebooks` has run them.
-LONG = {"02_posterior_plots", "04_speed_dependent_parameters"}
 #: Bytes of a notebook with its pictures.
 LARGEST = 3_000_000
 SAYS = {
@@ -62,7 +60,7 @@ def test_both_files_say_the_same(script: Path) -> None:
 def test_what_it_printed_and_drew_is_kept(script: Path) -> None:
     text = script.with_suffix(".ipynb").read_text(encoding="utf-8")
     outputs = [out for cell in json.loads(text)["cells"] for out in cell.get("outputs", ())]
-    assert outputs or script.stem in LONG, "make notebooks runs it"
+    assert outputs, "make notebooks runs it"
     assert not [out["evalue"] for out in outputs if out["output_type"] == "error"]
     assert len(text) < LARGEST
     assert not re.search(r"/(home|tmp|root|work|Users)/", text), "what it prints names a folder of whoever ran it"

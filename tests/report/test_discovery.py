@@ -146,7 +146,7 @@ def test_it_says_what_matters() -> None:
         "and 8 more records with smaller gaps",
         "What was tried in round 2",
         "1.000 15094 1.766 +/- 0.015 N s/m",
-        "and 3 more that leave a larger gap",
+        "and 3 more with less evidence",
         "These records do not tell",
         "31.8000 11.1506 0.0042 kN/m",
         "What to do next",

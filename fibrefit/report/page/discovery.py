@@ -124,7 +124,7 @@ def _candidates(heading: str, ranking: Sequence[Candidate]) -> TableBlock:
         for one in ranking[:MOST_CANDIDATES]
     ]
     others = len(ranking) - len(rows)
-    note = f"{EVIDENCE}{f' And {others} more that leave a larger gap.' if others > 0 else ''}"
+    note = f"{EVIDENCE}{f' And {others} more with less evidence.' if others > 0 else ''}"
     return TableBlock(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
 
 
