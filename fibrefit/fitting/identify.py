@@ -238,8 +238,12 @@ def _left_open(task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise
 
     As measured, an input leaves residuals in every minimum: what tells them apart shows once its errors are taken off.
     """
-    if not best.input_errors or not judge.undecided(starts, noise):
+    if not judge.undecided(starts, noise):
         return noise, 0.0
+    unit = settling_unit(best.problem, bars)
+    if not best.input_errors:
+        # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
+        return noise, 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / unit**2
     for label in range(1, FURTHER + 1):
         there = np.where(starts.basin == label, starts.cost, np.inf)
         if not np.isfinite(there).any():
@@ -247,7 +251,7 @@ def _left_open(task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise
         other = optimum(task, starts.values[int(np.argmin(there))])
         # Ends that differ by less than their error bars say the same.
         if np.any(np.abs(other.values - best.values) > bars.errors[bars.method]):
-            return noise, 0.5 * (_objective(other) - _objective(best)) / settling_unit(best.problem, bars) ** 2
+            return noise, 0.5 * (_objective(other) - _objective(best)) / unit**2
     return noise, np.inf
 
 

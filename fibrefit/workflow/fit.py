@@ -13,6 +13,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Estimate, Identification
+from fibrefit.problem.task import Task
 from fibrefit.records import Record
 from fibrefit.report.text import fit_report
 from fibrefit.store.summary import provenance
@@ -136,14 +137,26 @@ def fit_study(
     study = as_study(study)
     if progress:
         progress("reading records", None)
-    records = read_records(study)
-    task = task_of(study, records)
-    if task.problem.layout.size == 0:
-        do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
-        raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
+    records, task = prepared(study)
     if stop():
         stopped = KeyboardInterrupt()
         stopped.add_note("Nothing is known yet; nothing was written.")
         raise stopped
     found = identify(task, starts, seed, How(robust, profile), progress=progress, stop=stop)
     return Fit(study, records, found, seed)
+
+
+def prepared(study: Study) -> tuple[tuple[Record, ...], Task]:
+    """Records of a study, and the task they are identified by.
+
+    Raises
+    ------
+    DataError, StudyError
+        As `fit_study`.
+    """
+    records = read_records(study)
+    task = task_of(study, records)
+    if task.problem.layout.size == 0:
+        do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
+        raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
+    return records, task

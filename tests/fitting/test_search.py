@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import jax.numpy as jnp
+import lineax as lx
 import numpy as np
+import optimistix as optx
 import pytest
 
 from fibrefit.fitting.error_bars import Z_95
@@ -21,12 +24,15 @@ from fibrefit.fitting.search.multistart import (
     sobol_starts,
 )
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import Descent, gram_at, widths
+from fibrefit.fitting.search.solve import EXACT, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from tests.fitting import made
+
+MOST_FROM_NEARBY = 12
 
 
 def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
@@ -64,6 +70,32 @@ def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
 def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identification) -> None:
     for values, cost in zip(found.starts.values, found.starts.cost, strict=True):
         assert cost == pytest.approx(gram_at(task.problem, values)[-1, -1], rel=1e-6)
+
+
+def test_rounding_of_the_cost_holds_no_descent_up(task: Task, found: Identification) -> None:
+    layout = task.problem.layout
+    free = layout.free(found.plain.values)
+    width = widths(task.problem, free)
+    away = free + 3.0 * width * np.random.default_rng(0).choice([-1.0, 1.0], (8, layout.size))
+    starts, counts = np.resize(away, (8, layout.size)), np.tile(task.counts[-1], (8, 1))
+    ended = descend_all(task.problem, starts, width, counts, np.ones(8, dtype=bool), np.asarray(EXACT))
+    # Quadratic convergence from three errors away: what more there is would be steps that rounding refuses.
+    assert np.max(np.asarray(ended.steps)) <= MOST_FROM_NEARBY
+    np.testing.assert_allclose(np.asarray(ended.free), np.tile(free, (8, 1)), atol=1e-2 * width.min())
+
+
+def test_a_step_that_promises_less_than_rounding_is_taken_and_the_next_is_shorter() -> None:
+    flat = optx.FunctionInfo.ResidualJac(jnp.array([1e2]), lx.MatrixLinearOperator(jnp.array([[1e-12]])))
+    higher = optx.FunctionInfo.Eval(flat.as_min() * (1.0 + 1e-14))
+    for rounding, taken in ((0.0, False), (1e-12, True)):
+        region = TrustRegion(rounding=rounding)
+        state = region.init(jnp.zeros(1), flat)
+        size, accept, *_ = region.step(jnp.asarray(False), jnp.zeros(1), jnp.ones(1), flat, higher, state)
+        assert bool(accept) is taken
+        assert size == region.low_constant * state.step_size
+    # A rise beyond rounding is refused all the same.
+    rise = optx.FunctionInfo.Eval(flat.as_min() * (1.0 + 1e-9))
+    assert not region.step(jnp.asarray(False), jnp.zeros(1), jnp.ones(1), flat, rise, state)[1]
 
 
 def test_widths_change_the_cost_by_about_one(task: Task, found: Identification) -> None:

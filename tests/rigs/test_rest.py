@@ -48,3 +48,13 @@ def test_a_record_that_moves_from_its_first_sample_has_no_rest_there(seed: int) 
     force[-LEAD:], position[-LEAD:] = force[-LEAD - 1], position[-LEAD - 1]
     found = rests(trace_of(force + 0.3 * slow(random, 0.7), position + 2e-5 * slow(random, 0.7)))
     assert not [rest for rest in found if rest.start == 0]
+
+
+@pytest.mark.parametrize("lead", [100, 110, 127, 140])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_short_rest_before_a_fall_is_found(lead: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    fallen = np.minimum(0.5 * 9.81 * np.clip((np.arange(LENGTH) - lead) / RATE, 0.0, None) ** 2, 0.012)
+    noise = random.standard_normal((2, LENGTH))
+    found = rests(trace_of(0.3 * noise[0], -0.01 + fallen + 2e-5 * noise[1]))
+    assert [rest for rest in found if rest.start == 0 and 64 <= rest.stop <= lead]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -26,6 +27,15 @@ def test_one_failure_ends_nothing_else_here() -> None:
     found = list(in_this_process(work.doubled, [1, 3, 5]))
     assert by_number(found) == {0: 2, 1: ValueError, 2: 10}
     assert str(found[1].error) == "three cannot be done"
+
+
+def test_what_the_first_piece_left_is_not_searched_for_garbage_until_all_are_done() -> None:
+    running = in_this_process(work.doubled, [1, 2, 4])
+    next(running)
+    assert gc.get_freeze_count() > 0
+    assert [one.outcome for one in running] == [4, 8]
+    assert gc.get_freeze_count() == 0
+    assert all(one.outcome > 0 for one in list(in_processes(work.frozen, [0, 1, 2, 3], 1))[1:])
 
 
 def test_one_failure_ends_nothing_else_in_processes() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import time
@@ -35,3 +36,8 @@ def slow(seconds: float) -> int:
     """Takes its time; tells who does it."""
     time.sleep(seconds)
     return os.getpid()
+
+
+def frozen(number: int) -> int:
+    """Objects that are not searched for garbage."""
+    return gc.get_freeze_count()

@@ -7,6 +7,7 @@ records' own rests, with each other across the phases of the motion, and with th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import fdtri
@@ -102,24 +103,36 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
     edges = 0.5 * residual_set.rate / 2.0 ** np.arange(1, 11)
     found = []
     for edge in edges:
-        left, still = ([share for frequency, share in of if edge <= frequency < 2 * edge] for of in (moving, resting))
-        if len(left) < ORDINATES or (resting and len(still) < ORDINATES):
+        left, still = (of.of_octave(edge) for of in (moving, resting))
+        if len(left.power) < ORDINATES or (len(resting.power) and len(still.power) < ORDINATES):
             continue
-        frequency = np.array([frequency for frequency, _ in moving if edge <= frequency < 2 * edge])
-        stated = float(np.mean(known.density(frequency) / fitted.density(frequency)))
-        if not resting:
-            found.append((edge, float(np.mean(left)) / stated, 1.0 + CHANCE / np.sqrt(len(left))))
+        density, mean = fitted.density(left.frequency), float(np.mean(left.power))
+        if not len(resting.power):
+            stated = float(np.mean(known.density(left.frequency) / density))
+            found.append((edge, mean / stated, 1.0 + CHANCE / np.sqrt(len(left.power))))
             continue
         # Steps of a coarse reading are noise that a rest may not show.
-        floor = float(np.mean(known.floor / fitted.density(frequency)))
-        ratio = float(np.mean(left)) / max(float(np.mean(still)), floor)
-        found.append((edge, ratio, float(fdtri(2 * len(left), 2 * len(still), 1.0 - RARE_POWER))))
+        ratio = mean / max(float(np.mean(still.power)), float(np.mean(known.floor / density)))
+        chance = fdtri(2 * len(left.power), 2 * len(still.power), 1.0 - RARE_POWER)
+        found.append((edge, ratio, float(chance)))
     return found
 
 
-def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> list[tuple[float, float]]:
-    """Frequencies [Hz] of pieces that hold no line, and power there over what is expected of a piece of that length."""
-    found: list[tuple[float, float]] = []
+class _Shares(NamedTuple):
+    """Frequencies [Hz] that hold no line, and power there over what is expected, ``(n_ordinate,)`` each."""
+
+    frequency: np.ndarray
+    power: np.ndarray
+
+    def of_octave(self, low: float) -> _Shares:
+        """Those from `low` to twice that, in Hz."""
+        inside = (low <= self.frequency) & (self.frequency < 2 * low)
+        return _Shares(self.frequency[inside], self.power[inside])
+
+
+def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> _Shares:
+    """Those of some pieces, each against what is expected of a piece of that length."""
+    found = [_Shares(np.empty(0), np.empty(0))]
     for values, rate in pieces:
         count = len(values)
         if count < SHORTEST:
@@ -127,9 +140,8 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> list[tu
         frequency, power = periodogram(values, rate)
         lines = [f for f, _ in noise.lines] + list(MAINS if not noise.lines else ())
         clear = np.min([np.abs(frequency - line) for line in lines], axis=0) > max(4.0, 3.0 * rate / count)
-        expected = noise.expected(count, rate)
-        found += zip(frequency[clear].tolist(), (power / expected)[clear].tolist(), strict=True)
-    return found
+        found.append(_Shares(frequency[clear], (power / noise.expected(count, rate))[clear]))
+    return _Shares(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 def _phases(residual_set: ResidualSet) -> Check:

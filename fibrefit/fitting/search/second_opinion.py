@@ -9,6 +9,9 @@ import numpy as np
 from fibrefit.fitting.search.solve import gram_at
 from fibrefit.problem.statement.problem import Problem, gram_root
 
+SETTLED = 1e-10
+"""Share of the cost that ends the search: a step that gains less moves no value by a hundredth of its error."""
+
 
 @dataclass(frozen=True)
 class SecondOpinion:
@@ -53,9 +56,9 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
         bounds=(lower, upper),
         x_scale=scale,
         method="trf",
-        xtol=1e-12,
-        ftol=1e-12,
-        gtol=1e-12,
+        xtol=SETTLED,
+        ftol=SETTLED,
+        gtol=SETTLED,
         max_nfev=100,
     )
     return SecondOpinion(found.x, float(2.0 * found.cost))

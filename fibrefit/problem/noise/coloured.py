@@ -149,8 +149,9 @@ class Coloured(eqx.Module):
         """Sum of that of all parts, ``(n_record, n_channel, n_lag)``."""
         along, across, variance = map(np.asarray, (self.along, self.across, self.variance))
         lags = np.arange(n_lag)
-        turning = (along + 1j * across)[..., self._read, None] ** lags
-        return np.sum(variance[..., :-1, None] * turning.real, axis=-2) + variance[..., -1:] * (lags == 0)
+        held, phase = np.hypot(along, across)[..., self._read, None], np.arctan2(across, along)[..., self._read, None]
+        turning = held**lags * (np.cos(phase * lags) if self.lines else 1.0)
+        return np.sum(variance[..., :-1, None] * turning, axis=-2) + variance[..., -1:] * (lags == 0)
 
 
 def coloured_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray, valid: np.ndarray) -> Coloured:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,8 @@ CHANCE = 1e-6
 SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
 HALF = 0.5
+KEPT_SAMPLES = 1 << 14
+"""Length of a record up to which the transforms of its lags are kept: eight of them are some ten MB."""
 FINE = 8
 """Padding of the record where the frequency of a line is looked for."""
 
@@ -188,15 +191,36 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
         frequency = np.fft.rfftfreq(count, 1.0 / rate)[inner]
         transform = np.abs(np.fft.rfft(draws[:, r, :count], axis=-1)) ** 2
         power = 2.0 * transform.mean(axis=0)[inner] / (number * rate)
-        # Lags between valid samples: a record without holes has a triangle of them.
-        size = 2 * int(count)
-        pairs = np.fft.irfft(np.abs(np.fft.rfft(mask[:count].astype(float), size)) ** 2, size)[:count]
-        lags = np.arange(count)
-        kernels = np.concatenate([np.asarray(bank.decay)[r][:, None] ** lags, (lags == 0)[None]]) * pairs
-        kernels[:, 0] *= 0.5
-        expected = 4.0 * np.fft.rfft(kernels, count, axis=-1).real[:, inner] / (number * rate)
+        decay, seen = np.asarray(bank.decay)[r], mask[:count]
+        of_lags = _lag_transforms if count > KEPT_SAMPLES else _lag_transforms_kept
+        expected = of_lags(decay.tobytes(), seen.tobytes())[:, inner] * (4.0 / (number * rate))
         parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
     return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _lag_transforms(decay: bytes, seen: bytes) -> np.ndarray:
+    """Transforms ``(n_relaxation + 1, n_frequency)`` of what parts of variance one share at each lag of a record.
+
+    Parameters
+    ----------
+    decay : (n_relaxation,) float
+        Factor on each first-order part from one sample to the next.
+    seen : (n_time,) bool
+        Samples that count.
+    """
+    factors, mask = np.frombuffer(decay), np.frombuffer(seen, dtype=bool)
+    count, lags = len(mask), np.arange(len(mask))
+    # Lags between valid samples: a record without holes has a triangle of them.
+    pairs = np.fft.irfft(np.abs(np.fft.rfft(mask.astype(float), 2 * count)) ** 2, 2 * count)[:count]
+    kernels = np.concatenate([factors[:, None] ** lags, (lags == 0)[None]]) * pairs
+    kernels[:, 0] *= 0.5
+    found = np.ascontiguousarray(np.fft.rfft(kernels, axis=-1).real)
+    found.flags.writeable = False
+    return found
+
+
+# Channels, iterations and records of a series share them.
+_lag_transforms_kept = lru_cache(maxsize=8)(_lag_transforms)
 
 
 def fitted(of: Periodograms) -> np.ndarray:

@@ -13,6 +13,8 @@ from fibrefit.rigs.signals.trace import Trace
 BLOCK = 32
 """Samples whose mean is compared when looking for rest."""
 SHORTEST_REST = 64
+SHORTEST_BLOCKS = SHORTEST_REST // BLOCK + 1
+"""Blocks of the shortest rest, with the one that motion may begin in."""
 DRIFT = 0.003
 """Share of its travel by which an input or a reading may move while the rig is at rest."""
 FIRST, SPREADS = 4, 4.0
@@ -89,9 +91,11 @@ def _still(signals: Sequence[_Signal], seen: int) -> np.ndarray:
 def _near(means: np.ndarray, seen: int, limit: float) -> np.ndarray:
     """Which blocks' means agree with those of the first ones within `limit`."""
     known = means[np.isfinite(means)]
-    return (
-        ~(np.abs(means - known[: max(seen, FIRST)].mean()) > limit) if known.size else np.ones(len(means), dtype=bool)
-    )
+    if not known.size:
+        return np.ones(len(means), dtype=bool)
+    # The motion that ends a short rest is no part of what the others are held against.
+    level = known[:seen].mean() if seen else np.median(known[:SHORTEST_BLOCKS])
+    return ~(np.abs(means - level) > limit)
 
 
 def _run_length(flags: np.ndarray, spared: int = 0) -> int:

@@ -127,18 +127,20 @@ def identified(job: Job) -> Outcome:
     FibrefitError
         If its study or its records are not understood.
     """
-    from fibrefit.workflow.fit import Fit, fit_study
+    from fibrefit.fitting.identify import How, identify
+    from fibrefit.workflow.fit import Fit, prepared
 
     study = job.study
     labels = [record.label for record in study.records]
     # Names are part of a compiled program: with the same ones, one program serves all.
     plain = tuple(record.model_copy(update={"name": f"record {n}"}) for n, record in enumerate(study.records, 1))
     named = study.model_copy(update={"records": plain})
-    fit = fit_study(named, starts=min(job.starts, FEW), seed=job.seed, robust=job.robust)
-    if fit.status != "ok" and job.starts > FEW:
-        fit = fit_study(named, starts=job.starts, seed=job.seed, robust=job.robust)
-    summary = _named(Fit(study, fit.records, fit.identification, job.seed).summary(), labels)
-    return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", fit.identification.seconds)
+    records, task = prepared(named)
+    found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
+    if found.status != "ok" and job.starts > FEW:
+        found = identify(task, job.starts, job.seed, How(job.robust))
+    summary = _named(Fit(study, records, found, job.seed).summary(), labels)
+    return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds)
 
 
 def _named(summary: FitSummary, labels: Sequence[str]) -> FitSummary:
