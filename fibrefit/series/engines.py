@@ -66,8 +66,7 @@ def in_this_process(work: Work, arguments: Sequence[Any]) -> Iterator[Done]:
 
 
 def _freeze() -> int:
-    """Take what a first piece of work left (packages, programs) out of the search for garbage, which it would slow."""
-    gc.collect()
+    """Take what a first piece of work left (packages, programs) out of the search for garbage, which it slows."""
     gc.freeze()
     return gc.get_freeze_count()
 

@@ -30,7 +30,7 @@ from fibrefit.study.study import SCHEMA, Study
 _LONGEST_NAME = 255
 
 
-def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False) -> Study:
     """Read a study.
 
     Parameters
@@ -39,6 +39,8 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
         A study file, or a folder with a ``study.toml``.
     overrides : sequence of str
         Changes to it, as on the command line: ``'rig.weight_mass="3.1 kg"'``.
+    some_missing : bool
+        Whether files of some of the records need not be there: those are refused when they are read.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
     source = Path(path)
     if is_folder(source):
         source = source / "study.toml"
-    return _study(_read_toml(source), source, overrides)
+    return _study(_read_toml(source), source, overrides, some_missing)
 
 
 def as_study(study: Study | str | Path) -> Study:
@@ -148,7 +150,7 @@ def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
     return StudyError(f"{path}, line {line}{column}", f"not TOML: {said}", "", do)
 
 
-def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study:
+def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_missing: bool = False) -> Study:
     """Study from the content of a file and the changes to it."""
     _name_parameters(raw, source)
     table = _read_table(raw, source)
@@ -167,6 +169,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str]) -> Study
     study.check_units()
     study.check_laws()
     _check_records(study, place)
+    _check_files(study, place, some_missing)
     return study
 
 
@@ -232,18 +235,30 @@ def _completed(study: Study, place: Places) -> tuple[Any, ...]:
 
 
 def _check_records(study: Study, place: Places) -> None:
-    """Refuse records that have the same name, or no file where one is named."""
-    labels = [record.label for record in study.records]
+    """Refuse records that have the same name."""
+    seen: set[str] = set()
     for i, record in enumerate(study.records):
-        if labels.index(record.label) < i:
+        if record.label in seen:
             where = place(f"records[{i}]")
             raise StudyError(where, f'"{record.label}" a second time', "each record once", "Give one a name.")
-        for file in (*record.files, *((record.header,) if record.header else ())):
-            _check_file(study.path_of(file), file, place(f"records[{i}].file"))
+        seen.add(record.label)
         if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
             raise StudyError(
                 place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."
             )
+
+
+def _check_files(study: Study, place: Places, some_missing: bool) -> None:
+    """Refuse records without a file where one is named; where some may be missing, only if all are."""
+    refused = []
+    for i, record in enumerate(study.records):
+        try:
+            for file in (*record.files, *((record.header,) if record.header else ())):
+                _check_file(study.path_of(file), file, place(f"records[{i}].file"))
+        except StudyError as error:
+            refused.append(error)
+            if not some_missing or len(refused) == len(study.records):
+                raise refused[0] from None
 
 
 def _check_file(path: Path, named: str, where: str) -> None:

@@ -16,6 +16,8 @@ from fibrefit.rigs.signals.trace import Trace
 
 SMOOTHED = 8e-3
 """Length [s] of the windows by which the rate of a stretch is found, and where a signal crosses a level."""
+STILL = 0.3
+"""Share of its lift by which a weight at least moves where it falls at all."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -52,6 +54,9 @@ def starting_fibre_mass(traces: Sequence[Trace], stated: Stated, initial: Initia
 def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
     position, time = trace.channels["position"], trace.times
     lift = trace.conditions["lift"]
+    if np.nanmax(position) - np.nanmin(position) < STILL * lift:
+        do = "Check lift, the unit of the position channel, and whether the record lasts until the fall."
+        raise DataError(trace.name, "the position hardly changes", "a fall by the lift", do)
     if "release" in stated and "position_zero" in stated and not np.isnan(lift):
         level, after = stated["position_zero"] - lift, time >= stated["release"]
     else:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 from fibrefit.core.environment import versions
+from fibrefit.core.errors import FibrefitError
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
 from fibrefit.study.summaries.summaries import FitSummary
@@ -34,7 +34,7 @@ class Origin:
     def load(self) -> Study:
         """The study."""
         if self.rig is None:
-            return load_study(self.files[0], self.overrides)
+            return load_study(self.files[0], self.overrides, some_missing=True)
         return study_from_files(self.files, self.rig, self.overrides)
 
 
@@ -131,21 +131,23 @@ def identified(job: Job) -> Outcome:
     from fibrefit.workflow.fit import Fit, prepared
 
     study = job.study
-    labels = [record.label for record in study.records]
     # Names are part of a compiled program: with the same ones, one program serves all.
-    plain = tuple(record.model_copy(update={"name": f"record {n}"}) for n, record in enumerate(study.records, 1))
+    own = {f"record {n}": record.label for n, record in enumerate(study.records, 1)}
+    plain = tuple(record.model_copy(update={"name": name}) for name, record in zip(own, study.records, strict=True))
     named = study.model_copy(update={"records": plain})
-    records, task = prepared(named)
-    found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
-    if found.status != "ok" and job.starts > FEW:
-        found = identify(task, job.starts, job.seed, How(job.robust))
-    summary = _named(Fit(study, records, found, job.seed).summary(), labels)
+    try:
+        records, task = prepared(named)
+        found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
+        if found.status != "ok" and job.starts > FEW:
+            found = identify(task, job.starts, job.seed, How(job.robust))
+    except FibrefitError as error:
+        raise type(error)(_said(error.where, own), _said(error.got, own), error.expected, error.do) from None
+    summary = _named(Fit(study, records, found, job.seed).summary(), own)
     return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds)
 
 
-def _named(summary: FitSummary, labels: Sequence[str]) -> FitSummary:
+def _named(summary: FitSummary, names: dict[str, str]) -> FitSummary:
     """The summary with the records' own names back in their places."""
-    names = {f"record {n}": label for n, label in enumerate(labels, 1)}
     records = {names[name]: record for name, record in summary.records.items()}
     checks = tuple(check.model_copy(update={"says": _said(check.says, names)}) for check in summary.checks)
     advice = tuple(_said(text, names) for text in summary.advice)
