@@ -58,10 +58,10 @@ def _begun_again(lines: list[str]) -> list[str]:
 DAMAGES: dict[str, tuple[Damage, str]] = {
     "missing": (lambda lines: None, "does not exist"),
     "empty": (lambda lines: [], "empty"),
-    "cut in the rest": (lambda lines: lines[:90], "hardly changes"),
+    "cut in the rest": (lambda lines: lines[:90], "does not fall by its lift"),
     "no force": (_without_force, "force"),
     "no headings": (lambda lines: lines[1:], "without headings"),
-    "a dead position": (_with_a_dead_position, "position"),
+    "a dead position": (_with_a_dead_position, "does not fall by its lift"),
     "exchanged": (_exchanged, "exchanged"),
     "begun late": (_begun_late, "moves from the first sample"),
     "a unit that is none of a force": (lambda lines: [lines[0].replace("[N]", "[mm]"), *lines[1:]], "unit"),

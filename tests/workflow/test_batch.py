@@ -299,3 +299,22 @@ def test_one_identification_is_that_of_the_fit(study: Study, folder: Path) -> No
     assert stiffness.std_error is not None
     assert abs(stiffness.value - made.TRUTH["stiffness"]) < 4.0 * stiffness.std_error
     assert not any("record 1" in check.says for check in summary.checks)
+
+
+def test_a_file_that_is_missing_is_one_item_and_an_error_names_its_record(series: Path) -> None:
+    files = sorted(series.glob("*.csv"))
+    files[0].unlink()
+    (missing, there) = jobs_of(origins_of([str(series)], None, ()), "record", 1, 0)
+    with pytest.raises(DataError, match=f"{files[0].name}: no such file"):
+        identified(missing)
+    cut = files[1].read_text(encoding="utf-8").splitlines()[:80]
+    files[1].write_text("\n".join([*cut, ""]), encoding="utf-8")
+    with pytest.raises(DataError, match=f"^{files[1].name}: the record does not fall"):
+        identified(there)
+
+
+def test_a_study_of_which_all_files_are_missing_is_refused_at_once(series: Path) -> None:
+    for file in series.glob("*.csv"):
+        file.unlink()
+    with pytest.raises(StudyError, match="no file"):
+        jobs_of(origins_of([str(series)], None, ()), "record", 1, 0)

@@ -55,8 +55,7 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
     position, time = trace.channels["position"], trace.times
     lift = trace.conditions["lift"]
     if np.nanmax(position) - np.nanmin(position) < STILL * lift:
-        do = "Check lift, the unit of the position channel, and whether the record lasts until the fall."
-        raise DataError(trace.name, "the position hardly changes", "a fall by the lift", do)
+        raise _no_drop(trace, "does not fall by its lift")
     if "release" in stated and "position_zero" in stated and not np.isnan(lift):
         level, after = stated["position_zero"] - lift, time >= stated["release"]
     else:
@@ -103,13 +102,13 @@ def _onset(trace: Trace, level: float) -> float:
 
 def _first(flags: np.ndarray, trace: Trace, otherwise: str) -> int:
     if not flags.any():
-        raise DataError(
-            trace.name,
-            f"the record {otherwise}",
-            "a weight that is released, falls and is caught",
-            "Check lift, and the sign and unit of the position and force channels.",
-        )
+        raise _no_drop(trace, otherwise)
     return int(np.argmax(flags))
+
+
+def _no_drop(trace: Trace, otherwise: str) -> DataError:
+    do = "Check lift, and the sign and unit of the position and force channels."
+    return DataError(trace.name, f"the record {otherwise}", "a weight that is released, falls and is caught", do)
 
 
 def _friction(trace: Trace, drop: _Drop) -> float:
