@@ -304,7 +304,7 @@ def test_one_identification_is_that_of_the_fit(study: Study, folder: Path) -> No
 def test_a_file_that_is_missing_is_one_item_and_an_error_names_its_record(series: Path) -> None:
     files = sorted(series.glob("*.csv"))
     files[0].unlink()
-    (missing, there) = jobs_of(origins_of([str(series)], None, ()), "record", 1, 0)
+    missing, there = sorted(jobs_of(origins_of([str(series)], None, ()), "record", 1, 0), key=lambda job: job.name)
     with pytest.raises(DataError, match=f"{files[0].name}: no such file"):
         identified(missing)
     cut = files[1].read_text(encoding="utf-8").splitlines()[:80]
