@@ -75,7 +75,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     known, coefficients = input_errors(task), seen.residuals(local)[1]
     there = corrected(with_steps(task.problem, steps), known, coefficients)
     whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
-    roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in seen.raw.inverse]
+    roots = seen.raw.roots()
     return linearised_in_errors(whole, known, plain.values, coefficients, roots)
 
 
@@ -111,7 +111,7 @@ def _weighed(
 def _seen(task: Task, found: GlsEstimate) -> View:
     """A task with noisy inputs, linearised in their errors at those found."""
     assert found.seen.sensitivities is not None
-    roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in found.seen.sensitivities.inverse]
+    roots = found.seen.sensitivities.roots()
     problem = with_noise_before_rounding(problem_at(task, found), found.local)
     whole = with_steps(task.problem, problem.observations.steps)
     return linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)

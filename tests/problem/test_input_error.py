@@ -22,7 +22,7 @@ from fibrefit.problem.inputs.errors_in_variables import (
     residuals,
 )
 from fibrefit.problem.inputs.linearity_weights import downweights
-from fibrefit.problem.inputs.sensitivities import weighted_sensitivities, without_input_errors
+from fibrefit.problem.inputs.sensitivities import NEGLIGIBLE, weighted_sensitivities, without_input_errors
 from fibrefit.problem.inputs.smoothing import smoothed, smoother
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
@@ -122,7 +122,7 @@ def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[
     quiet = no_errors(known)
     parts = expanded(task.problem, known, task.start, quiet)
     whole = np.ones((len(parts), *parts[0][0].shape))
-    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], whole)
+    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], whole, least=0.0)
     rows = np.stack([np.concatenate([slopes, residuals.reshape(1, -1)]) for residuals, slopes, _ in parts])
     left, waves = without_input_errors(seen, rows)
     for r, (_, _, sensitivities) in enumerate(parts):
@@ -134,6 +134,31 @@ def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[
         np.testing.assert_allclose(waves[r] / size, best / size, atol=SINGLE)
         np.testing.assert_allclose(left[r] / size, (rows[r] - best @ sensitivities) / size, atol=SINGLE)
         assert np.linalg.norm(left[r][-1]) < 0.99 * np.linalg.norm(rows[r][-1])
+
+
+def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
+    task: Task, known: dict[str, InputErrors]
+) -> None:
+    quiet = no_errors(known)
+    parts = expanded(task.problem, known, task.start, quiet)
+    reactions, whole = [rows for _, _, rows in parts], np.ones((len(parts), *parts[0][0].shape))
+    every, most = (weighted_sensitivities(quiet, reactions, whole, least) for least in (0.0, NEGLIGIBLE))
+    assert most.rows.shape[1] < 0.8 * every.rows.shape[1]
+    random = np.random.default_rng(5)
+    rows = random.standard_normal((len(parts), 3, whole[0].size))
+    costs = []
+    for seen in (every, most):
+        left, waves = without_input_errors(seen, rows)
+        costs.append(np.sum(left**2, axis=-1) + np.sum(waves**2, axis=-1))
+    # Of noise each direction that is left out would have taken less than a share of one.
+    lost = costs[1] - costs[0]
+    number = every.rows.shape[1] - most.rows.shape[1]
+    assert np.all(lost > 0.0)
+    assert np.all(lost < 1.5 * NEGLIGIBLE * number)
+    # What is not known of the coefficients is what the prior and all reactions leave.
+    for r, root in enumerate(most.roots()):
+        exact = np.linalg.inv(np.eye(len(root)) + reactions[r] @ reactions[r].T)
+        assert np.linalg.norm(root @ root.T - exact, 2) < 1.1 * NEGLIGIBLE
 
 
 def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:

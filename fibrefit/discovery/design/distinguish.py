@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import equinox as eqx
@@ -18,7 +19,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried
+from fibrefit.core.time_limit import check_time
+from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried, fit_all
+from fibrefit.discovery.engine.effort import strengths_settled
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import UNIQUE, gate
@@ -106,6 +109,8 @@ def confusion(
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
         sizes = np.where(visible, np.clip(used * least, np.minimum(floor, most), most), used)
+        if strengths_settled(used, sizes):
+            break
     directions = []
     for i, (name, parameter) in enumerate(strengths):
         size = max(used[i] * least[i], floor[i]) if visible[i] else np.inf
@@ -131,17 +136,23 @@ def detectable(search: Search) -> tuple[Detectable, ...]:
     ----------
     search : Search
     """
-    found: dict[str, Detectable] = {}
-    for plain in search.frames:
-        frame = search.scales.yardstick.on(plain)
-        effects = [effect for effect in search.effects if frame.holds([effect]) and effect.name not in found]
-        if not effects:
-            continue
-        blank = absent_values(frame, len(search.context.whole))
-        local = carried(frame, blank, search.base.frame, search.base.fit.local)
-        seen = confusion(frame, search.context, local, effects, gate)
-        found |= {direction.effect: direction for direction in seen.directions}
+    jobs, seen = [], set[type[Effect]]()
+    for frame in search.frames:
+        effects = [effect for effect in search.effects if frame.holds([effect]) and effect not in seen]
+        seen |= set(effects)
+        if effects:
+            jobs.append(partial(_detectable_in, search, frame, effects))
+    parts = fit_all(jobs, lambda done: None)
+    check_time()  # what was not looked at in time is not known to be invisible
+    found = {direction.effect: direction for part in parts for direction in part}
     return tuple(found[effect.name] for effect in search.effects if effect.name in found)
+
+
+def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Effect]]) -> tuple[Detectable, ...]:
+    frame = search.scales.yardstick.on(plain)
+    blank = absent_values(frame, len(search.context.whole))
+    local = carried(frame, blank, search.base.frame, search.base.fit.local)
+    return confusion(frame, search.context, local, effects, gate).directions
 
 
 FACTORS = (0.5, 2.0)

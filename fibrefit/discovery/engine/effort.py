@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 WRONG_MINIMUM = 8.0
@@ -26,6 +28,10 @@ PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself."""
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
+
+STEADY = 0.1
+"""Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
+over less."""
 
 
 def slopes_tell(gap: float) -> bool:
@@ -71,3 +77,8 @@ def is_partner(place: int) -> bool:
 def time_for_gls(left: float, given: float) -> bool:
     """Whether enough of the time given is left for a GLS estimate, both in s."""
     return left > GLS_NEEDS * given
+
+
+def strengths_settled(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether strengths that would just be found have ceased to move."""
+    return bool(np.all(np.abs(after - before) <= STEADY * before))

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel, whitened_rows
+from fibrefit.discovery.engine.supermodel import Supermodel, whitened_rows
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by
 
 
 class Slopes(NamedTuple):
@@ -92,15 +93,7 @@ def slopes_at(
     rows = frame.rows(local, columns, targets, counts)
     white = whitened_rows(rows, len(frame.problem.observations.weight), frame.whitening)
     kept = np.asarray(white)[:, : 1 + len(columns)]
-    return Slopes(kept, None if frame.sensitivities is None else _pulled(kept, frame.sensitivities))
-
-
-def _pulled(rows: np.ndarray, sensitivities: InputSensitivities) -> np.ndarray:
-    # Rows differ by many orders of magnitude: single precision is that of each row.
-    size = np.sqrt(np.sum(rows**2, axis=2, keepdims=True))
-    size = np.where(size > 0.0, size, 1.0)
-    single = (rows / size).astype(np.float32)
-    return (single @ np.swapaxes(np.asarray(sensitivities.rows), 1, 2)).astype(float) * size
+    return Slopes(kept, None if frame.sensitivities is None else pulled_by(frame.sensitivities, kept))
 
 
 class Seed(NamedTuple):

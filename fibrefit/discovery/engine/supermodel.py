@@ -51,7 +51,8 @@ def coefficients_at(task: Task, values: np.ndarray, sensitivities: InputSensitiv
     left = residuals(downweighted(task.problem, sensitivities.downweight), known, values, sensitivities.coefficients)
     flat = []
     for r, rows in enumerate(sensitivities.rows):
-        flat.append(-sensitivities.inverse[r] @ (rows @ (left[r].ravel() + sensitivities.offset[r])))
+        best = -sensitivities.inverse[r] @ (rows @ (left[r].ravel() + sensitivities.offset[r]))
+        flat.append(sensitivities.basis[r] @ np.asarray(best))
     ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
     return dict(zip(known, np.split(np.array(flat), ends, axis=1), strict=True))
 
@@ -130,6 +131,10 @@ class Supermodel:
     def holds(self, effects: Sequence[type[Effect]]) -> bool:
         """Whether all these effects are in it."""
         return set(effects) <= set(self.effects)
+
+    def widened(self, effects: Sequence[type[Effect]]) -> Supermodel:
+        """A frame with further effects, of the same readings and of inputs without the same errors."""
+        return replace(supermodel_of(self.task, effects), sensitivities=self.sensitivities)
 
     def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Local Gram matrices by differences, ``(n_record, n_active + 1, n_active + 1)``; residuals come last.

@@ -171,7 +171,11 @@ class Search:
                     return frame
             # Always in one order: a program that was compiled before serves again.
             added = sorted(held - set(self.task.problem.model.effects), key=lambda effect: effect.name)
-            frame = supermodel_of(self.task, added, self.base.frame.sensitivities)
+            whole = self.base.frame
+            if set(whole.effects) <= held:
+                frame = whole.widened([effect for effect in added if effect not in whole.effects])
+            else:
+                frame = supermodel_of(self.task, added, whole.sensitivities)
             self.frames.append(frame)
             return frame
 

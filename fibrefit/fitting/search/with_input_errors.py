@@ -115,7 +115,7 @@ def with_input_errors(
         near = float(np.mean(missed[remaining[0] != 0.0] ** 2)) < MISSED * variance
         if near and (roots is not None or sensitivities.downweight.min() > WHOLE):
             break
-        roots = [np.linalg.cholesky(np.asarray(inverse)) for inverse in sensitivities.inverse]
+        roots = sensitivities.roots()
     assert found is not None
     return found
 

@@ -16,7 +16,7 @@ from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.estimate.gauss_newton import Place, Unknowns, mode, place_of
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Whitening, innovations
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -100,7 +100,8 @@ class View:
             errors = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
             found.append(row + errors.reshape(draws, *row.shape))
         ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
-        waves_found = dict(zip(self.raw.coefficients, np.split(np.array(best), ends, axis=1), strict=True))
+        waves = np.stack([basis @ wave for basis, wave in zip(self.raw.basis, best, strict=True)])
+        waves_found = dict(zip(self.raw.coefficients, np.split(waves, ends, axis=1), strict=True))
         return np.stack(found, axis=1), waves_found
 
 
@@ -123,7 +124,7 @@ def _products(
     grams = jnp.einsum("rin,rjn->rij", rows, rows)
     if sensitivities is None:
         return grams
-    pulled = jax.lax.map(lambda part: part[0] @ part[1].T.astype(float), (rows, sensitivities.rows))
+    pulled = pulled_by(sensitivities, rows)
     return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
 
 

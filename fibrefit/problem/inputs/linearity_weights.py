@@ -56,11 +56,14 @@ def downweights(
         missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
     missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
-    reached = (
-        sensitivities if roots is None else [root.T @ rows for root, rows in zip(roots, sensitivities, strict=True)]
-    )
+    reached = sensitivities if roots is None else list(map(_seen_through, roots, sensitivities))
     strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reached])
     return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
+
+
+def _seen_through(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    # In single precision, as its size alone is asked for.
+    return root.T.astype(np.float32) @ rows.astype(np.float32)
 
 
 def downweighted(problem: Problem, downweight: np.ndarray) -> Problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -14,10 +14,14 @@ from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled
+from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.task import Task
 
 CHUNK = 64
 """Reactions that are whitened at once."""
+NEGLIGIBLE = 0.1
+"""Power an error of the inputs adds to the readings, in units of their noise, below which it is left to the noise: it
+would lower a sum of squares by less than a tenth of what noise adds to it in that direction."""
 
 
 class InputSensitivities(NamedTuple):
@@ -34,17 +38,29 @@ class InputSensitivities(NamedTuple):
         Factor on each sample's weight, see `downweights`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
-    rows : (n_record, n_wave, n_channel * n_time)
-        In single precision, as they are many.
-    inverse : (n_record, n_wave, n_wave)
+    basis : (n_record, n_wave, n_direction)
+        Orthonormal combinations of coefficients that the readings show most of (principal components).
+    rows : (n_record, n_direction, n_channel * n_time)
+        What each of these does to the readings; in single precision, as they are many.
+    inverse : (n_record, n_direction, n_direction)
         Of ``I + A'A``.
     """
 
     coefficients: InputCoefficients
     downweight: np.ndarray
     offset: jax.Array
+    basis: np.ndarray
     rows: jax.Array
     inverse: jax.Array
+
+    def roots(self) -> list[np.ndarray]:
+        """Of the covariance of what is not known of the coefficients, ``(n_wave, n_wave)`` for each record."""
+        found = []
+        for basis, inverse in zip(self.basis, np.asarray(self.inverse), strict=True):
+            # What no reading shows is as unknown as it was.
+            narrowed = np.linalg.cholesky(inverse) - np.eye(len(inverse))
+            found.append(np.eye(len(basis)) + basis @ narrowed @ basis.T)
+        return found
 
 
 def sensitivities_of(
@@ -73,7 +89,7 @@ def sensitivities_of(
 
 
 def weighted_sensitivities(
-    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray
+    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray, least: float = NEGLIGIBLE
 ) -> InputSensitivities:
     """From reactions of each record, and factors on the weights of its samples.
 
@@ -83,14 +99,48 @@ def weighted_sensitivities(
     rows : sequence of (n_wave, n_channel * n_time)
         See `expanded`.
     downweight : (n_record, n_channel, n_time)
+    least : float
+        Power in the readings, in units of their noise, below which an error does not count.
     """
-    offsets, parts, inverses = [], [], []
+    offsets, reactions, powers, bases = [], [], [], []
     for r, wave in enumerate(np.concatenate(list(coefficients.values()), axis=1)):
-        weaker = jnp.asarray(rows[r] * downweight[r].ravel())
+        weaker = rows[r] * downweight[r].ravel()
         offsets.append(-wave @ weaker)
-        inverses.append(jnp.linalg.inv(weaker @ weaker.T + jnp.eye(len(weaker))))
-        parts.append(weaker.astype(jnp.float32))
-    return InputSensitivities(coefficients, downweight, jnp.stack(offsets), jnp.stack(parts), jnp.stack(inverses))
+        reactions.append(jnp.asarray(weaker, dtype=jnp.float32))
+        # Single precision tells which directions matter: what they do is summed up in double precision.
+        power, basis = np.linalg.eigh(np.asarray(reactions[-1] @ reactions[-1].T, dtype=float))
+        powers.append(power[::-1])
+        bases.append(basis[:, ::-1])
+    number = max(1, *(int(np.count_nonzero(power > least)) for power in powers))
+    basis = np.stack(bases)[:, :, :number]
+    parts = [jnp.asarray(own.T, dtype=jnp.float32) @ row for own, row in zip(basis, reactions, strict=True)]
+    return InputSensitivities(
+        coefficients, downweight, jnp.stack(offsets), basis, jnp.stack(parts), _inverses(jnp.stack(parts))
+    )
+
+
+def _inverses(rows: jax.Array) -> jax.Array:
+    """Of ``I + A'A``, ``(n_record, n_direction, n_direction)``."""
+    return jnp.stack([_inverse(part) for part in rows])
+
+
+@jax.jit
+def _inverse(rows: jax.Array) -> jax.Array:
+    # Directions differ by many orders of magnitude: single precision is that of each of them.
+    size = jnp.sqrt(jnp.sum(rows.astype(float) ** 2, axis=1))
+    unit = (rows / jnp.where(size > 0.0, size, 1.0)[:, None]).astype(jnp.float32)
+    gram = (unit @ unit.T).astype(float) * size[:, None] * size
+    return jnp.linalg.inv(gram + jnp.eye(len(gram)))
+
+
+def pulled_by(sensitivities: InputSensitivities, rows: Any) -> Any:
+    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with the reactions; NumPy or JAX."""
+    # Rows differ by many orders of magnitude: single precision is that of each row.
+    xp = functions_for(rows)
+    size = xp.sqrt(xp.sum(rows**2, axis=2, keepdims=True))
+    size = xp.where(size > 0.0, size, 1.0)
+    single = (rows / size).astype(xp.float32)
+    return (single @ xp.swapaxes(xp.asarray(sensitivities.rows), 1, 2)).astype(float) * size
 
 
 def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,8 +159,9 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
     left, waves = np.empty_like(rows), []
     for r, some in enumerate(rows):
         seen = np.asarray(sensitivities.rows[r], dtype=float)
-        waves.append(some @ seen.T @ np.asarray(sensitivities.inverse[r]))
-        left[r] = some - waves[-1] @ seen
+        best = some @ seen.T @ np.asarray(sensitivities.inverse[r])
+        left[r] = some - best @ seen
+        waves.append(best @ sensitivities.basis[r].T)
     return left, np.array(waves)
 
 
@@ -119,9 +170,7 @@ def whitened_sensitivities(
 ) -> InputSensitivities:
     """Reactions seen through a whitening; what they are before it is not changed."""
     rows = _whitened_rows(whitening, sensitivities.rows, sensitivities.downweight.shape[1])
-    # Where bounces multiply an error, its prior is small beside what the readings say: sums are in double precision.
-    inverse = [jnp.linalg.inv(part @ part.T + jnp.eye(len(part))) for part in (row.astype(float) for row in rows)]
-    return sensitivities._replace(rows=rows, inverse=jnp.stack(inverse))
+    return sensitivities._replace(rows=rows, inverse=_inverses(rows))
 
 
 def _whitened_rows(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array, channels: int) -> jax.Array:
@@ -140,6 +189,7 @@ def _whitened(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array) -> 
 
 __all__ = [
     "InputSensitivities",
+    "pulled_by",
     "sensitivities_of",
     "weighted_sensitivities",
     "whitened_sensitivities",
