@@ -94,7 +94,8 @@ def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) ->
 def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:
     scale = scale_of(normal)
     matrix = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
-    errors = np.sqrt(np.diag(np.linalg.inv(matrix))) / scale
+    variances = np.diag(np.linalg.inv(matrix))
+    errors = np.sqrt(np.where(variances > 0.0, variances, np.inf)) / scale
     return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
-from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
+from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
 from fibrefit.store.hdf5 import Variable
@@ -41,7 +41,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         status=found.status,
         study=study.name,
         rig=study.kind,
-        parameters={name: parameter_summary(estimate) for name, estimate in found.parameters.items()},
+        parameters={name: ParameterSummary.of(estimate) for name, estimate in found.parameters.items()},
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors={name: InputErrorSummary.of(error) for name, error in found.input_errors.items()},
@@ -87,12 +87,6 @@ def statistics(found: Identification) -> StatisticsSummary | None:
     chi_square = float(np.sum(found.residuals**2))
     bic = chi_square + free * math.log(samples)
     return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
-
-
-def parameter_summary(estimate: Estimate) -> ParameterSummary:
-    """An estimate as `summary.json` has it; without an interval where the error is not known."""
-    summary = ParameterSummary.of(estimate)
-    return summary if summary.std_error is not None else summary.model_copy(update={"interval_95": None})
 
 
 def gap_summary(gap: Gap, force: result.ChannelMisfit | None = None) -> GapSummary:
@@ -190,7 +184,7 @@ def _starts_group(starts: Starts) -> dict[str, Variable]:
 
 
 def _record_summary(record: Record, found: Identification) -> RecordSummary:
-    own = {e.name: parameter_summary(e) for e in found.estimates if e.record == record.name}
+    own = {e.name: ParameterSummary.of(e) for e in found.estimates if e.record == record.name}
     masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
     return RecordSummary(
         gap=gap_summary(found.record_gaps[record.name]), parameters=own, samples=len(record.time), masked=masked

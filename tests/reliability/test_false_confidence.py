@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit import fit
 from fibrefit.core.check import status_by
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
@@ -154,3 +155,18 @@ def test_values_off_by_a_factor_are_failed(tmp_path: Path, mistake: str) -> None
     print(f"\n{mistake}: {found.status}, off by a factor of {math.exp(off):.3g}")
     assert found.status == status, [fit_sentence(check) for check in found.checks if not check.passed]
     assert (off > math.log(1.3)) == (status == "failed")
+
+
+def test_a_file_with_its_columns_exchanged_fails_and_is_told(tmp_path: Path) -> None:
+    """Nothing is determined in it: errors without end are no fault of the program, and no numbers of a summary."""
+    rows = [line.split(",") for line in (SERIES / FILE).read_text("utf-8").splitlines()]
+    lines = [",".join(rows[0]), *(",".join((time, position, force)) for time, force, position in rows[1:])]
+    study_of(tmp_path, FILE)
+    (tmp_path / FILE).write_text("\n".join(lines) + "\n", "utf-8")
+    result = fit(tmp_path, starts=1)
+    summary = result.summary()
+    assert summary.status == "failed"
+    assert "look exchanged" in result.report()
+    for one in (summary.parameters["stiffness"], *summary.records[FILE].parameters.values()):
+        assert one.std_error is None or math.isfinite(one.std_error)
+        assert one.interval_95 is None or all(map(math.isfinite, one.interval_95))

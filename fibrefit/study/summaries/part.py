@@ -5,15 +5,22 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import AfterValidator, AllowInfNan, BaseModel, BeforeValidator, ConfigDict
 
 
 def _known(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _both_known(ends: tuple[float, float] | None) -> tuple[float, float] | None:
+    return ends if ends is not None and all(map(math.isfinite, ends)) else None
+
+
 Known = Annotated[float | None, BeforeValidator(_known)]
 """A number, or None where it is not known: what is computed says so by nan or infinity, for which JSON has no word."""
+_End = Annotated[float, AllowInfNan()]
+KnownInterval = Annotated[tuple[_End, _End] | None, AfterValidator(_both_known)]
+"""The same of an interval, of which neither end is known where one is not."""
 
 
 class Part(BaseModel):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from fibrefit.study.summaries.part import Known, Part
+from fibrefit.study.summaries.part import Known, KnownInterval, Part
 
 Status = Literal["ok", "suspect", "failed"]
 Interval = tuple[float, float]
@@ -17,7 +17,7 @@ class ParameterSummary(Part):
 
     value: float
     std_error: Known = Field(default=None, description="Standard error; null where it is held or not determined.")
-    interval_95: Interval | None = Field(default=None, description="95 % interval.")
+    interval_95: KnownInterval = Field(default=None, description="95 % interval.")
     unit: str
     free: bool = True
     at_bound: bool = False

@@ -18,7 +18,7 @@ from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
 from fibrefit.workflow.discovery.statements import statements_of
-from fibrefit.workflow.fit_files import fit_groups, fit_summary, gap_summary, parameter_summary
+from fibrefit.workflow.fit_files import fit_groups, fit_summary, gap_summary
 
 
 def discovery_summary(
@@ -180,7 +180,7 @@ def _before(finding: Finding) -> d.Before:
     return d.Before(
         status=before.status,
         effects=tuple(effect.name for effect in before.problem.model.effects),
-        parameters={name: parameter_summary(estimate) for name, estimate in before.parameters.items()},
+        parameters={name: s.ParameterSummary.of(estimate) for name, estimate in before.parameters.items()},
         gap=gap_summary(before.gap),
         records={name: gap_summary(gap) for name, gap in before.record_gaps.items()},
     )
