@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -79,11 +80,17 @@ def _write_study(terminal: Terminal, directory: Path) -> None:
     for name in FILES:
         if (directory / name).exists():
             raise UsageError(str(directory / name), "exists already", "a folder without it", "Name another folder.")
+    new = not directory.exists()
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name in FILES:
             write_whole(directory / name, resources.files("fibrefit.cli").joinpath("demo", name).read_bytes())
     except OSError as error:
+        for name in FILES:
+            (directory / name).unlink(missing_ok=True)
+        if new:
+            with suppress(OSError):
+                directory.rmdir()
         raise UsageError(str(directory), error.strerror or "cannot be written", "a folder to write to") from None
     study = directory / FILES[0]
     text = (

@@ -6,6 +6,7 @@ ROLES: dict[str, str] = {
     "time": "s",
     "force": "N",
     "position": "m",
+    "velocity": "m/s",
     "drive": "m",
     "angle": "rad",
     "force_1": "N",

@@ -27,6 +27,8 @@ from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
+#: Those of what is exactly nought while a machine stands.
+_SPEEDS = ("m/s", "rad/s", "Hz")
 
 
 def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
@@ -149,7 +151,7 @@ def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
     return (
         values / round(inverse)
         if 0 < factor < 1 and abs(inverse - round(inverse)) < 1e-9 * inverse
-        else values * factor
+        else values * factor + 0.0  # nought has no sign
     )
 
 
@@ -164,6 +166,8 @@ def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str])
     numbers = masked_with(numbers, np.isnan(base.time), "time unusable")
     flat = flat_stretches(numbers.values, numbers.resolution if len(numbers.texts) else column.resolution)
     numbers = masked_with(numbers, flat.saturated, "saturated")
+    if si not in _SPEEDS:
+        numbers = masked_with(numbers, flat.at_zero, "saturated")
     numbers = masked_with(numbers, flat.stuck, "stuck")
     if si in _CUT_OFF_BY_AMPLIFIERS:
         numbers = masked_with(numbers, flat.clipped, "saturated")

@@ -16,7 +16,7 @@ from fibrefit.effects.law import Effect, GuideLaw, fast, laws_of
 from fibrefit.rigs.parts.bands import SpeedBands
 from fibrefit.rigs.parts.guide import CREEPING, Guide, Sliding
 from fibrefit.rigs.rig import Rig, Start, Values
-from fibrefit.rigs.signals.motion import along_motion
+from fibrefit.rigs.signals.motion import along_motion, with_place
 from fibrefit.rigs.signals.rates import from_motion
 from fibrefit.rigs.starting.guided_mass import starting_guided_mass
 
@@ -206,6 +206,18 @@ def _observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, i
     return {"position": state.position}
 
 
+def _start_at_speed(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
+    """The mass is as fast as it was measured at the first sample, where the measured speed has taken it."""
+    return Start(*system.begin(inputs["position"][0], inputs["anchor"][0], inputs))
+
+
+def _observe_velocity(
+    system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any
+) -> dict[str, jax.Array]:
+    """Velocity in m/s."""
+    return {"velocity": state.velocity}
+
+
 _DRIVEN = Rig(
     kind="guided_mass",
     parameters=PARAMETERS,
@@ -220,6 +232,20 @@ _DRIVEN = Rig(
     starting=starting_guided_mass,
     anchor="position",
 )
+
+
+BY_VELOCITY = replace(
+    _DRIVEN,
+    capabilities=frozenset({Capability.GUIDE, Capability.PUSH}),
+    channels=("velocity",),
+    inputs=("force", "position"),
+    derived=("position",),
+    start=_start_at_speed,
+    observe=_observe_velocity,
+    anchor="velocity",
+    prepared=with_place,
+)
+"""The same where the velocity was measured: a place is known as far as that velocity leads to it from zero."""
 
 
 def _let_go(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
@@ -270,4 +296,15 @@ FOLLOWED_MASS = replace(
 )
 """The same where the motion was measured: the force that it asks for is what is explained (inverse dynamics)."""
 
-GUIDED_MASS = replace(_DRIVEN, variants={"free": FREE_MASS, "followed": FOLLOWED_MASS})
+FOLLOWED_BY_VELOCITY = replace(FOLLOWED_MASS, inputs=("velocity", "position", "speed"), derived=("position", "speed"))
+"""The same along a measured velocity."""
+
+GUIDED_MASS = replace(
+    _DRIVEN,
+    variants={
+        "free": FREE_MASS,
+        "followed": FOLLOWED_MASS,
+        "by_velocity": BY_VELOCITY,
+        "followed_by_velocity": FOLLOWED_BY_VELOCITY,
+    },
+)

@@ -37,6 +37,8 @@ from fibrefit.simulation.switched import Grid, Solution, take
 ROUGH, EXACT = 3, 2
 """Simulations of a window that look for its start, with a rough derivative and with that of the motion itself."""
 Read = Callable[[jax.Array], jax.Array]
+STARTS = {"position": (1.0, 1.0), "velocity": (0.0, 1.0)}
+"""Which of position and velocity at its start is found of a window, by what was measured: a velocity shows no place."""
 LEAST = 1e-9
 """Share of the larger of its two directions below which a window does not determine a start."""
 
@@ -85,9 +87,9 @@ class WindowedModel(Model):
         assert self.rig.anchor is not None, "a rig whose motion begins where it was measured"
         return self.rig.anchor
 
-    def _read(self, sensors: tuple[SensorLaw, ...], times: jax.Array, positions: jax.Array) -> jax.Array:
-        """What the sensors make of positions ``(n_time,)``, each by itself."""
-        channels = {self._anchor: positions}
+    def _read(self, sensors: tuple[SensorLaw, ...], times: jax.Array, moved: jax.Array) -> jax.Array:
+        """What the sensors make of positions and velocities ``(2, n_time)``, each instant by itself."""
+        channels = {self._anchor: moved[tuple(STARTS).index(self._anchor)]}
         for sensor in sensors:
             channels = sensor.measure(channels, times)
         return channels[self._anchor]
@@ -106,21 +108,33 @@ class WindowedModel(Model):
         here = jax.vmap(lambda step, time: inputs_at(driven, times, step, time))(steps, times)
         anchor = inputs["anchor"]
 
-        whole = _Window(system, read, driven, here, times)
+        whole = _Window(system, read, driven, here, times, self._start(inputs), jnp.array(STARTS[self._anchor]))
         best, slopes = _without_tangents(_best_start, (whole, anchor, counted))
         solution = _followed(whole, best)
-        readings = read(solution.states.position)
+        readings = read(_moved(solution))
         return readings + slopes @ _coefficients(slopes, anchor.values - readings, counted), solution
+
+    def _start(self, inputs: dict[str, Signals]) -> jax.Array:
+        """Position and velocity ``(2,)`` with which a window begins as it was measured."""
+        place = inputs["anchor" if self._anchor == "position" else "position"]
+        return jnp.stack([place.values[0], place.slopes[0]])
 
 
 class _Window(NamedTuple):
-    """What the motion in a window follows from, but for its start."""
+    """What the motion in a window follows from, but for what the measured start was wrong by."""
 
     system: Any
     read: Read
     driven: dict[str, Course]
     here: Any
     times: jax.Array
+    begun: jax.Array
+    found: jax.Array
+
+
+def _moved(solution: Solution) -> jax.Array:
+    """Positions and velocities, ``(2, n_time)``."""
+    return jnp.stack([solution.states.position, solution.states.velocity])
 
 
 def _followed(window: _Window, start: jax.Array) -> Solution:
@@ -140,20 +154,23 @@ def _best_start(given: tuple[_Window, Signals, jax.Array]) -> tuple[jax.Array, j
 
     def roughly(_: Any, start: jax.Array) -> jax.Array:
         solution = _followed(window, start)
-        readings, steep = jax.jvp(window.read, (solution.states.position,), (jnp.ones_like(window.times),))
-        return nearer(start, readings, steep[:, None] * _slopes(window.system, solution, window.here, window.times))
+        moved = _moved(solution)
+        readings, steep = jax.jvp(window.read, (moved,), (jnp.ones_like(moved),))
+        by_place, by_speed = _slopes(window.system, solution, window.here, window.times)
+        slopes = jnp.where(window.found[0] > 0.0, by_place, by_speed)
+        return nearer(start, readings, window.found * steep[:, None] * slopes)
 
     def exactly(_: Any, start: jax.Array) -> jax.Array:
         return nearer(start, *read(start))
 
     def read(start: jax.Array) -> tuple[jax.Array, jax.Array]:
         slopes, readings = jax.jacfwd(lambda start: (at(start),) * 2, has_aux=True)(start)
-        return readings, slopes
+        return readings, window.found * slopes
 
     def at(start: jax.Array) -> jax.Array:
-        return window.read(_followed(window, start).states.position)
+        return window.read(_moved(_followed(window, start)))
 
-    best = jax.lax.fori_loop(0, ROUGH, roughly, jnp.stack([anchor.values[0], anchor.slopes[0]]))
+    best = jax.lax.fori_loop(0, ROUGH, roughly, window.begun)
     best = jax.lax.fori_loop(0, EXACT, exactly, best)
     return best, read(best)[1]
 
@@ -180,8 +197,8 @@ def _meanwhile(law: Effect, times: jax.Array) -> Effect:
     return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, jnp.zeros(())))
 
 
-def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> jax.Array:
-    """Derivative of the positions by the starting position and velocity, ``(n_time, 2)``.
+def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Derivatives of the positions and of the velocities by the starting position and velocity, ``(n_time, 2)`` each.
 
     Law
     ---
@@ -209,9 +226,12 @@ def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> jax
     drift = 0.5 * step * (1.0 + kept)
     # Rows of the matrix that takes (d u, d v) over one step.
     steps = (1.0 + drift * kick, drift, kept * kick + kick * (1.0 + drift * kick), kept + kick * drift)
-    a, b, _, _ = jax.lax.associative_scan(_after, steps)
-    first = jnp.array([[1.0, 0.0]])
-    return jnp.concatenate([first, jnp.stack([a, b], axis=1)])
+    a, b, c, d = jax.lax.associative_scan(_after, steps)
+    first = jnp.eye(2)
+    by_place, by_speed = (
+        jnp.concatenate([first[i : i + 1], jnp.stack(row, axis=1)]) for i, row in enumerate(((a, b), (c, d)))
+    )
+    return by_place, by_speed
 
 
 def _after(first: tuple[jax.Array, ...], second: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 PRINTED = {
     "force": ("force [N]", 1.0, "%.6g"),
     "position": ("position [mm]", 1e3, "%.6g"),
+    "velocity": ("velocity [mm/s]", 1e3, "%.6g"),
     "drive": ("drive [mm]", 1e3, "%.6g"),
     "angle": ("angle [rad]", 1.0, "%.6g"),
     "force_1": ("force_1 [N]", 1.0, "%.6g"),

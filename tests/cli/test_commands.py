@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
 
 from fibrefit.cli import doctor
-from fibrefit.store import write_summary
+from fibrefit.store import files, write_summary
 from fibrefit.study import load_study
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
@@ -30,6 +31,28 @@ def test_init_never_overwrites(fibrefit: Run) -> None:
     assert "exists already" in done.err
     assert Path("here/study.toml").read_text() == "mine"
     assert not Path("here/drop_10mm_90deg.csv").exists()
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_init_on_a_full_disk_leaves_nothing_of_its_own(
+    fibrefit: Run, monkeypatch: pytest.MonkeyPatch, there: bool
+) -> None:
+    """The study has its room, the record beside it has none."""
+    folder, written = Path("here"), files.write_whole
+    if there:
+        folder.mkdir()
+        (folder / "thesis.tex").write_text("x")
+
+    def write(path: Path, content: bytes) -> None:
+        if path.suffix == ".csv":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written(path, content)
+
+    monkeypatch.setattr(files, "write_whole", write)
+    done = fibrefit("init", "here")
+    assert done.code == 2
+    assert "No space left on device" in done.err
+    assert [path.name for path in folder.iterdir()] == ["thesis.tex"] if there else not folder.exists()
 
 
 def test_init_beside_other_files(fibrefit: Run) -> None:

@@ -63,17 +63,18 @@ def _rows(case: Case, summary: Any, seconds: float) -> list[tuple[str, ...]]:
 
 
 def main(words: list[str]) -> int:
-    """Carry out all cases; with ``--discover`` the search for what each model lacks too."""
+    """Carry out all cases; with ``--only=PART`` those of that name; with ``--discover`` what each model lacks too."""
     names = [word for word in words if not word.startswith("-")]
+    asked = [word.partition("=")[2] for word in words if word.startswith("--only=")]
     if not names or not Path(names[0]).is_dir():
         print("make real DATA=folder: a folder with the repositories that docs/real_records.md names", file=sys.stderr)
         return 2
     out, rows = Path("results") / "real", [COLUMNS, ("---",) * len(COLUMNS)]
-    for case in CASES:
+    for case in (case for case in CASES if not asked or any(part in case.name for part in asked)):
         rows += carried_out(case, Path(names[0]).resolve(), out, "--discover" in words)
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "table.md").write_text(table + "\n", encoding="utf-8")
+    (out / ("-".join(["table", *asked]).replace(" ", "_") + ".md")).write_text(table + "\n", encoding="utf-8")
     print(table)
     return 0
 

@@ -149,13 +149,22 @@ file = "{{folder}}/{PENDULA}/cartTest3/0m20.csv"
         (f"{CARRIAGE}/a3NI.csv", f"{CARRIAGE}/a3MR.csv"),
         f"""[rig]
 kind = "guided_mass"
+measured = "velocity"
 [channels]
 force = {{ column = "Force", unit = "V", scale = "-200 N/V" }}
+velocity = {{ column = "Analog 1", unit = "rpm", scale = "-0.33333333 mm/s/rpm" }}
 [model]
-effects = ["guide.viscous_friction", "guide.stribeck_friction"]
+effects = ["guide.viscous_friction"]
+[parameters.force_offset]
+fixed = "25.75 N"
 [[records]]
 file = "{{folder}}/{CARRIAGE}/a3NI.csv"
+beside = {{ file = "{{folder}}/{CARRIAGE}/a3MR.csv", clock_offset = "-4 ms" }}
 """,
-        {"mass": (24.7, None)},
+        {
+            "mass": (24.7, None),
+            "friction": (10.0, None),
+            "guide.viscous_friction.viscous_coefficient": (67.44, None),
+        },
     ),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,6 +84,19 @@ def test_a_position_out_of_range_of_its_sensor_is_masked(read: Callable) -> None
     force, position = bounce(0.4)
     column = read(force, np.maximum(position, -5.0)).column("u [mm]")
     assert set(column.masked) == {"saturated"}
+
+
+@pytest.mark.parametrize(("unit", "expected"), [("rpm", set()), ("mm/s", set()), ("N", {"saturated"})])
+def test_a_speed_is_nought_while_a_machine_stands(unit: str, expected: set[str], tmp_path: Path) -> None:
+    """Readings of nothing but nought at an extreme: of a force, an input that takes one sign only."""
+    moving = np.where(
+        TIME < 0.3, 0.0, 400.0 * np.sin(2.0 * (TIME - 0.3)) + np.random.default_rng(2).normal(0.0, 3.0, N)
+    )
+    rows = "".join(f"{t:.4f},{np.round(max(v, 0.0)):.0f}\n" for t, v in zip(TIME, moving, strict=True))
+    (tmp_path / "a.csv").write_text(f"time [s],motor [{unit}]\n{rows}", encoding="utf-8")
+    column = read_table(tmp_path / "a.csv").column(f"motor [{unit}]")
+    assert set(column.masked) == expected
+    assert not np.signbit(column.values[column.values == 0.0]).any()
 
 
 @pytest.mark.parametrize("length", [6, 40, 400])

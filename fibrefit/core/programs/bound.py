@@ -7,8 +7,9 @@ import gc
 import sys
 from contextlib import suppress
 
-MOST_PROGRAMS = 300
-"""Programs kept: several studies' worth. Each takes some 10 MB; one that is wanted again comes from the disk cache."""
+MOST_PROGRAMS = 100
+"""Programs kept: several studies' worth of fits, or one search's. Each takes some 10 MB; one that is wanted again comes
+from the disk cache."""
 
 
 def bound_programs(most: int = MOST_PROGRAMS) -> bool:

@@ -16,6 +16,7 @@ from fibrefit.effects.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE, STANDING
 from fibrefit.rigs.parts.guide import Sliding
+from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import pushed_by
@@ -91,12 +92,14 @@ def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple
 
     raw = trace.inputs["anchor"][:, 2]
     known = np.isfinite(raw)
-    position = low(np.interp(trace.times, trace.times[known], raw[known]), MOTION)
-    speed = np.gradient(position, trace.times)
+    measured = low(np.interp(trace.times, trace.times[known], raw[known]), MOTION)
+    by_velocity = task.problem.model.rig.anchor == "velocity"
+    position = integrated(measured, trace.step) if by_velocity else measured
+    speed = measured if by_velocity else np.gradient(position, trace.times)
     acceleration = np.gradient(speed, trace.times)
     system, laws = _system(task, local, record)
-    measured = Signals(*(jnp.asarray(trace.inputs["force"][:, i]) for i in (0, 1)))
-    force = np.asarray(pushed_by(laws, {"force": measured}, jnp.asarray(trace.times))["force"].values)
+    pushed = Signals(*(jnp.asarray(trace.inputs["force"][:, i]) for i in (0, 1)))
+    force = np.asarray(pushed_by(laws, {"force": pushed}, jnp.asarray(trace.times))["force"].values)
     asked = _asked(system, position, speed, acceleration, force)
     return low(force - asked, FORCES), low(force, FORCES)
 

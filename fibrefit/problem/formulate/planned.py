@@ -22,7 +22,15 @@ from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
 
-USUAL_NOISE = {"force": 0.4, "position": 2e-5, "angle": 1e-3, "force_1": 0.4, "force_2": 0.4, "drive": 1e-5}
+USUAL_NOISE = {
+    "force": 0.4,
+    "position": 2e-5,
+    "velocity": 1e-4,
+    "angle": 1e-3,
+    "force_1": 0.4,
+    "force_2": 0.4,
+    "drive": 1e-5,
+}
 """Noise rms assumed for a planned channel where the study states none, in SI units."""
 
 

@@ -59,6 +59,9 @@ class Flat:
     ----------
     saturated : (n,) bool array
         At the extreme of the column.
+    at_zero : (n,) bool array
+        The same where that extreme is exactly nought: so it is for an input that takes one sign, and for the speed of a
+        machine that stands.
     stuck : (n,) bool array
         Elsewhere.
     clipped : (n,) bool array
@@ -68,6 +71,7 @@ class Flat:
     """
 
     saturated: np.ndarray
+    at_zero: np.ndarray
     stuck: np.ndarray
     clipped: np.ndarray
     stops_dead: np.ndarray
@@ -119,7 +123,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     Flat
         Masks.
     """
-    masks = Flat(*(np.zeros(values.size, bool) for _ in range(4)))
+    masks = Flat(*(np.zeros(values.size, bool) for _ in range(5)))
     rows = np.flatnonzero(np.isfinite(values))
     run = values[rows]
     if run.size < 20 or np.ptp(run) == 0:
@@ -135,7 +139,8 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
             if length <= _longest_by_chance(lengths, which):
                 continue
             if extreme:
-                masks.saturated[rows[run == level]] = True  # noise lets short runs reach full scale too
+                # Noise lets short runs reach full scale too.
+                (masks.saturated if level else masks.at_zero)[rows[run == level]] = True
             else:
                 masks.stuck[rows[start : start + length]] = True
         elif extreme and abs(level) > _AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):

@@ -6,9 +6,10 @@ import re
 import unicodedata
 
 from fibrefit.core.roles import ROLES
+from fibrefit.core.unit_names import KINDS
 
 #: Kind of quantity each role is.
-KIND_OF_ROLE = {role: {"s": "time", "N": "force", "m": "length", "rad": "angle"}[si] for role, si in ROLES.items()}
+KIND_OF_ROLE = {role: KINDS[si] for role, si in ROLES.items()}
 
 
 def _words(text: str) -> frozenset[str]:
@@ -21,6 +22,7 @@ _STEMS = {
     "force": _words("kraft force loadcell zatizeni effort fuerza forza forca kracht усили нагрузк 荷重 拉力 载荷"),
     "position": _words("position displac extens verschieb poloh auslenk vychylk prodlouz deplacement allongement")
     | _words("desplaz spostam verplaats przemieszcz posicion posizion deslocam перемещ положен 位移 変位 位置"),
+    "velocity": _words("velocity geschwindigkeit rychlost vitesse velocidad velocita snelheid predkosc скорост 速度"),
     "drive": _words("antrieb pohon actuator aktuator aktor привод"),
     "angle": _words("angle winkel uhel rotation angolo angulo угол 角度"),
 }
@@ -33,6 +35,7 @@ _WORDS = {
     "position": _words(
         "weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos droga corsa course way ход путь"
     ),
+    "velocity": _words("speed v vel rpm"),
     "drive": _words("drive motor excitation anregung buzeni stellweg"),
     "angle": _words("phi alpha tilt natoceni"),
 }

@@ -29,31 +29,64 @@ def along_motion(trace: Trace) -> Trace:
     DataError
         If the mass hardly moves.
     """
-    force, raw = trace.channels["force"], trace.inputs["position"][:, 2]
-    step = trace.step
+    force, step = trace.channels["force"], trace.step
+    by_velocity = "velocity" in trace.inputs
+    raw = trace.inputs["velocity" if by_velocity else "position"][:, 2]
     windows = sorted({max(round(length / step) | 1, ORDER + 3) for length in LENGTHS if length < len(raw) * step / 4.0})
-    motions = {window: _motion(raw, window, step) for window in windows or [ORDER + 3]}
+    taken = _motion_of_velocity if by_velocity else _motion
+    motions = {window: taken(raw, window, step) for window in windows or [ORDER + 3]}
     window = min(motions, key=lambda window: _left(motions[window], force))
     position, speed, acceleration = motions[window]
     # At a reversal friction turns round and the acceleration jumps: no polynomial across it follows that.
     moving = ~maximum_filter1d(_stands(speed), window)
     if np.count_nonzero(moving & np.isfinite(force)) < FEWEST:
         raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
-    inputs = {
-        "position": np.column_stack([position, speed, raw]),
+    inputs = trace.inputs | {
+        "position": np.column_stack([position, speed, position if by_velocity else raw]),
         "speed": np.column_stack([speed, acceleration, speed]),
     }
     return trace._replace(channels={"force": np.where(moving, force, np.nan)}, inputs=inputs)
 
 
+def with_place(trace: Trace) -> Trace:
+    """A record of a velocity with the position it leads to as an input, from zero at the first sample."""
+    velocity = trace.inputs["anchor"][:, 0]
+    position = integrated(velocity, trace.step)
+    return trace._replace(inputs=trace.inputs | {"position": np.column_stack([position, velocity, position])})
+
+
+def integrated(rate: np.ndarray, step: float) -> np.ndarray:
+    """Integral of a signal from its first sample, by trapezoids; what is missing is bridged by straight lines.
+
+    Parameters
+    ----------
+    rate : (n_time,)
+    step : float, in s
+    """
+    whole = _bridged(rate)
+    return np.concatenate([[0.0], np.cumsum(0.5 * step * (whole[1:] + whole[:-1]))])
+
+
+def _bridged(raw: np.ndarray) -> np.ndarray:
+    seen = np.isfinite(raw)
+    places = np.arange(len(raw))
+    return np.interp(places, places[seen], raw[seen])
+
+
 def _motion(raw: np.ndarray, window: int, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     from scipy.signal import savgol_filter
 
-    seen = np.isfinite(raw)
-    places = np.arange(len(raw))
-    whole = np.interp(places, places[seen], raw[seen])
+    whole = _bridged(raw)
     position, speed, acceleration = (savgol_filter(whole, window, ORDER, deriv=d, delta=step) for d in range(3))
     return position, speed, acceleration
+
+
+def _motion_of_velocity(raw: np.ndarray, window: int, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    from scipy.signal import savgol_filter
+
+    whole = _bridged(raw)
+    speed, acceleration = (savgol_filter(whole, window, ORDER, deriv=d, delta=step) for d in range(2))
+    return integrated(whole, step), speed, acceleration
 
 
 def _stands(speed: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.rig import Initial, Starting, Stated
-from fibrefit.rigs.signals.rates import period_of, rates_of
+from fibrefit.rigs.signals.rates import derivative, period_of, rates_of
 from fibrefit.rigs.signals.trace import Trace
 
 SMOOTH = 0.03
@@ -97,6 +97,9 @@ def _motion(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, speed and acceleration of one record."""
     if "speed" in trace.inputs:
         return trace.inputs["position"][:, 0], trace.inputs["speed"][:, 0], trace.inputs["speed"][:, 1]
+    if "velocity" in trace.channels:
+        speed, acceleration = (derivative(trace.channels["velocity"], trace.times, SMOOTH, order) for order in (0, 1))
+        return trace.inputs["position"][:, 0], speed, acceleration
     if "anchor" in trace.inputs:
         return rates_of(trace.inputs["anchor"][:, 0], trace.times, SMOOTH)
     return rates_of(trace.channels["position"], trace.times, _length(trace))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fibrefit.study.quantity import Duration, Gain, MassOrNone
+from fibrefit.study.channels import Said
+from fibrefit.study.quantity import Duration, Gain, MassOrNone, SpeedNoise, refusal
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
@@ -32,10 +33,32 @@ class GuidedMassRig(GuidedMassConstants):
     kind: Literal["guided_mass"]
     driven_by: Literal["force", "position", "nothing"] = Field(
         default="force",
-        description="force: a measured one, the position is explained; position: the measured one, the force that it "
+        description="force: a measured one, the motion is explained; position: the measured motion, the force that it "
         "asks for is explained (inverse dynamics); nothing: let go once, a free decay, of which values per mass are "
         "found: hold the mass.",
     )
+    measured: Literal["position", "velocity"] = Field(
+        default="position", description="What was measured of the motion; velocity: its column is to be named."
+    )
+
+    @model_validator(mode="after")
+    def _shows_its_place(self) -> Self:
+        if self.measured == "velocity" and self.driven_by == "nothing":
+            do = "Integrate the velocity to a position, or measure the force that drives the mass."
+            raise refusal("a free decay of which the velocity was measured", "a position, which shows the spring", do)
+        return self
+
+
+class GuidedMassChannels(Channels):
+    """Channels of a mass in a guide."""
+
+    velocity: Said | None = None
+
+
+class GuidedMassNoise(NoiseLevels):
+    """Noise of a mass in a guide."""
+
+    velocity: SpeedNoise | None = None
 
 
 class GuidedMassStudy(Study):
@@ -43,8 +66,9 @@ class GuidedMassStudy(Study):
 
     @property
     def variant(self) -> str:
-        """``free`` where nothing drives the mass, ``followed`` where its measured motion does."""
-        return {"nothing": "free", "position": "followed"}.get(self.rig.driven_by, "")
+        """``free`` where nothing drives the mass, ``followed`` where its measured motion does; ``by_velocity``."""
+        driven = {"nothing": ["free"], "position": ["followed"]}.get(self.rig.driven_by, [])
+        return "_".join(driven + ["by_velocity"] * (self.rig.measured == "velocity"))
 
     @property
     def driven_by_force(self) -> bool:
@@ -53,6 +77,6 @@ class GuidedMassStudy(Study):
 
     base_parameters: ClassVar[dict[str, str]] = {"mass": "kg", "friction": "N", "force_offset": "N"}
     rig: GuidedMassRig
-    channels: Channels = Channels()
-    noise: NoiseLevels = NoiseLevels()
+    channels: GuidedMassChannels = GuidedMassChannels()
+    noise: GuidedMassNoise = GuidedMassNoise()
     records: tuple[GuidedMassRecord, ...] = Field(min_length=1)
