@@ -13,7 +13,6 @@ from fibrefit.plots.posterior import (
     corner_figures,
     posterior_figures,
     prior_figures,
-    saved_posterior_figures,
     trace_figures,
 )
 from fibrefit.plots.prediction import prediction_figures
@@ -37,7 +36,6 @@ __all__ = [
     "prediction_figures",
     "prior_figures",
     "save_figures",
-    "saved_posterior_figures",
     "simulation_figures",
     "small_png",
     "sweep_figures",

@@ -27,7 +27,11 @@ class Way:
     ----------
     name, unit : str
         The unit in SI.
-    values : (n_ensemble, n_step, n_walker)
+    steps : (n_step,) int, from 1
+    low, median, high : (n_ensemble, n_step)
+        Of the walkers, at the quantiles `SPREAD`.
+    draws : (n_ensemble, n_draw)
+        That were kept.
     warm_up : int
         Steps discarded.
     r_hat : float
@@ -35,7 +39,11 @@ class Way:
 
     name: str
     unit: str
-    values: np.ndarray
+    steps: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+    draws: np.ndarray
     warm_up: int
     r_hat: float
 
@@ -49,7 +57,7 @@ def traces_figure(ways: list[Way]) -> Figure:
     """
     figure = new_figure(TOP + BOTTOM + len(ways) * (ROW + GAP) - GAP)
     worst = max(ways, key=lambda way: way.r_hat)
-    heading = f"{len(ways[0].values)} ensembles of walkers agree to an R-hat of {worst.r_hat:.3f} or better"
+    heading = f"{len(ways[0].draws)} ensembles of walkers agree to an R-hat of {worst.r_hat:.3f} or better"
     title(figure, heading, "median and 90 % of the walkers of each ensemble, and ranks of its draws among all")
     for number, way in enumerate(ways):
         bottom = BOTTOM + (len(ways) - 1 - number) * (ROW + GAP)
@@ -60,18 +68,15 @@ def traces_figure(ways: list[Way]) -> Figure:
 
 
 def _trace(axes: Axes, way: Way, last: bool) -> None:
-    unit, worth = readable_unit(way.values, way.unit)
-    values, steps = way.values / worth, np.arange(1, way.values.shape[1] + 1)
+    unit, worth = readable_unit(way.draws, way.unit)
     axes.axvspan(0.5, way.warm_up + 0.5, facecolor=PALE, edgecolor="none")
-    for ensemble, (colour, _) in zip(values, _colours(len(values)), strict=True):
-        low, high = np.quantile(ensemble, SPREAD, axis=1)
-        axes.fill_between(steps, low, high, facecolor=colour, alpha=0.12, linewidth=0.0)
-        axes.plot(steps, np.median(ensemble, axis=1), color=colour, linewidth=0.6)
-    kept = values[:, way.warm_up :]
-    low, high = np.quantile(kept, [0.001, 0.999])
-    if high > low:
-        axes.set_ylim(low - 0.2 * (high - low), high + 0.2 * (high - low))
-    axes.set_xlim(0.5, len(steps) + 0.5)
+    for low, middle, high, (colour, _) in zip(way.low, way.median, way.high, _colours(len(way.draws)), strict=True):
+        axes.fill_between(way.steps, low / worth, high / worth, facecolor=colour, alpha=0.12, linewidth=0.0)
+        axes.plot(way.steps, middle / worth, color=colour, linewidth=0.6)
+    least, most = np.quantile(way.draws / worth, [0.001, 0.999])
+    if most > least:
+        axes.set_ylim(least - 0.2 * (most - least), most + 0.2 * (most - least))
+    axes.set_xlim(0.5, way.steps[-1] + 0.5)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.tick_params(labelbottom=last)
     label(axes, x="step (shaded: warm-up)" if last else "", y=axis_label(way.name.rpartition(".")[2], unit))
@@ -79,10 +84,9 @@ def _trace(axes: Axes, way: Way, last: bool) -> None:
 
 
 def _ranks(axes: Axes, way: Way, last: bool) -> None:
-    kept = way.values[:, way.warm_up :].reshape(len(way.values), -1)
-    ranks = np.argsort(np.argsort(kept.ravel())).reshape(kept.shape) / kept.size
+    ranks = np.argsort(np.argsort(way.draws.ravel())).reshape(way.draws.shape) / way.draws.size
     for ensemble, (colour, _) in zip(ranks, _colours(len(ranks)), strict=True):
-        shares = np.histogram(ensemble, BINS, (0.0, 1.0))[0] * BINS / kept.shape[1]
+        shares = np.histogram(ensemble, BINS, (0.0, 1.0))[0] * BINS / way.draws.shape[1]
         axes.stairs(shares, np.linspace(0.0, 1.0, BINS + 1), color=colour, linewidth=0.7)
     axes.axhline(1.0, color="0.5", linewidth=0.4)
     axes.set_ylim(0.0, 2.0)

@@ -21,6 +21,7 @@ from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
+from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.sampling.sample import SamplingOptions
 from fibrefit.workflow.sampling.start import START, SamplingStart, _read
 from tests.fitting import made
@@ -106,6 +107,13 @@ def test_figures_are_drawn_and_chosen_by_name(kept: Path, sampled: Sampled) -> N
     names = {path.name for path in (kept / "figures").iterdir()}
     assert {"corner.png", "traces.png", "prior.png"} < names
     assert sum(name.startswith("record_") for name in names) == 2
+    again = draw_result(kept)
+    assert set(again) == set(sampled.plot())
+    assert [figure.get_label() for figure in again.values()] == [
+        figure.get_label() for figure in sampled.plot().values()
+    ]
+    assert len(sampled.plot_prior("release[drop_5mm.csv]")["prior"].axes) == 1
+    assert len(sampled.plot_traces("friction")["traces"].axes) == 2
     two = sampled.plot_corner("stiffness", "friction")["corner"]
     assert len(two.axes) == 3
     assert "stiffness / (kN/m)" in {axes.get_xlabel() for axes in two.axes}

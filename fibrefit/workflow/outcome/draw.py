@@ -90,8 +90,8 @@ def figures_of(summary: Part, groups: Any) -> Figures | None:
     from fibrefit.plots import (
         discovery_figures,
         fit_figures,
+        posterior_figures,
         prediction_figures,
-        saved_posterior_figures,
         sweep_figures,
     )
 
@@ -109,4 +109,4 @@ def figures_of(summary: Part, groups: Any) -> Figures | None:
         return fit_figures(summary, groups)
     if isinstance(summary, DiscoverySummary):
         return discovery_figures(summary, groups)
-    return saved_posterior_figures(summary, groups) if isinstance(summary, PosteriorSummary) else None
+    return posterior_figures(summary, groups) if isinstance(summary, PosteriorSummary) else None

@@ -131,7 +131,9 @@ def _cross_check(posterior: Posterior, found: CrossCheck) -> SecondOpinionSummar
 
 
 def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
-    """Groups of ``result.h5``: those ArviZ knows, and the blocks two models are compared by."""
+    """Groups of ``result.h5``: those ArviZ knows, the blocks two models are compared by, and what else is drawn."""
+    from fibrefit.workflow.sampling.drawn_groups import drawn_groups  # figures, which a run needs at its end only
+
     groups = {
         name: {key: Variable(*entry) for key, entry in group.items()}
         for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
@@ -142,7 +144,7 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
         "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
         "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),
     }
-    return groups
+    return groups | drawn_groups(found.posterior)
 
 
 def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:

@@ -82,7 +82,7 @@ class Sampled(Predicts, Findings, Saved):
         """Figures by name: corner, traces, ranks, prior, and each record with its bands."""
         from fibrefit.plots import posterior_figures
 
-        return posterior_figures(self.posterior, self.bands)
+        return posterior_figures(self.summary(), self.groups())
 
     def plot_corner(self, *names: str) -> Figures:
         """Joint distribution of every two of some values: all that records share, unless named.
@@ -104,7 +104,7 @@ class Sampled(Predicts, Findings, Saved):
         """
         from fibrefit.plots import corner_figures
 
-        return corner_figures(self.posterior, names)
+        return corner_figures(self.summary(), self.groups(), names)
 
     def plot_traces(self, *names: str) -> Figures:
         """Traces of each ensemble and rank plots: of all that records share, unless named.
@@ -126,7 +126,7 @@ class Sampled(Predicts, Findings, Saved):
         """
         from fibrefit.plots import trace_figures
 
-        return trace_figures(self.posterior, names)
+        return trace_figures(self.summary(), self.groups(), names)
 
     def plot_bands(self, *records: str) -> Figures:
         """Posterior predictive bands against what was measured, for all records unless named.
@@ -148,7 +148,7 @@ class Sampled(Predicts, Findings, Saved):
         """
         from fibrefit.plots import band_figures
 
-        return band_figures(self.posterior, self.bands, records)
+        return band_figures(self.groups(), records)
 
     def plot_prior(self, *names: str) -> Figures:
         """Prior against posterior, for all that records share unless named.
@@ -170,7 +170,7 @@ class Sampled(Predicts, Findings, Saved):
         """
         from fibrefit.plots import prior_figures
 
-        return prior_figures(self.posterior, names)
+        return prior_figures(self.summary(), self.groups(), names)
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5`` and ``study.toml``."""

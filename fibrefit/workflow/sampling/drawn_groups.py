@@ -1,0 +1,59 @@
+"""What is drawn of a posterior besides its draws, as groups of ``result.h5``: traces, and densities of priors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.plots.overlay import POINTS, prior_ends
+from fibrefit.plots.traces import SPREAD
+from fibrefit.sampling.posterior import Posterior
+from fibrefit.store.hdf5 import Variable
+
+MOST_STEPS = 400
+"""Steps of which the traces are kept, evenly over the run: more than can be told apart in a figure."""
+
+
+def drawn_groups(posterior: Posterior) -> dict[str, dict[str, Variable]]:
+    """Groups ``traces`` and, where there are priors, ``prior_density``.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    """
+    groups = {"traces": _traces(posterior)}
+    return groups | {"prior_density": _prior_density(posterior)} if posterior.target.priors else groups
+
+
+def _traces(posterior: Posterior) -> dict[str, Variable]:
+    course, target = posterior.course, posterior.target
+    number = course.points.shape[1]
+    steps = np.unique(np.linspace(0, number - 1, min(number, MOST_STEPS)).round().astype(int))
+    points = course.points[:, steps]
+    values = target.values(points.reshape(-1, target.size)).reshape(points.shape)
+    low, middle, high = np.moveaxis(np.quantile(values, [SPREAD[0], 0.5, SPREAD[1]], axis=2), -1, 1)
+    dims, told = ("value", "chain", "step"), "of the walkers of an ensemble, in SI units of the value."
+    return {
+        "value": Variable(np.array(target.names, dtype=object), ("value",)),
+        "step": Variable(steps + 1, ("step",), doc="From 1, warm-up included."),
+        "low": Variable(low, dims, doc=f"Quantile {SPREAD[0]:g} {told}"),
+        "median": Variable(middle, dims, doc=f"Median {told}"),
+        "high": Variable(high, dims, doc=f"Quantile {SPREAD[1]:g} {told}"),
+    }
+
+
+def _prior_density(posterior: Posterior) -> dict[str, Variable]:
+    """Densities over what is worth seeing of each value; no numbers where a prior is improper."""
+    target, draws = posterior.target, posterior.draws.reshape(-1, posterior.target.size)
+    grids, densities = [], []
+    for i, (name, prior) in enumerate(zip(target.names, target.priors, strict=True)):
+        grid = np.linspace(*prior_ends(draws[:, i], prior, posterior.marginals[name].prior_share), POINTS + 1)
+        grids.append(0.5 * (grid[1:] + grid[:-1]))
+        # The slope of the distribution function.
+        slope = np.diff(prior.cdf(grid)) / np.diff(grid) if prior.proper else np.full(POINTS, np.nan)
+        densities.append(slope)
+    dims = ("value", "point")
+    return {
+        "value": Variable(np.array(target.names, dtype=object), ("value",)),
+        "at": Variable(np.array(grids), dims, doc="In SI units of the value."),
+        "density": Variable(np.array(densities), dims, doc="Per SI unit of the value."),
+    }
