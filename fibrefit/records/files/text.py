@@ -36,6 +36,9 @@ FEWEST_ROWS = 3
 #: A cell in single quotes, and the lines that tell whether a file uses them.
 _SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s*)'([^']*)'(?=\s*(?:[,;\t|]|$))"), 200
 
+#: Columns of a header that stands beside the first rows: what, its value, its unit.
+_BESIDE = 3
+
 #: First cell of a line that tells what one count is worth.
 _SCALE_LABEL = re.compile(
     r"(?:lsb|scale|scaling|factor|skalierung|faktor|multiplier|gain|sensitivity|slope|resolution|aufl[oö]sung)\b.*",
@@ -73,7 +76,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         match = _SEP_LINE.fullmatch(lines[i])
         if match is not None:
             delimiter, lines[i] = delimiter or match.group(1), ""
-    lines = _requoted(lines)
+    lines, told = _header_beside(_requoted(lines))
     voted = vote(lines, delimiter=delimiter, mark=options.decimal)
     if voted is None:
         raise no_table(lines, where)
@@ -81,7 +84,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
     above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
-    beside = statements(_lines_of(options.header), dialect.delimiter)
+    beside = [*statements(_lines_of(options.header), dialect.delimiter), *told]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
     _refuse_counts(columns, above, header, options, where)
@@ -153,6 +156,21 @@ def _requoted(lines: list[str]) -> list[str]:
     if framed <= 0.5 * min(len(lines), _LOOKED_AT):
         return lines
     return [_SINGLE_QUOTED.sub(r'\1"\2"', line) for line in lines]
+
+
+def _header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
+    """Lines without the header that older scopes write to the left of the first rows, and what that header says."""
+    rows = [line.split(",") for line in lines[:_LOOKED_AT]]
+    told = [",".join(cells[:_BESIDE]) for cells in rows]
+    number = next((i for i, text in enumerate(told) if not text.strip(" ,")), 0)
+    measured = all(
+        len(cells) > _BESIDE + 1 and all(kind_of_cell(cell.strip(), ".") == "number" for cell in cells[_BESIDE:][:2])
+        for cells in rows
+    )
+    if not (number and measured and all(kind_of_cell(cells[0], ".") == "text" for cells in rows[:number])):
+        return lines, []
+    empty = "," * _BESIDE
+    return [*(empty + ",".join(cells[_BESIDE:]) for cells in rows[:number]), *lines[number:]], told[:number]
 
 
 def _unbroken(above: Sequence[str]) -> list[str]:

@@ -28,6 +28,8 @@ _NAME_LABELS = {
     "title",
 }
 _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "y_unit_label", "dimension"}
+#: What stands among the units of a logger for its stamps and its count of rows (TOA5).
+_UNIT_MARKS = {"ts", "rn"}
 
 #: Lines above a table that are looked at.
 _DEEPEST = 400
@@ -99,7 +101,8 @@ def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Hea
     given: list[str | None] = [None] * len(names)
     if unit_line is not None:
         given = [_bare(cell) or None for cell in rows[unit_line]]
-        given = [None if unit is not None and unit.casefold() in _UNIT_LABELS else unit for unit in given]
+        none = _UNIT_LABELS | _UNIT_MARKS
+        given = [None if unit is not None and unit.casefold() in none else unit for unit in given]
     return Header(names, tuple(given), line + 1, None if unit_line is None else unit_line + 1)
 
 
@@ -182,6 +185,7 @@ def is_unit_row(cells: Sequence[str]) -> bool:
     filled = [_bare(cell) for cell in cells if cell]
     if filled and filled[0].casefold() in _UNIT_LABELS:
         filled = filled[1:]
+    filled = [cell for cell in filled if cell.casefold() not in _UNIT_MARKS]
     known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
     physical = [cell for cell in known if units.expression(cell) != "1"]
     return len(physical) > 0 and len(known) >= max(2 / 3 * len(filled), min(2, len(cells)))

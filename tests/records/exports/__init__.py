@@ -7,6 +7,7 @@ from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
 from tests.records.exports.fresh import FRESH
+from tests.records.exports.further import FURTHER
 from tests.records.exports.laboratory import LABORATORY
 from tests.records.exports.scopes import SCOPES
 from tests.records.exports.text import TEXT
@@ -19,4 +20,5 @@ KINDS: dict[str, list[Export]] = {
     "channels": CHANNELS,
     "containers": CONTAINERS,
     "fresh": FRESH,
+    "further": FURTHER,
 }
