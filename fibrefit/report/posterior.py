@@ -9,7 +9,7 @@ from functools import partial
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
-from fibrefit.report.text import between_lines, rows_of, with_error
+from fibrefit.report.text import MATTERS, between_lines, rows_of, with_error
 from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
@@ -21,9 +21,6 @@ VERDICTS = {
 KINDS = {"equal_tailed": "equal-tailed", "highest_density": "highest-density"}
 
 ENDS = {"converged": "Converged", "budget": "Stopped by the budget before convergence", None: "Ended"}
-
-MATTERS = 0.3
-"""Posterior over prior width from which the prior of a parameter is listed."""
 
 DECISIVE = 2.0
 """Standard errors by which one of two models must predict better."""

@@ -24,6 +24,9 @@ from fibrefit.study.summaries.summaries import (
 #: Digits of an error bar that mean something.
 ERROR_DIGITS = 2
 
+#: Error over width of a prior from which that prior is said to matter, and from which it is all that is known.
+MATTERS, HELD = 0.3, 0.8
+
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
 
@@ -137,7 +140,22 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
+    lines += [paragraph(said) for said in priors_told(summary.parameters)]
     return lines + between_lines(summary.between_records) + [paragraph(finding) for finding in summary.findings]
+
+
+def priors_told(parameters: Mapping[str, ParameterSummary]) -> list[str]:
+    """For each parameter with a prior, how much of its error bar the records leave of it."""
+    said = []
+    for name, one in parameters.items():
+        if one.prior_centre is None or not one.prior_error or one.std_error is None:
+            continue
+        share = one.std_error / one.prior_error
+        value, error, unit = with_error(one.prior_centre, one.prior_error, one.unit)
+        word = "is held by" if share > HELD else "rests also on" if share > MATTERS else "hardly hangs on"
+        width = f"{100.0 * share:.0f} %" if share < 1.0 else "all"
+        said.append(f"{name} {word} its prior, {value} +/- {error} {unit}: its error is {width} of the prior's.")
+    return said
 
 
 def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from fibrefit.core.roles import PHASES
 from fibrefit.fitting import result
-from fibrefit.fitting.result import Gap, Identification, Starts, total
+from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
 from fibrefit.store.hdf5 import Variable
@@ -41,7 +42,10 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         status=found.status,
         study=study.name,
         rig=study.kind,
-        parameters={name: ParameterSummary.of(estimate) for name, estimate in found.parameters.items()},
+        parameters={
+            name: ParameterSummary.of(estimate).model_copy(update=_prior(estimate, found.problem.layout))
+            for name, estimate in found.parameters.items()
+        },
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors={name: InputErrorSummary.of(error) for name, error in found.input_errors.items()},
@@ -87,6 +91,14 @@ def statistics(found: Identification) -> StatisticsSummary | None:
     chi_square = float(np.sum(found.residuals**2))
     bic = chi_square + free * math.log(samples)
     return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
+
+
+def _prior(estimate: Estimate, layout: Layout) -> dict[str, float]:
+    """What was believed of a value that is sought, if anything was."""
+    belief = next((slot.belief for slot in layout.slots if slot.name == estimate.name), None)
+    if belief is None or not estimate.free:
+        return {}
+    return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(estimate.value))}
 
 
 def gap_summary(gap: Gap, force: result.ChannelMisfit | None = None) -> GapSummary:

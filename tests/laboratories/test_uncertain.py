@@ -77,7 +77,10 @@ def test_a_free_decay_needs_the_mass_only_as_well_as_it_is_known(tmp_path: Path)
     made.write(tmp_path / "a.csv", "time [s],X [m]", rows[:, [0, 2]], "%.5f")
     text = '[rig]\nkind = "guided_mass"\ndriven_by = "nothing"\n[channels]\nposition = "X [m]"\n[model]\n'
     text += 'effects = ["guide.spring", "guide.viscous_friction"]\n[parameters.mass]\nprior = "1.9 +/- 0.05 kg"\n'
-    found = fitted(load_study(made.study(tmp_path, f'{text}[[records]]\nfile = "a.csv"\n'))).parameters
+    fit = fitted(load_study(made.study(tmp_path, f'{text}[[records]]\nfile = "a.csv"\n')))
+    found = fit.parameters
+    assert "mass is held by its prior, 1.900 +/- 0.050 kg" in " ".join(fit.report().split())
+    assert fit.summary().parameters["guide.spring.spring_stiffness"].prior_error is None
     assert found["mass"].std_error == pytest.approx(0.05, rel=0.02)
     stiffness = found["guide.spring.spring_stiffness"]
     assert stiffness.value == pytest.approx(made.CART["stiffness"], rel=0.01)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import names_apart
-from fibrefit.report.text import WIDTH, fit_report, with_error
+from fibrefit.report.text import WIDTH, fit_report, priors_told, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.summaries import InputErrorSummary
 from tests.study.test_summaries import FIT, GAP
@@ -161,3 +161,21 @@ def test_cut_names_keep_to_their_width(names: list[str], width: int) -> None:
     short = names_apart(names, width)
     assert list(short) == names
     assert all(len(one) <= width for one in short.values())
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [
+        (0.049, "mass is held by its prior, 1.900 +/- 0.050 kg: its error is 98 % of the prior's."),
+        (0.020, "mass rests also on its prior, 1.900 +/- 0.050 kg: its error is 40 % of the prior's."),
+        (0.001, "mass hardly hangs on its prior, 1.900 +/- 0.050 kg: its error is 2 % of the prior's."),
+    ],
+)
+def test_a_prior_is_told_with_what_the_records_leave_of_it(error: float, says: str) -> None:
+    known = {"prior_centre": 1.9, "prior_error": 0.05}
+    mass = s.ParameterSummary(value=1.91, std_error=error, interval_95=(1.8, 2.0), unit="kg", **known)
+    assert priors_told({"mass": mass}) == [says]
+    told = " ".join(fit_report(FIT.model_copy(update={"parameters": {"mass": mass}})).split())
+    assert says in told
+    without = mass.model_copy(update={"prior_centre": None, "prior_error": None})
+    assert priors_told({"mass": without, "held": mass.model_copy(update={"std_error": None})}) == []

@@ -12,7 +12,7 @@ from fibrefit.report.page.common import (
     told_gap,
 )
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
-from fibrefit.report.text import VERDICTS
+from fibrefit.report.text import VERDICTS, priors_told
 from fibrefit.study.summaries.summaries import FitSummary
 
 
@@ -21,7 +21,7 @@ def told_fit(result: Result) -> Telling:
     summary = result.summary
     assert isinstance(summary, FitSummary)
     table = parameters_table(summary.parameters)
-    notes = " ".join(filter(None, [between_note(summary), *summary.findings]))
+    notes = " ".join(filter(None, [between_note(summary), *priors_told(summary.parameters), *summary.findings]))
     view = view_of_fit(result)
     blocks: list[Block | None] = [
         Words("What to do next", summary.advice, listed=True) if summary.advice else None,

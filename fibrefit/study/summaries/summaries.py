@@ -38,6 +38,8 @@ class ParameterSummary(Part):
         description="Ordinary least squares estimate, where the value is the generalised least squares one.",
     )
     plain_error: Known = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
+    prior_centre: Known = Field(default=None, description="Centre of its normal prior; null where it has none.")
+    prior_error: Known = Field(default=None, description="Standard deviation of that prior, at the value.")
 
 
 class ChannelGap(Part):
