@@ -158,7 +158,7 @@ def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading]
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
         said = [alarm.says for alarm in alarms] or [f"{described(readings[0])} gains {readings[0].gain:.3g} nats."]
-        return "unexplained", f"{NO_EFFECT} {' '.join(said)}"
+        return "unexplained", f"{NONE_TRIED if cut else NO_EFFECT} {' '.join(said)}"
     if cut and not best.effects:
         return "not_trusted", NOT_ENDED
     return _explained(best)
@@ -234,6 +234,7 @@ def _taken_out(at: Selection, best: Weighed) -> list[str]:
 
 
 NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
+NONE_TRIED = "A gap is left that no effect that was tried accounts for, and the time ended before all was tried."
 
 
 def _explained(best: Weighed) -> tuple[Verdict, str]:

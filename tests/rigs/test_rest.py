@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import butter, lfilter, sosfilt
 
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -36,6 +36,23 @@ def test_the_rest_before_a_motion_is_found_in_noise_of_any_colour(share: float, 
     random = np.random.default_rng(seed)
     force, position = moved()
     found = rests(trace_of(force + 0.3 * slow(random, share), position + 2e-5 * slow(random, share)))
+    first = [rest for rest in found if rest.start == 0]
+    assert len(first) == 1
+    assert 0.75 * LEAD < first[0].stop <= LEAD + 2
+
+
+def filtered(random: np.random.Generator, corner: float) -> np.ndarray:
+    """Unit noise behind a filter of second order."""
+    passed = sosfilt(butter(2, corner, fs=RATE, output="sos"), random.standard_normal(LENGTH + 4000))[4000:]
+    return passed / passed.std()
+
+
+@pytest.mark.parametrize("corner", [100.0, 200.0, 500.0])
+@pytest.mark.parametrize("seed", range(16))
+def test_the_rest_before_a_motion_is_found_in_noise_behind_a_filter(corner: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    force, position = moved()
+    found = rests(trace_of(force + 0.3 * filtered(random, corner), position + 2e-5 * filtered(random, corner)))
     first = [rest for rest in found if rest.start == 0]
     assert len(first) == 1
     assert 0.75 * LEAD < first[0].stop <= LEAD + 2

@@ -8,9 +8,10 @@ import numpy as np
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.roles import ROLES
+from fibrefit.core.roles import FORCES, ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
+from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
 from fibrefit.problem.noise.whittle import with_lines
@@ -77,7 +78,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
     return Task(
-        problem=Problem(model, layout, stack(_completed(traces, starting), rms)),
+        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms, given))),
         traces=tuple(traces),
         start=_start(layout, declared, settings, starting),
         spread=_spread(declared, settings, starting),
@@ -142,6 +143,23 @@ def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tu
 
 def _rms(noise: Noise, trace: Trace) -> float:
     return noise.rms(trace.duration, trace.rate)
+
+
+def _by_reading(
+    model: Model, traces: Sequence[Trace], rms: Mapping[str, Sequence[float]], given: Sequence[str]
+) -> dict[str, list[np.ndarray]]:
+    """Noise of each reading in SI units, ``(n_time,)`` for each record: that of a force may grow with the load."""
+    found = {
+        channel: [np.full(len(t.times), size) for t, size in zip(traces, rms[channel], strict=True)] for channel in rms
+    }
+    # A motor's force is what its motion asks for, and what that leaves out is louder under load too.
+    free = () if model.rig.anchor is not None or model.rig.derived else set(FORCES) & set(rms) - set(given)
+    for channel in free:
+        if growth := growth_with_load(traces, channel):
+            largest = largest_load(traces, channel)
+            louder = [louder_under_load(trace, channel, growth, largest) for trace in traces]
+            found[channel] = [size * more for size, more in zip(found[channel], louder, strict=True)]
+    return found
 
 
 def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -39,14 +39,14 @@ class Observations(NamedTuple):
     steps: dict[str, Steps] = {}  # noqa: RUF012
 
 
-def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[float]]) -> Observations:
+def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observations:
     """Pad the records to one length and stack them.
 
     Parameters
     ----------
     traces : sequence of Trace
     noise : mapping of channel to (n_record,) in SI units
-        Noise rms of each channel in each record.
+        Noise rms of each channel in each record, or of each of its readings, ``(n_time,)``.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def _padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndar
     return np.concatenate([values, np.full(size - len(values), last)])
 
 
-def _weight(values: np.ndarray, size: int, noise: float) -> np.ndarray:
+def _weight(values: np.ndarray, size: int, noise: Any) -> np.ndarray:
     return _padded(np.isfinite(values) / noise, size, 0.0)
 
 

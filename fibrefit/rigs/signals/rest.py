@@ -22,6 +22,11 @@ FIRST, SPREADS = 4, 4.0
 SLOW = 6.0
 """Largest move of a block's mean that is taken for slow noise, in standard deviations of the fast noise."""
 
+PARABOLA = 3
+"""Coefficients of one."""
+QUIET = 0.25
+"""Share of the blocks that are quieter than what is taken for noise: contacts are in the others."""
+
 
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
@@ -70,11 +75,23 @@ class _Signal(NamedTuple):
 def _of_reading(signal: np.ndarray) -> _Signal:
     # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
     # within one block.
-    white, travel = (
-        white_noise(signal),
-        float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0,
-    )
+    white = max(white_noise(signal), _noise_in_blocks(signal))
+    travel = float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
     return _Signal(_means(signal), max(1.2 * white, resolution(signal)), max(DRIFT * travel, SLOW * white))
+
+
+def _noise_in_blocks(signal: np.ndarray) -> float:
+    """Standard deviation about a parabola in each block, of the quieter blocks: noise behind a filter is not fast.
+
+    Motion hardly enters it, as it is smooth over the length of a block.
+    """
+    blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
+    blocks = blocks[np.isfinite(blocks).all(axis=1)]
+    if not len(blocks):
+        return 0.0
+    smooth = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, BLOCK), PARABOLA))[0]
+    left = blocks - (blocks @ smooth) @ smooth.T
+    return float(np.quantile(np.sqrt(np.sum(left**2, axis=1) / (BLOCK - PARABOLA)), QUIET))
 
 
 def _means(signal: np.ndarray) -> np.ndarray:
