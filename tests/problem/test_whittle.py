@@ -180,8 +180,8 @@ def test_several_draws_of_what_is_not_known_are_averaged() -> None:
 def test_samples_that_hardly_weigh_do_not_count() -> None:
     problem = records(np.ones((2, 100), dtype=bool))
     weight = problem.observations.weight["force"]
-    weight[0, :50] *= 0.4
-    weight[1, :50] *= 0.6
+    weight[0, :50] *= 0.2
+    weight[1, :50] *= 0.4
     mask = sample_mask(problem)
     assert mask.shape == (2, 1, 100)
     assert mask[0, 0].tolist() == [False] * 50 + [True] * 50

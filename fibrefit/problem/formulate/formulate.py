@@ -11,8 +11,9 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import FORCES, ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
+from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
-from fibrefit.problem.noise.rounding import steps_of
+from fibrefit.problem.noise.rounding import coarse_step, steps_of
 from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.problem.statement.belief import Belief
@@ -124,7 +125,14 @@ def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[st
         for trace in traces
     ]
     found, given = _noise(study, raw, inputs)
-    return {n: noise if n in given else with_lines(noise, at_rest(raw, n)) for n, noise in found.items()}
+    return {name: noise if name in given else _of_input(raw, name, noise) for name, noise in found.items()}
+
+
+def _of_input(traces: Sequence[Trace], name: str, noise: Noise) -> Noise:
+    """Noise of an input from that at rest; of one in coarse steps, which a rest says nothing of, from its course."""
+    if (step := coarse_step(traces, name)) is not None:
+        return noise_of_rounding(traces, name, step)
+    return with_lines(noise, at_rest(traces, name))
 
 
 def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:

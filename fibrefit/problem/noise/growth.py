@@ -26,6 +26,8 @@ FEWEST = 50
 SPREAD = 2.07
 """Relative error of a median of absolute values of such differences times the square root of their number: 1.16 if they
 were independent, and neighbours are alike (the sum of their squared correlations is 3.2)."""
+LOUDEST = 3.0
+"""Noise over that without load, at the most: what is louder still says nothing of the noise."""
 SURE = 3.0
 """Standard errors from which noise is taken to grow. In 66 series of both rigs with noise that does not grow with the
 load, 14 of them with a hidden effect, it was between -2.3 and 1.9; in 12 with noise that does, 2.0 once and else 3.3 to
@@ -79,7 +81,7 @@ def louder_under_load(trace: Trace, channel: str, growth: float, largest: float)
     largest : float
         Load in SI units at which it is reached.
     """
-    return 1.0 + growth * np.minimum(_load(trace.channels[channel]) / largest, 1.0)
+    return np.minimum(1.0 + growth * _load(trace.channels[channel]) / largest, LOUDEST)
 
 
 def largest_load(traces: Sequence[Trace], channel: str) -> float:

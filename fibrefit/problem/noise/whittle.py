@@ -36,7 +36,8 @@ CHANCE = 1e-6
 """Probability below which the highest ordinate of all is taken for a line."""
 SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
-HALF = 0.5
+LEAST = 0.3
+"""Weight of a sample over the largest below which it tells nothing of the noise; that of a loud one is not so small."""
 KEPT_SAMPLES = 1 << 14
 """Length of a record up to which the transforms of its lags are kept: eight of them are some ten MB."""
 FINE = 8
@@ -110,6 +111,20 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
     )
 
 
+def noise_of_signals(signals: np.ndarray, times: np.ndarray, counts: np.ndarray) -> Noise:
+    """Noise of signals of one channel that hold nothing else, lines left out.
+
+    Parameters
+    ----------
+    signals : (n_draw, n_record, n_time)
+        In SI units, zero beyond the end of a record; the power of several draws is averaged.
+    times : (n_record, n_time) in s
+    counts : (n_record,) int
+    """
+    valid = np.arange(times.shape[1]) < counts[:, None]
+    return _noise(_Draws(np.where(valid, signals, 0.0), valid, counts, bank_for(times, counts)), lines=False)
+
+
 def with_lines(noise: Noise, pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
     """Noise of readings at rest with the lines they hold at frequencies of their own, in place of that of the mains.
 
@@ -153,10 +168,10 @@ def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
 
 
 def sample_mask(problem: Problem) -> np.ndarray:
-    """Which samples count, ``(n_record, n_channel, n_time)``: those weighed at least half as much as others."""
+    """Which samples count, ``(n_record, n_channel, n_time)``: those that are hardly weighed apart."""
     weights = problem.observations.weight
     weight = np.stack([np.asarray(weights[channel]) for channel in problem.model.rig.channels], axis=1)
-    return weight > HALF * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
+    return weight > LEAST * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
 
 
 def _noise(draws: _Draws, lines: bool) -> Noise:
