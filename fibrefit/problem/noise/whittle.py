@@ -17,8 +17,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
@@ -28,6 +30,8 @@ from fibrefit.problem.statement.problem import Problem
 BINS_PER_OCTAVE = 12
 """Frequencies of all records are pooled where there are many."""
 STEPS = 400
+ROWS = 64
+"""Bands are filled up to a multiple of this."""
 NEGLIGIBLE = 1e-4
 """Share of the variance below which a first-order part is left out."""
 CLEAR = 3
@@ -241,12 +245,23 @@ _lag_transforms_kept = lru_cache(maxsize=8)(_lag_transforms)
 def fitted(of: Periodograms) -> np.ndarray:
     """Variances ``(n_relaxation + 1,)`` of the parts that make the periodograms most likely."""
     power, expected, number = _pooled(of)
-    weights = np.full(expected.shape[1], 0.1 * np.average(power, weights=number) / expected[:, -1].mean())
-    for _ in range(STEPS):
+    start = np.full(expected.shape[1], 0.1 * np.average(power, weights=number) / expected[:, -1].mean())
+    # Bands that hold nothing make up the rows of a program that other records share.
+    spare = -len(number) % ROWS
+    rows = np.pad(expected, ((0, spare), (0, 0)), constant_values=1.0)
+    return np.asarray(_stepped(start, rows, np.pad(power, (0, spare)), np.pad(number, (0, spare))))
+
+
+@kept_program
+def _stepped(weights: jax.Array, expected: jax.Array, power: jax.Array, number: jax.Array) -> jax.Array:
+    """Variances after `STEPS` multiplicative steps."""
+
+    def step(_: int, weights: jax.Array) -> jax.Array:
         density = expected @ weights
-        pull = expected.T @ (number * power / density**2)
-        weights = weights * pull / (expected.T @ (number / density))
-    return weights
+        share = number / density
+        return weights * ((share * power / density) @ expected) / (share @ expected)
+
+    return jax.lax.fori_loop(0, STEPS, step, weights)
 
 
 def _pooled(of: Periodograms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
