@@ -1,37 +1,42 @@
 """Identifies some thousand records as ``fibrefit batch`` does, and counts what became of them.
 
 ``python -m tests.validation.validate_batch FOLDER --records 2000 --seconds 500`` makes the series if it is not there,
-goes on with the batch for so long, and prints the tables once it is done; said again, it goes on. In the same run every
-hundredth record is fitted with SciPy, which is to give the same answer. Memory is that of the largest worker, read
-while they work.
+goes on with the batch for so long, and prints tables of all that is done; said again, it goes on. In the same run some
+records are fitted with SciPy, which is to give the same answer. Memory is that of the largest worker, read while they
+work. Damaged records are asked once more by themselves: what is refused leaves nothing on disk.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import math
 import os
-import resource
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from fibrefit.core.errors import FibrefitError
+from fibrefit.study import load_study
+from fibrefit.study.summaries.summaries import BatchItem
+from fibrefit.workflow.batches.item import Job, identified
+from fibrefit.workflow.batches.jobs import jobs_of, origins_of
 from tests.validation.many_records import DAMAGES, Made, known, make
 from tests.validation.tables import ROOT, Share, table
 
 Z_95 = 1.959964
 NAMES = ("stiffness", "damping", "friction")
 LOOK_SECONDS = 5.0
-SCIPY_EVERY = 100
+STARTS = 32
+COMPARED = 10
+"""Records that SciPy fits too, spread over those that are done."""
 SAME = 0.1
 """Difference from SciPy's values in standard errors up to which it is the same answer."""
 
@@ -70,15 +75,13 @@ def go_on(folder: Path, processes: int, seconds: float, shard: str = "") -> list
             time.sleep(LOOK_SECONDS)
             looks.append(_look(folder, process.pid, time.perf_counter() - began))
             if looks[-1].seconds > seconds:
-                process.send_signal(signal.SIGINT)
+                process.send_signal(signal.SIGTERM)
                 process.wait()
     return looks
 
 
 def _look(folder: Path, parent: int, seconds: float) -> Look:
-    done = sum(1 for place in folder.glob("out*/items/*/item.json")) + sum(
-        1 for place in folder.glob("out*.partial/items/*/item.json")
-    )
+    done = sum(1 for _ in folder.glob("out*/items/*/item.json"))
     workers = [pid for pid in _children(parent) if pid != parent]
     sizes = [_status(pid, "VmRSS:") / 1024.0 for pid in workers]
     ticks = sum(_ticks(pid) for pid in [parent, *workers]) / os.sysconf("SC_CLK_TCK")
@@ -113,87 +116,76 @@ def _ticks(pid: int) -> int:
     return int(fields[11]) + int(fields[12])
 
 
-def with_scipy(folder: Path, made: Sequence[Made], rows: dict[str, dict[str, str]]) -> list[tuple[str, float, float]]:
-    """Of every hundredth record its name, SciPy's time in s, and its largest distance from ours in standard errors."""
+def items_of(folder: Path) -> dict[str, BatchItem]:
+    """What is done, by the names of the records."""
+    found = {}
+    for place in folder.glob("out*/items/*/item.json"):
+        content = json.loads(place.read_text(encoding="utf-8"))
+        found[place.parent.name] = BatchItem.model_validate(content["item"], strict=False)
+    return found
+
+
+def with_scipy(folder: Path, names: Sequence[str], items: Mapping[str, BatchItem]) -> list[tuple[str, float, float]]:
+    """Of some records the name, SciPy's time in s, and its largest distance from ours in standard errors."""
     from tests.benchmarks import rivals
     from tests.benchmarks.problem import fit_of
 
     # isort: split
-    from fibrefit.study import load_study
     from fibrefit.workflow.prepare import task_of
 
     study = load_study(folder, some_missing=True)
+    places = {record.label: record for record in study.records}
     found = []
-    for n in range(0, len(made), SCIPY_EVERY):
-        one = study.model_copy(update={"records": (study.records[n],)})
-        fit = fit_of(task_of(one))
-        began = _processor_time()
+    for name in names:
+        fit = fit_of(task_of(study.model_copy(update={"records": (places[name],)})))
+        began = time.process_time()
         values = rivals.fit_scipy(fit)
-        took, row = _processor_time() - began, rows[made[n].name]
-        errors = [
-            abs(values[i] - _number(row, f"{name}")) / _number(row, f"{name} std_error") for i, name in enumerate(NAMES)
-        ]
-        found.append((made[n].name, took, max(errors)))
+        took, ours = time.process_time() - began, [items[name].parameters[n] for n in NAMES]
+        apart = [abs(v - one.value) / one.std_error for v, one in zip(values, ours, strict=False)]
+        found.append((name, took, float(max(apart))))
     return found
-
-
-def _processor_time() -> float:
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    return used.ru_utime + used.ru_stime
-
-
-def _number(row: dict[str, str], name: str) -> float:
-    return next((float(cell) for head, cell in row.items() if head.partition(" [")[0] == name and cell), math.nan)
-
-
-def results_of(folder: Path) -> dict[str, dict[str, str]]:
-    """Rows of ``results.csv`` by the name of the record."""
-    with (folder / "out" / "results.csv").open(encoding="utf-8", newline="") as stream:
-        return {row["item"]: row for row in csv.DictReader(stream)}
 
 
 def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[str]:
     """Lines of what became of the records, of time and of memory."""
-    rows = results_of(folder)
-    sound = [one for one in made if not one.damage]
-    status = Counter(rows[one.name]["status"] for one in sound)
-    lines = [f"{len(sound)} sound records: " + ", ".join(f"{n} {kind}" for kind, n in status.most_common())]
-    heads = ("parameter", "interval of 95 % holds the truth", "largest error, standard errors")
+    items = items_of(folder)
+    sound = [one for one in made if not one.damage and one.name in items]
+    status = Counter(str(items[one.name].status) for one in sound)
+    lines = [f"{len(sound)} sound records: " + ", ".join(f"{n} {kind}" for kind, n in status.most_common()), ""]
     held = []
     for name in NAMES:
-        scores = np.array(
-            [
-                (_number(rows[m.name], name) - getattr(m.truth, name)) / _number(rows[m.name], f"{name} std_error")
-                for m in sound
-            ]
-        )
-        scores = scores[np.isfinite(scores)]
-        share = Share(int(np.sum(np.abs(scores) <= Z_95)), len(scores))
-        held.append((name, share, f"{np.max(np.abs(scores)):.1f}"))
-    lines += ["", *table(heads, held), ""]
-    heads = ("damage", "records", "status", "refused or doubted for the right reason")
-    lines += table(heads, [_of_damage(folder, kind, made, rows) for kind in DAMAGES])
+        found = [(items[one.name].parameters[name], getattr(one.truth, name)) for one in sound]
+        scores = np.array([(one.value - truth) / one.std_error for one, truth in found])
+        inside = Share(int(np.sum(np.abs(scores) <= Z_95)), len(scores))
+        held.append((name, inside, f"{np.max(np.abs(scores)):.1f}"))
+    lines += table(("parameter", "interval of 95 % holds the truth", "largest error, standard errors"), held)
+    lines += ["", *_of_damages(folder, made)]
+    compared = with_scipy(folder, [one.name for one in sound][:: max(len(sound) // COMPARED, 1)][:COMPARED], items)
+    same = Share.of(compared, lambda row: row[2] < SAME)
+    mean = 1e3 * float(np.mean([row[1] for row in compared]))
+    lines += ["", f"SciPy, one start each, no error bars: {mean:.0f} ms a record; the same answer in {same}."]
     return [*lines, "", *_of_memory(looks)]
 
 
-def _of_damage(
-    folder: Path, kind: str, made: Sequence[Made], rows: dict[str, dict[str, str]]
-) -> tuple[str, int, str, Share]:
-    mine = [rows[one.name] for one in made if one.damage == kind]
-    return (
-        kind,
-        len(mine),
-        ", ".join(sorted({row["status"] for row in mine})),
-        Share.of(mine, lambda row: _right(folder, kind, row)),
-    )
+def _of_damages(folder: Path, made: Sequence[Made]) -> list[str]:
+    """Each damaged record, asked by itself."""
+    jobs = {job.name: job for job in jobs_of(origins_of([str(folder)], None, ()), "record", STARTS, 0)}
+    rows = []
+    for kind, (_, word) in DAMAGES.items():
+        said = [_asked(jobs[one.name]) for one in made if one.damage == kind]
+        right = Share.of(said, lambda words, word=word: word in words[1] and words[0] != "ok")
+        rows.append((kind, len(said), ", ".join(sorted({words[0] for words in said})), right))
+    return table(("damage", "records", "status", "for the right reason"), rows)
 
 
-def _right(folder: Path, kind: str, row: dict[str, str]) -> bool:
-    said = row["error"]
-    if row["result"]:
-        summary = json.loads((folder / "out" / row["result"] / "summary.json").read_text(encoding="utf-8"))
-        said = " ".join(f"{check['identifier']} {check['says']}" for check in summary["checks"] if not check["passed"])
-    return row["status"] != "ok" and DAMAGES[kind][1] in said
+def _asked(job: Job) -> tuple[str, str]:
+    """Status of a record, and all that stands against it."""
+    try:
+        summary = json.loads(identified(job).summary)
+    except FibrefitError as error:
+        return "refused", str(error)
+    failed = [f"{check['identifier']} {check['says']}" for check in summary["checks"] if not check["passed"]]
+    return summary["status"], " ".join(failed)
 
 
 def _of_memory(looks: Sequence[Look]) -> list[str]:
@@ -223,18 +215,11 @@ def main() -> None:
     given = parser.parse_args()
     made = known(given.folder) or make(given.folder, given.records, given.seed)
     file = given.folder / "looks.json"
-    looks = [Look(**row) for row in json.loads(file.read_text())] if file.is_file() else []
-    if not (given.folder / "out" / "results.csv").is_file():
+    looks = [Look(**row) for row in json.loads(file.read_text(encoding="utf-8"))] if file.is_file() else []
+    if given.seconds > 0.0 and not (given.folder / "out" / "results.csv").is_file():
         looks += go_on(given.folder, given.jobs, given.seconds)
         file.write_text(json.dumps([asdict(look) for look in looks]), encoding="utf-8")
-    if (given.folder / "out" / "results.csv").is_file():
-        print("\n".join(report(given.folder, made, looks)), flush=True)
-        compared = with_scipy(given.folder, made, results_of(given.folder))
-        same = Share.of(compared, lambda row: row[2] < SAME)
-        mean = float(np.mean([row[1] for row in compared]))
-        print(f"\nSciPy, one start each: {1e3 * mean:.0f} ms a record; the same answer in {same}")
-    else:
-        print(f"{looks[-1].done} of {len(made)} done", flush=True)
+    print("\n".join(report(given.folder, made, looks)), flush=True)
 
 
 if __name__ == "__main__":
