@@ -48,6 +48,7 @@ def _tables(watch: Stopwatch, quick: bool):
     yield fits.table(watch, slow=not quick)
     yield parts.table()
     yield many.table(watch)
+    yield many.stages()
     if not quick:
         yield from growth.tables(watch)
 

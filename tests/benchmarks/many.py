@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks import ours, rivals
+from tests.benchmarks import ours, record_stages, rivals
 from tests.benchmarks.fits import SAME_COST, excess
 from tests.benchmarks.problem import STUDY, drop_task, fit_of, in_our_order
 from tests.benchmarks.table import Table
@@ -50,6 +50,11 @@ def table(watch: Stopwatch) -> Table:
         (f"memory, grown over {len(jobs)} records", f"{grown:.1f} MB", "", ""),
     ]
     return Table("Many records, each by itself", _note(len(jobs)), ("", "a record", "records a second", "goal"), rows)
+
+
+def stages() -> Table:
+    """Where the time of a record goes."""
+    return record_stages.table(_jobs()[:25])
 
 
 def _note(number: int) -> str:

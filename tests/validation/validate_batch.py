@@ -141,7 +141,9 @@ def with_scipy(folder: Path, names: Sequence[str], items: Mapping[str, BatchItem
         began = time.process_time()
         values = rivals.fit_scipy(fit)
         took, ours = time.process_time() - began, [items[name].parameters[n] for n in NAMES]
-        apart = [abs(v - one.value) / one.std_error for v, one in zip(values, ours, strict=False)]
+        # Plain least squares is what SciPy does too.
+        plain = [(one.plain_value or one.value, one.plain_error or one.std_error) for one in ours]
+        apart = [abs(there - here) / error for there, (here, error) in zip(values, plain, strict=False)]
         found.append((name, took, float(max(apart))))
     return found
 
