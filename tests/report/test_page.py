@@ -14,6 +14,7 @@ import pytest
 from fibrefit.report.any import REPORTS
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.report.page.kinds import KINDS
+from fibrefit.report.page.posterior import view_of_posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.files import SUMMARIES
 from tests.study.test_summaries import EXAMPLES, FIT
@@ -162,6 +163,30 @@ def test_the_band_holds_noise_and_errors_of_the_values() -> None:
     band = fit_bands(made, readings, {name: one.gap for name, one in FIT.records.items()})["force"]
     np.testing.assert_allclose(band.high - readings["force"], 1.959964 * np.hypot(0.41, 0.2))
     np.testing.assert_allclose(band.high - readings["force"], readings["force"] - band.low)
+
+
+def test_residuals_of_a_posterior_are_in_units_of_the_noise_of_its_draws() -> None:
+    noise, spread, rng = 0.41, 0.3, np.random.default_rng(0)
+    model = np.linspace(0.0, 30.0, 500) + np.array([-1.0, 0.0, 1.0])[:, None, None] * 1.645 * spread
+    new = np.linspace(0.0, 30.0, 500) + np.array([-1.0, 0.0, 1.0])[:, None, None] * 1.645 * np.hypot(noise, spread)
+    name = {"record": Variable(np.array(["a.csv"], dtype=object), ("record",))}
+    time = {"time": Variable(np.arange(500)[None] / 2000.0, ("record", "sample"), "s")}
+    drawn = {"force_model": model, "force_measured": new}
+    kept = {
+        "observed_data": {
+            **name, **time, "force": Variable(model[1] + noise * rng.normal(size=(1, 500)), ("record", "sample"), "N"),
+        },
+        "posterior_predictive": {
+            **name, **time, "quantile": Variable(np.array([0.05, 0.5, 0.95]), ("quantile",)),
+            **{key: Variable(one, ("quantile", "record", "sample"), "N") for key, one in drawn.items()},
+        },
+    }  # fmt: skip
+    block = view_of_posterior(Result("results/a", EXAMPLES["fibrefit/posterior/1"], [], kept))
+    assert block is not None
+    (told,) = block.view["records"]
+    assert told["noise"]["force"] == pytest.approx(noise, rel=2e-3)
+    without = view_of_posterior(Result("results/a", EXAMPLES["fibrefit/posterior/1"]))
+    assert without is None
 
 
 def test_a_result_without_its_samples_has_no_view_of_records() -> None:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from statistics import NormalDist
+
+import numpy as np
+
 from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
 from fibrefit.report.page.common import failed_checks, in_full
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.posterior import VERDICTS
 from fibrefit.report.text import with_error
-from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.summaries import ChannelGap, Gap, PosteriorSummary
 
 
 def told_posterior(result: Result) -> Telling:
@@ -67,4 +73,23 @@ def view_of_posterior(result: Result) -> Records | None:
         low, _, high = predicted[f"{channel}_measured"].values
         bands[channel] = Band(low, high)
     model = CourseModel("final", "median of the model", "final", True, middle)
-    return records_block(Sight(result.groups, {}, (model,), bands, "90 % posterior predictive band"))
+    gaps = _gaps(result.groups, channels)
+    return records_block(Sight(result.groups, gaps, (model,), bands, "90 % posterior predictive band"))
+
+
+def _gaps(groups: Groups, channels: Sequence[str]) -> dict[str, Gap]:
+    """Residual of the median by record, with the noise of the draws: what new readings scatter beyond the model."""
+    observed, predicted = groups["observed_data"], groups["posterior_predictive"]
+    ends = NormalDist().inv_cdf(float(predicted["quantile"].values[-1]))
+    found = {}
+    for r, record in enumerate(observed["record"].values):
+        own = {}
+        for channel in channels:
+            model, new = (predicted[f"{channel}_{of}"].values[:, r] for of in ("model", "measured"))
+            beyond = np.nanmedian((new[2] - new[0]) ** 2 - (model[2] - model[0]) ** 2)
+            noise = float(np.sqrt(max(beyond, 0.0))) / (2.0 * ends)
+            rms = float(np.sqrt(np.nanmean((observed[channel].values[r] - model[1]) ** 2)))
+            ratio = rms / noise if noise > 0.0 else None
+            own[channel] = ChannelGap(rms=rms, unit=observed[channel].unit, noise=noise or None, ratio=ratio)
+        found[str(record)] = Gap(**own)
+    return found
