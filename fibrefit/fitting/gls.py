@@ -16,8 +16,8 @@ import numpy as np
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.search.with_input_errors import MISSED, linearised_in_errors
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, weigh
-from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, local_of, mode, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, arrowhead, local_of, mode, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import View, apart
@@ -76,7 +76,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     there = corrected(with_steps(task.problem, steps), known, coefficients)
     whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
     roots = seen.raw.roots()
-    return linearised_in_errors(whole, known, plain.values, coefficients, roots)
+    return replace(linearised_in_errors(whole, known, plain.values, coefficients, roots), beforehand=seen.beforehand)
 
 
 def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
@@ -114,7 +114,8 @@ def _seen(task: Task, found: GlsEstimate) -> View:
     roots = found.seen.sensitivities.roots()
     problem = with_noise_before_rounding(problem_at(task, found), found.local)
     whole = with_steps(task.problem, problem.observations.steps)
-    return linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)
+    view = linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)
+    return replace(view, beforehand=found.seen.beforehand)
 
 
 def _bends(task: Task, gls: GlsEstimate) -> bool:
@@ -132,8 +133,9 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
     shared = np.array([record is None for _, record in layout.entries])
     slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
     unit = slopes[places] * sizes
-    covariance = covariance_of_all(evidence)[np.ix_(places, places)] * np.outer(unit, unit)
-    alike = _alike(evidence, places, unit, covariance, shared)
+    cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise)
+    covariance = covariance_of_all(cautious)[np.ix_(places, places)] * np.outer(unit, unit)
+    alike = _alike(cautious, places, unit, covariance, shared)
     # What no record tells is not told by a flat prior either.
     lost = ~np.isfinite(np.diag(plain_bars.covariance))
     for matrix in (covariance, alike):
@@ -147,7 +149,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
         local=local,
         residuals=residuals[0],
         bars=bars,
-        intervals=_intervals(evidence, places, values, bars.errors["whitened"], shared),
+        intervals=_intervals(cautious, places, values, bars.errors["whitened"], shared),
         between=between(evidence),
         noise=noise,
         evidence=evidence,
@@ -155,6 +157,19 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
         coefficients=coefficients,
         expected_gap=_expected_gap(residuals),
     )
+
+
+def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> MarginalLikelihood:
+    """The evidence with the covariance of a view, values as they are.
+
+    Once the readings have told much of the errors of inputs, samples beyond bounces are predicted by linear laws too,
+    and lead to better values. How sure these are they do not tell: beyond a bounce the likelihood is rough, and each of
+    its many minima is far narrower than they are apart.
+    """
+    found = evidence.mode
+    view = seen.through(whitening_of(seen.problem, noise))
+    there = replace(found, normal=arrowhead(found.unknowns, found.place, view.gram(found.unknowns)))
+    return replace(evidence, mode=there, covariance=laplace(there).covariance)
 
 
 def _expected_gap(residuals: np.ndarray) -> float:

@@ -9,6 +9,7 @@ import equinox as eqx
 import numpy as np
 import pytest
 
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.search.with_input_errors import linearised_in_errors, noise_left, with_input_errors
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors, no_errors
@@ -55,6 +56,23 @@ def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
     # Its weight bounces: at first, parts of the motion are beyond what a linear step predicts.
     assert np.mean(first.downweight < 0.5) > 0.02
     assert np.mean(found.sensitivities.downweight < 0.5) < 0.5 * np.mean(first.downweight < 0.5)
+
+
+def test_error_bars_do_not_rest_on_what_was_predicted_only_once_the_errors_were_learnt() -> None:
+    study = load_study(STUDY)
+    bars = []
+    for record in (study.records[-1], study.records[0]):
+        own = study.model_copy(update={"records": (record,)})
+        task = formulate(own, read_records(own), Model(RIGS["pulley_drive"], ()))
+        found = identify(replace(task, start=task.start, horizons=task.horizons[:1, -1:]), 1, 0)
+        assert found.gls is not None
+        evidence = found.gls.evidence
+        place = evidence.mode.unknowns.names.index("damping")
+        of_mode = float(np.sqrt(evidence.spread[place, place]))
+        bars.append(found.parameters["damping"].std_error / found.parameters["damping"].value / of_mode)
+    # The weight of the first bounces; that of the second hardly moves by itself.
+    assert bars[0] > 1.2
+    assert bars[0] > bars[1] > 0.95
 
 
 def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured() -> None:

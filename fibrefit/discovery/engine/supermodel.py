@@ -353,7 +353,7 @@ def _products(
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
-        pulled = ((rows / size[:, None]).astype(jnp.float32) @ pulls.T).astype(float) * size[:, None]
+        pulled = ((rows / size[:, None]).astype(pulls.dtype) @ pulls.T).astype(float) * size[:, None]
         return gram - pulled @ inverse @ pulled.T
 
     return jax.lax.map(one, (rows, sensitivities))

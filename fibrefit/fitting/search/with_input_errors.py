@@ -13,7 +13,7 @@ Bell and Cathey, IEEE Trans. Autom. Control 38 (1993): an iterated Kalman smooth
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -99,8 +99,10 @@ def with_input_errors(
     place = place_of(unknowns, np.asarray(layout.local(values)))
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
     found: WithInputErrors | None = None
+    beforehand: View | None = None
     for _ in range(LOOKS):
         view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
+        beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
         sensitivities = view.raw
         assert sensitivities is not None
         number = float(counted(problem, sensitivities.downweight).sum())

@@ -51,12 +51,15 @@ class View:
         To errors of measured inputs, whitened.
     raw : InputSensitivities or None
         The same, not whitened.
+    beforehand : View, optional
+        The same, linearised with what is known of these errors beforehand, where the readings were made to tell more.
     """
 
     problem: Problem
     whitening: RowWhitening | None = None
     sensitivities: InputSensitivities | None = None
     raw: InputSensitivities | None = None
+    beforehand: View | None = None
 
     def through(self, whitening: Coloured) -> View:
         """The same through another whitening."""

@@ -23,6 +23,9 @@ NEGLIGIBLE = 0.1
 """Power an error of the inputs adds to the readings, in units of their noise, below which it is left to the noise: it
 would lower a sum of squares by less than a tenth of what noise adds to it in that direction."""
 
+PRECISE = 1e7
+"""The same, beyond which single precision is not enough: it loses a thousandth of what an error leaves of a slope."""
+
 
 class InputSensitivities(NamedTuple):
     """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
@@ -41,7 +44,7 @@ class InputSensitivities(NamedTuple):
     basis : (n_record, n_wave, n_direction)
         Orthonormal combinations of coefficients that the readings show most of (principal components).
     rows : (n_record, n_direction, n_channel * n_time)
-        What each of these does to the readings; in single precision, as they are many.
+        What each of these does to the readings; in single precision where that will do, as they are many.
     inverse : (n_record, n_direction, n_direction)
         Of ``I + A'A``.
     """
@@ -102,18 +105,21 @@ def weighted_sensitivities(
     least : float
         Power in the readings, in units of their noise, below which an error does not count.
     """
-    offsets, reactions, powers, bases = [], [], [], []
+    offsets, powers, bases = [], [], []
+    weighted = [part * downweight[r].ravel() for r, part in enumerate(rows)]
     for r, wave in enumerate(np.concatenate(list(coefficients.values()), axis=1)):
-        weaker = rows[r] * downweight[r].ravel()
-        offsets.append(-wave @ weaker)
-        reactions.append(jnp.asarray(weaker, dtype=jnp.float32))
-        # Single precision tells which directions matter: what they do is summed up in double precision.
-        power, basis = np.linalg.eigh(np.asarray(reactions[-1] @ reactions[-1].T, dtype=float))
+        offsets.append(-wave @ weighted[r])
+        # Single precision tells which directions matter.
+        single = jnp.asarray(weighted[r], dtype=jnp.float32)
+        power, basis = np.linalg.eigh(np.asarray(single @ single.T, dtype=float))
         powers.append(power[::-1])
         bases.append(basis[:, ::-1])
     number = max(1, *(int(np.count_nonzero(power > least)) for power in powers))
     basis = np.stack(bases)[:, :, :number]
-    parts = [jnp.asarray(own.T, dtype=jnp.float32) @ row for own, row in zip(basis, reactions, strict=True)]
+    kind = jnp.float32 if max(power[0] for power in powers) < PRECISE else jnp.float64
+    parts = [
+        jnp.asarray(own.T, dtype=kind) @ jnp.asarray(row, dtype=kind) for own, row in zip(basis, weighted, strict=True)
+    ]
     return InputSensitivities(
         coefficients, downweight, jnp.stack(offsets), basis, jnp.stack(parts), _inverses(jnp.stack(parts))
     )
@@ -128,7 +134,7 @@ def _inverses(rows: jax.Array) -> jax.Array:
 def _inverse(rows: jax.Array) -> jax.Array:
     # Directions differ by many orders of magnitude: single precision is that of each of them.
     size = jnp.sqrt(jnp.sum(rows.astype(float) ** 2, axis=1))
-    unit = (rows / jnp.where(size > 0.0, size, 1.0)[:, None]).astype(jnp.float32)
+    unit = (rows / jnp.where(size > 0.0, size, 1.0)[:, None]).astype(rows.dtype)
     gram = (unit @ unit.T).astype(float) * size[:, None] * size
     return jnp.linalg.inv(gram + jnp.eye(len(gram)))
 
@@ -139,8 +145,8 @@ def pulled_by(sensitivities: InputSensitivities, rows: Any) -> Any:
     xp = functions_for(rows)
     size = xp.sqrt(xp.sum(rows**2, axis=2, keepdims=True))
     size = xp.where(size > 0.0, size, 1.0)
-    single = (rows / size).astype(xp.float32)
-    return (single @ xp.swapaxes(xp.asarray(sensitivities.rows), 1, 2)).astype(float) * size
+    unit = (rows / size).astype(sensitivities.rows.dtype)
+    return (unit @ xp.swapaxes(xp.asarray(sensitivities.rows), 1, 2)).astype(float) * size
 
 
 def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +184,7 @@ def _whitened_rows(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array
     for first in range(0, rows.shape[1], CHUNK):
         some = rows[:, first : first + CHUNK].astype(float)
         split = jnp.moveaxis(some.reshape(*some.shape[:2], channels, -1), 1, 0)
-        parts.append(jnp.moveaxis(_whitened(whitening, split), 0, 1).reshape(some.shape).astype(jnp.float32))
+        parts.append(jnp.moveaxis(_whitened(whitening, split), 0, 1).reshape(some.shape).astype(rows.dtype))
     return jnp.concatenate(parts, axis=1)
 
 
