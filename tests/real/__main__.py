@@ -17,7 +17,7 @@ HEAD = 'schema = "fibrefit/study/1"\nname = "{name}"\n'
 COLUMNS = ("records", "parameter", "published", "found", "95 % interval", "explained", "status", "time")
 
 
-def carried_out(case: Case, data: Path, out: Path, discover: bool) -> list[tuple[str, ...]]:
+def carried_out(case: Case, data: Path, out: Path, words: list[str]) -> list[tuple[str, ...]]:
     """Rows of the table of one case."""
     missing = [file for file in case.files if not (data / file).is_file()]
     if missing:
@@ -26,7 +26,8 @@ def carried_out(case: Case, data: Path, out: Path, discover: bool) -> list[tuple
     with TemporaryDirectory() as work:
         study = _written(Path(work) / "fit.toml", case, case.study, data)
         began = time.perf_counter()
-        code = run(("fit", str(study), "--out", str(folder / "fit"), "--force", "-q"))
+        starts = [word for word in words if word.startswith("--starts=")]
+        code = run(("fit", str(study), *starts, "--out", str(folder / "fit"), "--force", "-q"))
         seconds = time.perf_counter() - began
         if not (folder / "fit" / "summary.json").is_file():
             return [(case.name, "", "", f"not possible, exit code {code}: see above", "", "", "", f"{seconds:.0f} s")]
@@ -35,7 +36,7 @@ def carried_out(case: Case, data: Path, out: Path, discover: bool) -> list[tuple
             further = _written(Path(work) / "predict.toml", case, case.predicts, data)
             run(("predict", str(folder / "fit"), str(further), "--out", str(folder / "predict"), "--force", "-q"))
             rows.append((f"{case.name}, predicted", "", "", read_summary(folder / "predict").says, "", "", "", ""))
-        if discover:
+        if "--discover" in words:
             run(("discover", str(study), "--out", str(folder / "discover"), "--force", "-q"))
             said: Any = json.loads((folder / "discover" / "summary.json").read_text(encoding="utf-8"))
             names = ", ".join(said["added"]) or "nothing"
@@ -55,7 +56,11 @@ def _rows(case: Case, summary: Any, seconds: float) -> list[tuple[str, ...]]:
     rows = []
     for i, (name, told) in enumerate(summary.parameters.items()):
         value, _ = case.published.get(name, (None, None))
-        ends = "held" if told.interval_95 is None else " to ".join(f"{end:.4g}" for end in told.interval_95)
+        ends = (
+            "held"
+            if not told.free or told.interval_95 is None
+            else " to ".join(f"{end:.4g}" for end in told.interval_95)
+        )
         beside = (shares, summary.status, f"{seconds:.0f} s") if i == 0 else ("", "", "")
         published = "" if value is None else f"{value:.4g}"
         rows.append((case.name if i == 0 else "", name, published, f"{told.value:.4g} {told.unit}", ends, *beside))
@@ -63,7 +68,10 @@ def _rows(case: Case, summary: Any, seconds: float) -> list[tuple[str, ...]]:
 
 
 def main(words: list[str]) -> int:
-    """Carry out all cases; with ``--only=PART`` those of that name; with ``--discover`` what each model lacks too."""
+    """Carry out all cases; with ``--only=PART`` those of that name; with ``--discover`` what each model lacks too.
+
+    ``--starts=N`` is handed to the fits.
+    """
     names = [word for word in words if not word.startswith("-")]
     asked = [word.partition("=")[2] for word in words if word.startswith("--only=")]
     if not names or not Path(names[0]).is_dir():
@@ -71,7 +79,7 @@ def main(words: list[str]) -> int:
         return 2
     out, rows = Path("results") / "real", [COLUMNS, ("---",) * len(COLUMNS)]
     for case in (case for case in CASES if not asked or any(part in case.name for part in asked)):
-        rows += carried_out(case, Path(names[0]).resolve(), out, "--discover" in words)
+        rows += carried_out(case, Path(names[0]).resolve(), out, words)
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     out.mkdir(parents=True, exist_ok=True)
     (out / ("-".join(["table", *asked]).replace(" ", "_") + ".md")).write_text(table + "\n", encoding="utf-8")

@@ -173,7 +173,10 @@ def holes_csv(path: Path, size: int) -> None:
 
 
 def cells_csv(path: Path, size: int) -> None:
-    path.write_bytes(b"time [s],force [N]\n" + b"1,2\n" * (size // 4))
+    with path.open("wb") as file:
+        file.write(b"time [s],force [N]\n")
+        for left in range(size, 0, -(1 << 20)):
+            file.write(b"1,2\n" * (min(left, 1 << 20) // 4))
 
 
 BOMBS: dict[str, Callable[[Path, int], None]] = {
