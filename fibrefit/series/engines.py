@@ -21,6 +21,8 @@ from typing import Any, NamedTuple
 from fibrefit.core.errors import UsageError
 
 WATCH_SECONDS = 1.0
+AHEAD = 2
+"""Pieces handed over beyond those that are worked on, so that no process waits while an outcome is put away."""
 PATIENCE = 10.0
 """Time in which a scheduler must answer, in s."""
 
@@ -112,7 +114,7 @@ def _until_one_dies(
     running: dict[Future[Any], int] = {}
     try:
         while waiting or running:
-            while waiting and len(running) < processes:
+            while waiting and len(running) < processes + AHEAD:
                 running[pool.submit(_first_then_frozen, work, arguments[waiting[0]])] = waiting[0]
                 waiting.popleft()
             for future in wait(running, return_when=FIRST_COMPLETED).done:

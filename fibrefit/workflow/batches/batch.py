@@ -205,10 +205,12 @@ def batch_studies(
         else:
             items[job.name] = known
     taken_up = len(items)
+    counts = Counter(_kind(item) for item in items.values())
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
         items[job.name] = _kept(folder / ITEMS / places[job], job, done)
-        follow(*_progress_line(len(items), len(jobs), items, (len(items) - taken_up), time.perf_counter() - began))
+        counts[_kind(items[job.name])] += 1
+        follow(*_progress_line(counts, len(jobs), len(items) - taken_up, time.perf_counter() - began))
     ordered = {job.name: items[job.name] for job in jobs}
     return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
 
@@ -262,11 +264,14 @@ def _said(error: Exception) -> str:
     return f"fault in the program: {type(error).__name__}: {first}"
 
 
-def _progress_line(
-    done: int, total: int, items: Mapping[str, BatchItem], here: int, seconds: float
-) -> tuple[str, float | None]:
+def _kind(item: BatchItem) -> str:
+    return item.status or "not possible"
+
+
+def _progress_line(found: Counter[str], total: int, here: int, seconds: float) -> tuple[str, float | None]:
+    """How far a batch is: kinds of outcomes so far, of which `here` are of this run."""
+    done = found.total()
     remaining = seconds / max(here, 1) * (total - done)
-    found = Counter(item.status or "not possible" for item in items.values())
     also = "".join(f", {found[kind]} {kind}" for kind in ("suspect", "failed", "not possible") if found[kind])
     rate = here / max(seconds, 1e-9)
     pace = f"{rate:.2g} a second" if rate >= 1.0 else f"{60.0 * rate:.2g} a minute"
