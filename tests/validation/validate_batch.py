@@ -118,10 +118,13 @@ def _ticks(pid: int) -> int:
 
 def items_of(folder: Path) -> dict[str, BatchItem]:
     """What is done, by the names of the records."""
-    found = {}
+    from fibrefit.plots import file_names
+
+    names = [one.name for one in known(folder)]
+    of_folder, found = dict(zip(file_names(names), names, strict=True)), {}
     for place in folder.glob("out*/items/*/item.json"):
         content = json.loads(place.read_text(encoding="utf-8"))
-        found[place.parent.name] = BatchItem.model_validate(content["item"], strict=False)
+        found[of_folder[place.parent.name]] = BatchItem.model_validate(content["item"], strict=False)
     return found
 
 
@@ -154,14 +157,16 @@ def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[st
     sound = [one for one in made if not one.damage and one.name in items]
     status = Counter(str(items[one.name].status) for one in sound)
     lines = [f"{len(sound)} sound records: " + ", ".join(f"{n} {kind}" for kind, n in status.most_common()), ""]
-    held = []
-    for name in NAMES:
+    held: list[tuple[object, ...]] = []
+    for name in NAMES if sound else ():
         found = [(items[one.name].parameters[name], getattr(one.truth, name)) for one in sound]
         scores = np.array([(one.value - truth) / one.std_error for one, truth in found])
         inside = Share(int(np.sum(np.abs(scores) <= Z_95)), len(scores))
         held.append((name, inside, f"{np.max(np.abs(scores)):.1f}"))
     lines += table(("parameter", "interval of 95 % holds the truth", "largest error, standard errors"), held)
     lines += ["", *_of_damages(folder, made)]
+    if not sound:
+        return lines
     compared = with_scipy(folder, [one.name for one in sound][:: max(len(sound) // COMPARED, 1)][:COMPARED], items)
     same = Share.of(compared, lambda row: row[2] < SAME)
     mean = 1e3 * float(np.mean([row[1] for row in compared]))
