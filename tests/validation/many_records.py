@@ -56,7 +56,7 @@ def _begun_again(lines: list[str]) -> list[str]:
 
 
 DAMAGES: dict[str, tuple[Damage, str]] = {
-    "missing": (lambda lines: None, "does not exist"),
+    "missing": (lambda lines: None, "no such file"),
     "empty": (lambda lines: [], "empty"),
     "cut in the rest": (lambda lines: lines[:90], "does not fall by its lift"),
     "no force": (_without_force, "force"),
@@ -64,7 +64,10 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
     "a dead position": (_with_a_dead_position, "does not fall by its lift"),
     "exchanged": (_exchanged, "exchanged"),
     "begun late": (_begun_late, "moves from the first sample"),
-    "a unit that is none of a force": (lambda lines: [lines[0].replace("[N]", "[mm]"), *lines[1:]], "unit"),
+    "a unit that is none of a force": (
+        lambda lines: [lines[0].replace("[N]", "[mm]"), *lines[1:]],
+        'no column "force [N]"',
+    ),
     "a time that begins again": (_begun_again, "time"),
 }
 """What is done to the lines of a file, and a word of the reason it has to be refused or doubted for."""

@@ -2,7 +2,7 @@
 
 ``python -m tests.validation.validate_batch FOLDER --records 2000 --seconds 500`` makes the series if it is not there,
 goes on with the batch for so long, and prints tables of all that is done; said again, it goes on. In the same run some
-records are fitted with SciPy, which is to give the same answer. Memory is that of the largest worker, read while they
+records are fitted with SciPy, which ends in the same minimum or in another. Memory is that of the largest worker, read while they
 work. Damaged records are asked once more by themselves: what is refused leaves nothing on disk.
 """
 
@@ -170,7 +170,7 @@ def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[st
     compared = with_scipy(folder, [one.name for one in sound][:: max(len(sound) // COMPARED, 1)][:COMPARED], items)
     same = Share.of(compared, lambda row: row[2] < SAME)
     mean = 1e3 * float(np.mean([row[1] for row in compared]))
-    lines += ["", f"SciPy, one start each, no error bars: {mean:.0f} ms a record; the same answer in {same}."]
+    lines += ["", f"SciPy, one start each, no error bars: {mean:.0f} ms a record; in the same minimum in {same}."]
     return [*lines, "", *_of_memory(looks)]
 
 
