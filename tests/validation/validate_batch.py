@@ -2,8 +2,8 @@
 
 ``python -m tests.validation.validate_batch FOLDER --records 2000 --seconds 500`` makes the series if it is not there,
 goes on with the batch for so long, and prints tables of all that is done; said again, it goes on. In the same run some
-records are fitted with SciPy, which ends in the same minimum or in another. Memory is that of the largest worker, read while they
-work. Damaged records are asked once more by themselves: what is refused leaves nothing on disk.
+records are fitted with SciPy, which ends in the same minimum or in another. Memory is that of the largest worker, read
+while they work. Damaged records are asked once more by themselves: what is refused leaves nothing on disk.
 """
 
 from __future__ import annotations
