@@ -43,7 +43,9 @@ HOPELESS = 4.0
 They stay zero then, and the values those for inputs as they were measured.
 """
 WHOLE = 0.99
-"""Factor on a sample's weight from which it counts as a whole one."""
+"""Share of the samples that count from which no more can be won by looking once more."""
+MORE = 0.01
+"""Share of the samples that have to count more for another look."""
 DRAWS = 2
 """Of noise, to see how much of it errors of inputs take up."""
 
@@ -100,6 +102,7 @@ def with_input_errors(
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
     found: WithInputErrors | None = None
     beforehand: View | None = None
+    samples, share = float(counted(problem).sum()), -1.0
     for _ in range(LOOKS):
         view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
@@ -115,7 +118,9 @@ def with_input_errors(
         found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
         missed = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight - remaining[0]
         near = float(np.mean(missed[remaining[0] != 0.0] ** 2)) < MISSED * variance
-        if near and (roots is not None or sensitivities.downweight.min() > WHOLE):
+        # What is learnt from more samples lets still more of them count, until it does not.
+        share, before = number / samples, share
+        if near and (share > WHOLE or share < before + MORE):
             break
         roots = sensitivities.roots()
     assert found is not None
