@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fibrefit.discovery.engine import effort
@@ -21,6 +22,7 @@ CASES = (
     Bracket("COMPARED", effort, lambda x: effort.weighed_again(LOGS, True)[int(x)], 2.0, 3.0),
     Bracket("FAR_BEHIND", effort, lambda x: effort.weighed_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
     Bracket("PARTNERS", effort, lambda x: effort.is_partner(int(x)), 7.0, 8.0),
+    Bracket("STEADY", effort, lambda x: effort.strengths_settled(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
 )
 

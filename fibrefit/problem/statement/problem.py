@@ -145,7 +145,7 @@ class Problem(eqx.Module):
     @kept_program
     def record_followed(self, local: jax.Array, data: Observations) -> tuple[Linearised, Moved]:
         """As `followed_at`, of one record, from its values ``(n_local,)`` and its data."""
-        columns = jnp.array(self.layout.local_free)
+        columns = jnp.array(self.layout.local_free, dtype=int)
 
         def move(part: jax.Array) -> tuple[jax.Array, tuple[jax.Array, Response]]:
             response = self._respond(local.at[columns].set(part), data.experiment)
