@@ -161,7 +161,7 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     frame = supermodel_of(task, (), sensitivities_of(task, task.start, coefficients))
     local, whole = np.asarray(task.problem.layout.local(task.start)), task.counts[-1]
     cost = float(frame.costs(local, whole).sum())
-    parent = cast(Any, SimpleNamespace(effects=(), frame=frame, local=local))
+    parent = cast(Any, SimpleNamespace(effects=(), frame=frame, local=local, log=0.0))
     began: list[float] = []
 
     def fitted(

@@ -81,8 +81,10 @@ def probe_all(
     start = _prepared(frame, parent, probes, ranges)
     jobs = [partial(_fit, search, frame, parent, probe, start, promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
+    # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
+    before = parent.log + float(np.log(len(probes)))
     readings = [
-        _read(search, probe, end, parent.log, ranges)
+        _read(search, probe, end, before, ranges)
         for probe, end in zip(probes, ends, strict=True)
         if end is not None
     ]
