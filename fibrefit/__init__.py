@@ -17,14 +17,13 @@ All numbers are in SI units. To import the package costs next to nothing; what i
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from fibrefit import effects
 from fibrefit.core.environment import configure_jax as _configure_jax
 
 if TYPE_CHECKING:
     from fibrefit.records.read import read_record
+    from fibrefit.rigs.described import described_effects as effects
     from fibrefit.study.examples import example, examples
     from fibrefit.study.load import load_study
     from fibrefit.workflow.batches.run import batch
@@ -66,6 +65,7 @@ __all__ = [
 #: Where each public function lives; it is imported when it is first asked for.
 _HOMES = {
     "batch": "fibrefit.workflow.batches.run:batch",
+    "effects": "fibrefit.rigs.described:described_effects",
     "example": "fibrefit.study.examples:example",
     "examples": "fibrefit.study.examples:examples",
     "inspect": "fibrefit.workflow.inspection.inspection:inspect",
@@ -84,30 +84,6 @@ _HOMES = {
     "simulate": "fibrefit.workflow.simulate:simulate_study",
     "sweep": "fibrefit.workflow.sweep:sweep_study",
 }
-
-
-class _Catalogue(ModuleType):
-    """The package of the effects, which lists them when it is called."""
-
-    def __call__(self) -> dict[str, dict[str, Any]]:
-        """The catalogue of effects that can be added to a model.
-
-        Returns
-        -------
-        dict of str to dict
-            By name: ``says``, ``law``, ``parameters`` (name, unit, limits, typical value), ``rigs``, ``source``.
-
-        Examples
-        --------
-        >>> fibrefit.effects()["guide.viscous_friction"]["parameters"][0]["unit"]
-        'N s/m'
-        """
-        from fibrefit.rigs.described import described_effects
-
-        return described_effects()
-
-
-effects.__class__ = _Catalogue
 
 # JAX reads these settings once; every module of the package is imported after this line.
 _configure_jax()

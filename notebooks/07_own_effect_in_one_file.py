@@ -44,7 +44,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import GuideLaw, quantity
+from fibrefit.laws.law import GuideLaw, quantity
 
 
 class Levelling(GuideLaw):

@@ -14,7 +14,7 @@ FLOORS = {
     "core": 0,
     "study": 1,
     "records": 1,
-    "effects": 1,
+    "laws": 1,
     "rigs": 2,
     "simulation": 3,
     "problem": 4,

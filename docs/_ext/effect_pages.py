@@ -25,7 +25,7 @@ _SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILIN
 
 def write_effects(folder: Path, write: Callable[[Path, str], None], with_pictures: bool = True) -> None:
     """Write the pages of all effects, with their pictures if they are wanted, and a page that lists them."""
-    from fibrefit.effects.catalogue import CATALOGUE
+    from fibrefit.laws.catalogue import CATALOGUE
 
     folder.mkdir(parents=True, exist_ok=True)
     effects = sorted(CATALOGUE.values(), key=lambda effect: (effect.name.partition(".")[0], effect.name))

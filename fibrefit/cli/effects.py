@@ -14,7 +14,7 @@ from fibrefit.cli.terminal import Terminal, say, with_terminal
 
 if TYPE_CHECKING:
     from fibrefit.core.parameter import Parameter
-    from fibrefit.effects.law import Effect
+    from fibrefit.laws.law import Effect
 
 _INDENT = "  "
 
@@ -30,7 +30,7 @@ def command(terminal: Terminal, name: str | None, check: bool) -> int:
     here, and to the folder of the study wherever a study is worked on: in its effects, in --also, --only and --exclude.
     """
     from fibrefit.core.errors import StudyError, UsageError
-    from fibrefit.effects.catalogue import CATALOGUE, find_effect
+    from fibrefit.laws.catalogue import CATALOGUE, find_effect
     from fibrefit.rigs.described import effect_facts
 
     if check:
@@ -54,7 +54,7 @@ def _checked(terminal: Terminal, name: str) -> int:
     import math
 
     from fibrefit.core.errors import StudyError
-    from fibrefit.effects.catalogue import all_wrong
+    from fibrefit.laws.catalogue import all_wrong
     from fibrefit.rigs.catalogue import RIGS
 
     declared = [condition for rig in RIGS.values() for condition in rig.conditions]

@@ -38,9 +38,9 @@ def command(terminal: Terminal, place: Path | None, effect: str | None, port: st
 
 def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
     from fibrefit.core.errors import UsageError, did_you_mean
-    from fibrefit.effects.catalogue import CATALOGUE
-    from fibrefit.effects.ports import PORTS
-    from fibrefit.effects.template import class_name, template
+    from fibrefit.laws.catalogue import CATALOGUE
+    from fibrefit.laws.ports import PORTS
+    from fibrefit.laws.template import class_name, template
     from fibrefit.store.files import write_whole
 
     port, _, short = name.partition(".")

@@ -29,10 +29,10 @@ from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
-from fibrefit.effects.catalogue import look_alikes
 from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.laws.catalogue import look_alikes
 from fibrefit.study.summaries.discovery import Separation, Unexplained, Verdict
 
 FINAL_STARTS = 3

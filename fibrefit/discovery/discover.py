@@ -13,10 +13,10 @@ from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.setup import begun
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.discovery import Unexplained
 

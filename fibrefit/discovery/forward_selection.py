@@ -32,9 +32,9 @@ from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search, Tried
-from fibrefit.effects.catalogue import is_costly
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.catalogue import is_costly
+from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.study.summaries.discovery import Candidate, Round

@@ -7,20 +7,25 @@ import math
 import re
 from typing import Any
 
-from fibrefit.effects.catalogue import CATALOGUE, suits
-from fibrefit.effects.law import Effect
+from fibrefit.laws.catalogue import CATALOGUE, suits
+from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import RIGS
 
 _SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILINE)
 
 
 def described_effects() -> dict[str, dict[str, Any]]:
-    """The catalogue of effects.
+    """The catalogue of effects that can be added to a model.
 
     Returns
     -------
     dict of str to dict
         By name: ``says``, ``law``, ``parameters`` (name, unit, limits, typical value), ``rigs``, ``source`` and so on.
+
+    Examples
+    --------
+    >>> fibrefit.effects()["guide.viscous_friction"]["parameters"][0]["unit"]
+    'N s/m'
     """
     return {effect.name: effect_facts(effect) for effect in CATALOGUE.values()}
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, FibreLaw, GuideLaw, fast, laws_of
+from fibrefit.laws.law import Effect, FibreLaw, GuideLaw, fast, laws_of
 from fibrefit.rigs.parts.bands import SpeedBands
 from fibrefit.rigs.parts.chain import ChainState, End, PointChain
 from fibrefit.rigs.parts.fibre import Fibre, Memories

@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.errors import DataError
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, FibreLaw, fast, laws_of
+from fibrefit.laws.law import Effect, FibreLaw, fast, laws_of
 from fibrefit.rigs.parts.chain import ChainState, End, PointChain
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values

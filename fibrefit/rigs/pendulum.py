@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.errors import DataError
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect, PivotLaw, laws_of
+from fibrefit.laws.law import Effect, PivotLaw, laws_of
 from fibrefit.rigs.parts.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values
 from fibrefit.rigs.signals.rates import from_motion, period_of, rates_of

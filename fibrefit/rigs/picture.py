@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
+from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre
 from fibrefit.rigs.parts.guide import Guide, Sliding
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
+from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.parts.bands import SpeedBands
 from fibrefit.rigs.parts.chain import End, PointChain
 from fibrefit.rigs.parts.fibre import LOADED, Fibre, Memories

@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.rigs.signals.trace import Trace
 
 STANDARD_GRAVITY = 9.81

@@ -14,7 +14,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import Effect, GuideLaw, Moment, StudyLaw, extends, laws_of
+from fibrefit.laws.law import Effect, GuideLaw, Moment, StudyLaw, extends, laws_of
 from fibrefit.rigs.rig import Rig, Start, Values
 from fibrefit.simulation.inputs import Signals
 

@@ -11,8 +11,8 @@ import jax.numpy as jnp
 
 from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.core.roles import FORCES
-from fibrefit.effects.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
-from fibrefit.effects.pushes import PushLaw
+from fibrefit.laws.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
+from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import Effect, SensorLaw
+from fibrefit.laws.law import Effect, SensorLaw
 from fibrefit.simulation.pieces import Cubic, Pieces
 from fibrefit.simulation.switched import take
 

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import Effect, Moment, SensorLaw, laws_of
+from fibrefit.laws.law import Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of

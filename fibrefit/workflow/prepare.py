@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.bound import bound_programs
-from fibrefit.effects.catalogue import select_effects
+from fibrefit.laws.catalogue import select_effects
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.task import Task

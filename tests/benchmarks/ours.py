@@ -19,8 +19,8 @@ from tests.benchmarks.problem import STUDY  # first: it settles how JAX is set u
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.fitting.search.solve import descend, widths
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Experiment, Model

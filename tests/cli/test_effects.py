@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli.terminal import spelt
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from tests.cli.conftest import Run
 
 OWN = '''
 from __future__ import annotations
 from typing import ClassVar
 import jax
-from fibrefit.effects.law import GuideLaw, quantity
+from fibrefit.laws.law import GuideLaw, quantity
 
 class Glue(GuideLaw):
     """A guide that sticks.

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.effects.law import GuideLaw, quantity
+from fibrefit.laws.law import GuideLaw, quantity
 
 
 class Brush(GuideLaw):

@@ -10,11 +10,11 @@ from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
-from fibrefit.effects.catalogue import CATALOGUE
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.result import ChannelMisfit, Estimate, Identification, PlainEstimate, Starts
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained

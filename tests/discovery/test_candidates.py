@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
-from fibrefit.effects.catalogue import CATALOGUE, is_sought, suits
-from fibrefit.effects.families import members
-from fibrefit.effects.fibre.point_masses import point_masses
+from fibrefit.laws.catalogue import CATALOGUE, is_sought, suits
+from fibrefit.laws.families import members
+from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.discovery.candidates import candidates_of
@@ -19,8 +19,8 @@ OWN = '''
 from typing import ClassVar
 
 from fibrefit.core.capability import Capability
-from fibrefit.effects.families import members
-from fibrefit.effects.law import GuideLaw, quantity
+from fibrefit.laws.families import members
+from fibrefit.laws.law import GuideLaw, quantity
 
 
 class Rub(GuideLaw):

@@ -8,7 +8,7 @@ import pytest
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
 from fibrefit.discovery.engine.screening import WEAK, directions, starting_strength
 from fibrefit.discovery.engine.supermodel import supermodel_of
-from fibrefit.effects.catalogue import CATALOGUE, find_effect
+from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
 
 

@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

@@ -11,8 +11,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE, is_sought, suits
-from fibrefit.effects.families import MARK, members
+from fibrefit.laws.catalogue import CATALOGUE, is_sought, suits
+from fibrefit.laws.families import MARK, members
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.store import read_result, read_summary

@@ -34,9 +34,9 @@ from fibrefit.discovery.forward_selection import (
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, set_up
-from fibrefit.effects.catalogue import CATALOGUE
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.checks import CONVERGED
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from tests.discovery.made import BASE, identified
 

@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.supermodel import (
     supermodel_of,
 )
 from fibrefit.discovery.engine.yardstick import yardstick_of
-from fibrefit.effects.catalogue import find_effect
+from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors

@@ -8,7 +8,7 @@ import pytest
 from fibrefit.discovery.curves.probes import PROBES
 from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, forms_of
 from fibrefit.discovery.laws.source import PLACES, composed, effect_of_law, start_of_law
-from fibrefit.effects.contract import violations
+from fibrefit.laws.contract import violations
 from fibrefit.rigs.catalogue import RIGS
 
 LOW, HIGH = 0.02, 0.11

@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.candidates import Hypothesis
 from fibrefit.discovery.model.finding import Choice, separating
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
 from tests.discovery.made import BASE
 

@@ -46,7 +46,7 @@ def test_every_command_has_its_help() -> None:
 
 
 def test_every_effect_has_a_page(tmp_path: Path) -> None:
-    from fibrefit.effects.catalogue import CATALOGUE
+    from fibrefit.laws.catalogue import CATALOGUE
 
     pages: dict[str, str] = {}
     write_effects(tmp_path, lambda path, text: pages.update({path.stem: text}), with_pictures=False)

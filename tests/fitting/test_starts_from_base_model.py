@@ -10,11 +10,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.multistart import sobol_starts
 from fibrefit.fitting.search.starts_from_base_model import AS_DRAWN, FEW, starts_from_base_model, without_effects
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.task import Task
 from tests.fitting import made

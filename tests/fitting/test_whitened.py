@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.check import Check
-from fibrefit.effects.guide.viscous_friction import ViscousFriction
 from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence
 from tests.fitting import made

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.effects.push.force_delay import PushDelay
-from fibrefit.effects.push.force_gain import PushGain
-from fibrefit.effects.push.force_lag import PushLag
-from fibrefit.effects.push.hold import PushHold
+from fibrefit.laws.push.force_delay import PushDelay
+from fibrefit.laws.push.force_gain import PushGain
+from fibrefit.laws.push.force_lag import PushLag
+from fibrefit.laws.push.hold import PushHold
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow import Fit, fit_study, task_of

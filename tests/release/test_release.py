@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parents[2]
 BUILT = sorted((ROOT / "dist").glob("fibrefit-*.whl")) + sorted((ROOT / "dist").glob("fibrefit-*.tar.gz"))
 #: Tests that use the program as a user does, from its public functions and commands.
-SUITE = ("tests/test_api.py", "tests/cli", "tests/study", "tests/records", "tests/effects")
+SUITE = ("tests/test_api.py", "tests/cli", "tests/study", "tests/records", "tests/laws")
 
 
 def said(words: list[str], cwd: Path, **more: str) -> str:

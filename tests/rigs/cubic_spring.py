@@ -14,7 +14,7 @@ import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.rigs.rig import Initial, Rig, Start, Starting, Stated, Values
 from fibrefit.rigs.signals.rates import from_motion, period_of, rates_of
 from fibrefit.rigs.signals.trace import Trace

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from tests.simulation.drops import deviation, jacobian, pendulum, respond
 from tests.validation.reference import FORCE, POSITION, index, names, table
 

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.effects.guide.quadratic_drag import QuadraticDrag
-from fibrefit.effects.guide.viscous_friction import ViscousFriction
+from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
+from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.estimate.population import between, quantiles
 from fibrefit.problem.estimate.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of

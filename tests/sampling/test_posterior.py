@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
-from fibrefit.effects.guide.viscous_friction import ViscousFriction
+from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.excitation import Excitation
 from fibrefit.simulation.inputs import Signals

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.rigs.excitation import Excitation
 from fibrefit.simulation.inputs import Signals
 from tests.simulation.drops import DRIVE_CONDITIONS, drive, drop, pendulum, respond

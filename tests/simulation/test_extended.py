@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fibrefit.effects.catalogue import CATALOGUE
-from fibrefit.effects.drive.play import Play
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.drive.play import Play
 from tests.simulation.drops import CONDITIONS, STEP, TRAPEZOID, drive, drop, respond
 
 GRAVITY = 9.81

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.simulation.sensing import Lags, in_series, lag
 from tests.simulation.drop_by_scipy import Drop
 from tests.simulation.drops import deviation, drop, jacobian, respond

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.forward_sensitivity import MANY
 from fibrefit.simulation.inputs import Signals

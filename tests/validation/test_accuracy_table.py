@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from tests.simulation.drops import VALUES, deviation, drop, jacobian, respond
 from tests.validation.reference import DERIVATIVE, effect_values, index, names, table
 

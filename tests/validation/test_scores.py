@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
 
-from fibrefit.effects.catalogue import CATALOGUE
+from fibrefit.laws.catalogue import CATALOGUE
 from tests.independent.laws import KNOWN_AS, OUTSIDE
 from tests.independent.simulate import Base
 from tests.validation import validate_discover, validate_intervals

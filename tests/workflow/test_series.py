@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
-from fibrefit.effects.functions_of_speed import DampingSpeedExponent
+from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.report.any import report_of
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study

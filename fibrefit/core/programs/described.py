@@ -17,7 +17,7 @@ import numpy as np
 
 PACKAGE = Path(__file__).resolve().parents[2]
 
-COMPILED = ("core", "effects", "rigs", "simulation", "problem", "fitting", "sampling", "discovery", "series")
+COMPILED = ("core", "laws", "rigs", "simulation", "problem", "fitting", "sampling", "discovery", "series")
 """Packages whose code goes into programs."""
 
 KNOWN = ("fibrefit", "builtins", "functools", "operator", "math", "numpy", "jax", "equinox", "optimistix", "lineax")

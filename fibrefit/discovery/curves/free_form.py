@@ -15,8 +15,8 @@ from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
-from fibrefit.effects.catalogue import suits
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.catalogue import suits
 
 SI = ROLES | STATES
 """SI unit of each variable."""
@@ -84,9 +84,7 @@ def probe_all(
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
     before = parent.log + float(np.log(len(probes)))
     readings = [
-        _read(search, probe, end, before, ranges)
-        for probe, end in zip(probes, ends, strict=True)
-        if end is not None
+        _read(search, probe, end, before, ranges) for probe, end in zip(probes, ends, strict=True) if end is not None
     ]
     return sorted((reading for reading in readings if reading.gain > worth), key=lambda reading: -reading.gain)
 

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.effects.law import (
+from fibrefit.laws.law import (
     Channels,
     Effect,
     FibreLaw,

@@ -27,7 +27,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supe
 from fibrefit.discovery.engine.thresholds import UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice, split
 from fibrefit.discovery.search.search import Search
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.statement.layout import assembled, gathered, scale_of
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task

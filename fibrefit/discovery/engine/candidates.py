@@ -15,7 +15,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
 from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
 SMALL = 0.1

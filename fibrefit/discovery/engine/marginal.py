@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, stre
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import (
     RIGID,

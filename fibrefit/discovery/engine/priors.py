@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import Unknowns
 from fibrefit.problem.estimate.unknowns import prior_of
 from fibrefit.problem.statement.layout import Slot

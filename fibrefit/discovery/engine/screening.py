@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""

@@ -17,7 +17,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.time_limit import check_time
-from fibrefit.effects.law import Effect, SensorLaw, extends
+from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted
 from fibrefit.problem.inputs.sensitivities import InputSensitivities

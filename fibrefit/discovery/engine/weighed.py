@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.laws.forms import FittedForm, Form, Term
-from fibrefit.effects.law import Effect
-from fibrefit.effects.template import class_name
+from fibrefit.laws.law import Effect
+from fibrefit.laws.template import class_name
 
 
 class PortPlace(NamedTuple):
@@ -102,7 +102,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.effects.law import {imports}
+from fibrefit.laws.law import {imports}
 
 
 class {cls}({base}):

@@ -10,8 +10,8 @@ import numpy as np
 from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.law import Effect
 from fibrefit.study.summaries.discovery import (
     Candidate,
     Detectable,

@@ -22,7 +22,7 @@ from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.effects.law import Effect, extends
+from fibrefit.laws.law import Effect, extends
 from fibrefit.problem.task import Task
 
 FOLLOWED = 24

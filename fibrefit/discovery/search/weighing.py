@@ -13,8 +13,8 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import weight_of
 from fibrefit.discovery.search.search import Search
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.inverse_dynamics import unexplained_share
 from fibrefit.study.summaries.discovery import Weight
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.check import Check
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE, STANDING
 from fibrefit.rigs.parts.guide import Sliding

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 
 
 class SpeedBands(eqx.Module):

@@ -13,8 +13,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.fibre.point_masses import PointMasses
-from fibrefit.effects.law import laws_of
+from fibrefit.laws.fibre.point_masses import PointMasses
+from fibrefit.laws.law import laws_of
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
 
 Modes = tuple[jax.Array, ...]

@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import FibreLaw, Memory
+from fibrefit.laws.law import FibreLaw, Memory
 
 Memories = tuple[Memory, ...]
 

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import GuideLaw
+from fibrefit.laws.law import GuideLaw
 
 REST, CREEPING = 0, 2
 """Modes of a guide besides the direction of sliding, +1 or -1: at rest; and +2 or -2, held by bristles that bend."""

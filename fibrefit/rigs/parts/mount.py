@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import DriveLaw
+from fibrefit.laws.law import DriveLaw
 
 
 class Mount(eqx.Module):

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.effects.law import PulleyLaw
+from fibrefit.laws.law import PulleyLaw
 from fibrefit.rigs.parts.guide import Guide
 
 RIM_OF_A_RUBBING_PULLEY = 0.05

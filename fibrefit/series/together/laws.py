@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.effects.catalogue import HasCapabilities, suits
-from fibrefit.effects.functions_of_speed import (
+from fibrefit.laws.catalogue import HasCapabilities, suits
+from fibrefit.laws.functions_of_speed import (
     DampingPowerLaw,
     DampingSpeedCurve,
     DampingSpeedExponent,
@@ -22,7 +22,7 @@ from fibrefit.effects.functions_of_speed import (
     StiffnessSpeedCurve,
     StiffnessSpeedExponent,
 )
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 
 
 class SpeedLaw(NamedTuple):

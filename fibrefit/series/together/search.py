@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search, Tried
-from fibrefit.effects.law import Effect
+from fibrefit.laws.law import Effect
 from fibrefit.series.together.laws import parameter_of
 
 STRENGTHS = (-3.0, -1.0, 1.0, 3.0)

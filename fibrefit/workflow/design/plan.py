@@ -17,8 +17,8 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Choice, said_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, set_up
-from fibrefit.effects.law import Effect
 from fibrefit.fitting.identify import identify
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.report.plan import plan_report
 from fibrefit.rigs.rig import Rig

@@ -7,10 +7,10 @@ from fnmatch import fnmatchcase
 from importlib.metadata import entry_points
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
-from fibrefit.effects.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
-from fibrefit.effects.families import members
-from fibrefit.effects.fibre.point_masses import PointMasses, point_masses
-from fibrefit.effects.law import Effect
+from fibrefit.laws.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
+from fibrefit.laws.families import members
+from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
+from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.study import Study
 

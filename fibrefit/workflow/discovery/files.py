@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.effects.fibre.point_masses import PointMasses
+from fibrefit.laws.fibre.point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.store.hdf5 import Variable

@@ -9,9 +9,9 @@ import numpy as np
 
 from fibrefit.core.units import shown_unit
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.effects.law import Effect, StudyLaw
-from fibrefit.effects.rig.inclination_error import InclinationError
 from fibrefit.fitting.result import Estimate
+from fibrefit.laws.law import Effect, StudyLaw
+from fibrefit.laws.rig.inclination_error import InclinationError
 
 CONDITIONS = {
     "weight_mass": ("a mass of the weight of", "kg"),

@@ -1,0 +1,360 @@
+"""All effects the program knows by name, and the way to one of a user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Protocol
+
+from fibrefit.core.capability import Capability
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.laws.changes.friction_change import FrictionChange
+from fibrefit.laws.changes.friction_drift import FrictionDrift
+from fibrefit.laws.changes.friction_step import FrictionStep
+from fibrefit.laws.changes.friction_trend import FrictionTrend
+from fibrefit.laws.changes.friction_wear import FrictionWear
+from fibrefit.laws.changes.knot_slip import KnotSlip
+from fibrefit.laws.changes.length_change import LengthChange
+from fibrefit.laws.changes.length_drift import LengthDrift
+from fibrefit.laws.changes.length_trend import LengthTrend
+from fibrefit.laws.changes.setting import Setting
+from fibrefit.laws.changes.stiffness_change import StiffnessChange
+from fibrefit.laws.changes.stiffness_drift import StiffnessDrift
+from fibrefit.laws.changes.stiffness_step import StiffnessStep
+from fibrefit.laws.changes.stiffness_trend import StiffnessTrend
+from fibrefit.laws.changes.stiffness_wear import StiffnessWear
+from fibrefit.laws.contract import violations
+from fibrefit.laws.declared import KINDS
+from fibrefit.laws.drive.compliance import Compliance
+from fibrefit.laws.drive.play import Play
+from fibrefit.laws.families import MARK, family_of, of_record
+from fibrefit.laws.fibre.creep import Creep
+from fibrefit.laws.fibre.free_length_offset import FreeLengthOffset
+from fibrefit.laws.fibre.hardening import Hardening
+from fibrefit.laws.fibre.hysteresis import Hysteresis
+from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
+from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
+from fibrefit.laws.fibre.rate_dependent_damping import RateDependentDamping
+from fibrefit.laws.fibre.rate_dependent_stiffness import RateDependentStiffness
+from fibrefit.laws.fibre.toe_region import ToeRegion
+from fibrefit.laws.functions_of_speed import (
+    DampingPowerLaw,
+    DampingSpeedCurve,
+    DampingSpeedExponent,
+    FrictionPowerLaw,
+    FrictionSpeedCurve,
+    FrictionSpeedExponent,
+    StiffnessPowerLaw,
+    StiffnessSpeedCurve,
+    StiffnessSpeedExponent,
+)
+from fibrefit.laws.guide.asymmetric_friction import AsymmetricFriction
+from fibrefit.laws.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
+from fibrefit.laws.guide.friction_over_position import FrictionOverPosition
+from fibrefit.laws.guide.load_dependent_friction import LoadDependentFriction
+from fibrefit.laws.guide.loose_mass import LooseMass
+from fibrefit.laws.guide.presliding import Presliding
+from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
+from fibrefit.laws.guide.spring import Spring
+from fibrefit.laws.guide.stribeck_friction import StribeckFriction
+from fibrefit.laws.guide.viscous_friction import ViscousFriction
+from fibrefit.laws.law import Effect
+from fibrefit.laws.own import checked, from_file, is_effect
+from fibrefit.laws.pivot.quadratic_damping import QuadraticDamping
+from fibrefit.laws.pulley.bearing_friction import BearingFriction
+from fibrefit.laws.pulley.capstan_friction import CapstanFriction
+from fibrefit.laws.pulley.eccentricity import Eccentricity
+from fibrefit.laws.pulley.inertia import PulleyInertia
+from fibrefit.laws.push.force_delay import PushDelay
+from fibrefit.laws.push.force_gain import PushGain
+from fibrefit.laws.push.force_lag import PushLag
+from fibrefit.laws.push.hold import PushHold
+from fibrefit.laws.rig.inclination_error import InclinationError
+from fibrefit.laws.sensor.acceleration_crosstalk import AccelerationCrosstalk
+from fibrefit.laws.sensor.dial_gauge_force import DialGaugeForce
+from fibrefit.laws.sensor.force_delay import ForceDelay
+from fibrefit.laws.sensor.force_drift import ForceDrift
+from fibrefit.laws.sensor.force_gain import ForceGain
+from fibrefit.laws.sensor.force_lag import ForceLag
+from fibrefit.laws.sensor.force_offset import ForceOffset
+from fibrefit.laws.sensor.gauge_nonlinearity import GaugeNonlinearity
+from fibrefit.laws.sensor.gauge_resonance import GaugeResonance
+from fibrefit.laws.sensor.position_gain import PositionGain
+from fibrefit.laws.sensor.position_ripple import PositionRipple
+from fibrefit.laws.study.added_mass import AddedMass
+from fibrefit.laws.study.clock import ClockError
+from fibrefit.laws.study.gain import Gain
+from fibrefit.laws.study.inclination import Inclination
+from fibrefit.laws.study.lift import Lift
+from fibrefit.laws.study.other_fibre import OtherFibre
+from fibrefit.laws.study.weight_mass import WeightMass
+from fibrefit.laws.study.wrap_angle import WrapAngle
+
+ENTRY_POINTS = "fibrefit.effects"
+"""Group under which an installed package offers effects of its own."""
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """An effect, and what a search for what a model lacks has to know of it.
+
+    Parameters
+    ----------
+    effect : Effect class
+    sought : frozenset of Capability or None
+        What a rig must have, besides what the effect acts on, for a search to try it without being asked; None where
+        only a person asks for it.
+    costly : bool
+        Whether it is tried only where all others leave more than noise: it takes longer than all of them.
+    alike : tuple of str
+        Effects that records do not tell from it where a search does not try them.
+    """
+
+    effect: type[Effect]
+    sought: frozenset[Capability] | None = frozenset()
+    costly: bool = False
+    alike: tuple[str, ...] = ()
+
+
+_ENTRIES: tuple[CatalogueEntry, ...] = (
+    CatalogueEntry(ViscousFriction),
+    CatalogueEntry(StribeckFriction),
+    CatalogueEntry(LoadDependentFriction),
+    CatalogueEntry(QuadraticDrag),
+    CatalogueEntry(AsymmetricFriction),
+    CatalogueEntry(AsymmetricViscousFriction),
+    CatalogueEntry(Presliding),
+    CatalogueEntry(QuadraticDamping),
+    CatalogueEntry(Spring, sought=None),
+    CatalogueEntry(FrictionOverPosition, sought=frozenset({Capability.PUSH})),
+    CatalogueEntry(PushDelay, alike=("push.force_lag", "push.hold")),
+    CatalogueEntry(PushLag, sought=None),
+    CatalogueEntry(PushHold, sought=None),
+    CatalogueEntry(PushGain, sought=None),
+    CatalogueEntry(FrictionSpeedCurve, sought=None),
+    CatalogueEntry(FrictionPowerLaw, sought=None),
+    CatalogueEntry(FrictionSpeedExponent, sought=None),
+    CatalogueEntry(Hardening),
+    CatalogueEntry(ToeRegion),
+    CatalogueEntry(MaxwellBranch),
+    CatalogueEntry(RateDependentDamping),
+    CatalogueEntry(RateDependentStiffness),
+    CatalogueEntry(StiffnessSpeedCurve, sought=None),
+    CatalogueEntry(StiffnessPowerLaw, sought=None),
+    CatalogueEntry(StiffnessSpeedExponent, sought=None),
+    CatalogueEntry(DampingSpeedCurve, sought=None),
+    CatalogueEntry(DampingPowerLaw, sought=None),
+    CatalogueEntry(DampingSpeedExponent, sought=None),
+    CatalogueEntry(Hysteresis),
+    CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
+    CatalogueEntry(Creep),
+    CatalogueEntry(StiffnessDrift),
+    CatalogueEntry(StiffnessTrend),
+    CatalogueEntry(StiffnessWear),
+    CatalogueEntry(StiffnessChange),
+    CatalogueEntry(StiffnessStep, costly=True),
+    CatalogueEntry(LengthDrift),
+    CatalogueEntry(LengthTrend),
+    CatalogueEntry(LengthChange),
+    CatalogueEntry(Setting),
+    CatalogueEntry(KnotSlip, costly=True),
+    CatalogueEntry(FrictionDrift),
+    CatalogueEntry(FrictionTrend),
+    CatalogueEntry(FrictionWear),
+    CatalogueEntry(FrictionChange),
+    CatalogueEntry(FrictionStep, costly=True),
+    CatalogueEntry(LooseMass, costly=True),
+    CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
+    CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
+    CatalogueEntry(BearingFriction),
+    CatalogueEntry(CapstanFriction),
+    CatalogueEntry(Eccentricity),
+    CatalogueEntry(Compliance),
+    CatalogueEntry(Play),
+    CatalogueEntry(ForceGain),
+    CatalogueEntry(ForceOffset),
+    CatalogueEntry(ForceDrift),
+    CatalogueEntry(ForceDelay),
+    CatalogueEntry(ForceLag),
+    CatalogueEntry(GaugeResonance),
+    CatalogueEntry(PositionGain, sought=frozenset({Capability.FIBRE})),
+    CatalogueEntry(DialGaugeForce),
+    CatalogueEntry(GaugeNonlinearity),
+    CatalogueEntry(AccelerationCrosstalk),
+    CatalogueEntry(PositionRipple, sought=frozenset({Capability.FIBRE}), costly=True),
+    CatalogueEntry(InclinationError, sought=None),
+    CatalogueEntry(WeightMass),
+    CatalogueEntry(AddedMass),
+    CatalogueEntry(Inclination, alike=("rig.inclination_error",)),
+    CatalogueEntry(Lift, sought=None),
+    CatalogueEntry(WrapAngle, sought=None),
+    CatalogueEntry(Gain, sought=None),
+    CatalogueEntry(ClockError),
+    CatalogueEntry(OtherFibre),
+)
+
+ENTRIES: dict[str, CatalogueEntry] = {entry.effect.name: entry for entry in _ENTRIES}
+CATALOGUE: dict[str, type[Effect]] = {name: entry.effect for name, entry in ENTRIES.items()}
+
+
+class HasCapabilities(Protocol):
+    """A rig, as far as an effect must know it."""
+
+    @property
+    def kind(self) -> str:
+        """Name in a study."""
+
+    @property
+    def capabilities(self) -> frozenset[Capability]:
+        """What it has."""
+
+
+def entry_of(effect: type[Effect]) -> CatalogueEntry:
+    """Entry of an effect by its name; one that is not in the catalogue is tried everywhere, like most."""
+    return ENTRIES.get(family_of(effect)) or CatalogueEntry(effect)
+
+
+def suits(effect: type[Effect], rig: HasCapabilities) -> bool:
+    """Whether an effect makes sense on a rig."""
+    return effect.acts_on <= rig.capabilities
+
+
+def is_sought(effect: type[Effect], rig: HasCapabilities) -> bool:
+    """Whether a search on that rig tries an effect without being asked to."""
+    sought = entry_of(effect).sought
+    return suits(effect, rig) and sought is not None and sought <= rig.capabilities
+
+
+def is_costly(effect: type[Effect]) -> bool:
+    """Whether a search tries an effect only where all others leave more than noise."""
+    return entry_of(effect).costly
+
+
+def look_alikes(effect: type[Effect]) -> tuple[str, ...]:
+    """Names of effects that records do not tell from one."""
+    return entry_of(effect).alike
+
+
+def unsuited(effect: type[Effect], rig: HasCapabilities) -> tuple[str, str]:
+    """What is wrong with an effect on a rig that it does not suit, and what was expected."""
+    lacking = " and ".join(capability.value for capability in Capability if capability in effect.acts_on)
+    return f"makes no sense on the rig {rig.kind}", f"a rig with {lacking}"
+
+
+def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
+    """Effect by its name.
+
+    Parameters
+    ----------
+    name : str
+        A name in the catalogue or among installed packages, with ``@3`` after it where there is one effect for each
+        record, or ``"my_effects.py:MyEffect"``.
+    directory : path
+        Where the path of such a file begins: the directory of the study.
+
+    Returns
+    -------
+    type of Effect
+
+    Raises
+    ------
+    StudyError
+        Where there is no such effect, or what was found is none.
+    """
+    if ".py:" in name:
+        return _named_anew(checked(from_file(name, Path(directory)), name), name)
+    if name in CATALOGUE:
+        return CATALOGUE[name]
+    family, _, place = name.partition(MARK)
+    if place.isdecimal() and int(place) > 0 and family in CATALOGUE and CATALOGUE[family].family:
+        return of_record(CATALOGUE[family], int(place))
+    offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    if name in offered:
+        return _named_anew(checked(offered[name].load(), name), name)
+    hint = did_you_mean(name, [*CATALOGUE, *offered])
+    raise StudyError(
+        f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
+    )
+
+
+def all_wrong(name: str, conditions: Mapping[str, float], directory: Path | str = ".") -> tuple[StudyError, ...]:
+    """All that is wrong with an effect, of the catalogue or a user's own, as errors that are not raised.
+
+    Parameters
+    ----------
+    name, directory
+        As for `find_effect`.
+    conditions : mapping of str to float, in SI units
+        Those of all rigs.
+
+    Raises
+    ------
+    StudyError
+        Where there is no such effect.
+    """
+    where = f'effect "{name}"'
+    found = from_file(name, Path(directory)) if ".py:" in name else find_effect(name)
+    if not is_effect(found):
+        return (StudyError(where, f"{found!r} is no effect", KINDS),)
+    wrong = violations(found, conditions, where)
+    try:
+        _named_anew(found, name)
+    except StudyError as taken:
+        return (taken, *wrong)
+    return wrong
+
+
+LIST_THEM = "`fibrefit effects` lists the catalogue."
+
+
+def select_effects(
+    names: Iterable[str], rig: HasCapabilities, directory: Path | str = ".", points: int | None = None
+) -> tuple[type[Effect], ...]:
+    """Effects of a model, fit for its rig and for each other.
+
+    Parameters
+    ----------
+    names : iterable of str
+        As for `find_effect`.
+    rig : Rig
+    directory : path
+        Directory of the study.
+    points : int, optional
+        Number of points of a fibre with mass.
+
+    Returns
+    -------
+    tuple of Effect classes
+        In the order of `names`.
+
+    Raises
+    ------
+    StudyError
+        Where one is not known, makes no sense on this rig, is named twice, or lacks another it builds upon.
+    """
+    effects = tuple(find_effect(name, directory) for name in names)
+    if points is not None:
+        effects = tuple(point_masses(points) if effect is PointMasses else effect for effect in effects)
+    known = [effect.name for effect in effects]
+    for effect in effects:
+        where = f'effect "{effect.name}"'
+        if not suits(effect, rig):
+            raise StudyError(where, *unsuited(effect, rig), "Take it off the list.")
+        if known.count(effect.name) > 1:
+            raise StudyError(where, "named twice", "each effect once", "Take one of the two off the list.")
+        for other in effect.excludes:
+            if other in known:
+                raise StudyError(where, f'stands beside "{other}"', "one of the two", f'Take "{other}" off the list.')
+        for other in effect.needs:
+            if other not in known:
+                raise StudyError(where, f'stands without "{other}"', "both", f'Add "{other}" to the list.')
+    return effects
+
+
+def _named_anew(found: type[Effect], name: str) -> type[Effect]:
+    if getattr(found, "name", "") in CATALOGUE and CATALOGUE[found.name] is not found:
+        taken = f'the name "{found.name}" is taken'
+        raise StudyError(f'effect "{name}"', taken, "a name of its own", "Change the attribute `name`.")
+    return found

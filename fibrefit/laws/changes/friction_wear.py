@@ -1,0 +1,51 @@
+"""Friction that grows or falls with the path travelled, as surfaces run in or wear."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Self
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.core.capability import Capability
+from fibrefit.laws.law import GuideLaw, Moment, quantity
+
+
+class FrictionWear(GuideLaw):
+    """Friction that grows or falls with the path travelled, as surfaces run in or wear.
+
+    Law
+    ---
+    Level ``F_c (1 + a (1 - exp(-s/σ)))``, s the path of the weight to and fro within the record.
+
+    Parameters
+    ----------
+    wear : () a pure number
+        a, what it comes to.
+    path : () in m
+        σ; long against the path travelled, the change is a steady one.
+
+    Valid range
+    -----------
+    σ from some millimetres on; of a much longer one, only a/σ is known.
+
+    Source
+    ------
+    Wear over sliding distance: Archard, J. Appl. Phys. 24 (1953) 981-988.
+    """
+
+    name: ClassVar[str] = "guide.friction_wear"
+    # A path is told from where a record begins; in windows that begin anew there is none.
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
+    timed: ClassVar[bool] = True
+    worn: ClassVar[bool] = True
+    wear: jax.Array = quantity("-", "relative change of Coulomb friction in the end", 0.3, lower=-0.98, upper=20.0)
+    path: jax.Array = quantity("m", "path on which it settles", 0.1, lower=2e-3, upper=100.0, log=True)
+
+    def as_of(self, moment: Moment) -> Self:
+        """What has come together by then."""
+        return self.scaled(-jnp.expm1(-moment.path / self.path))
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Change of the level."""
+        return coulomb * self.wear

@@ -1,0 +1,50 @@
+"""A knot that slips: all at once the fibre is longer."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Self
+
+import jax
+
+from fibrefit.laws.law import INSTANTS, FibreLaw, Moment, quantity
+
+
+class KnotSlip(FibreLaw):
+    """A knot that slips: all at once the fibre is longer.
+
+    Law
+    ---
+    Stretch ``e - x`` instead of e from the instant t_s on, in one record.
+
+    Parameters
+    ----------
+    slip : () in m
+        x; negative: it has caught.
+    instant : () a pure number
+        t_s over the length of the record.
+
+    Valid range
+    -----------
+    A slip that takes less time than a few samples.
+
+    Source
+    ------
+    Kinematics.
+    """
+
+    name: ClassVar[str] = "fibre.knot_slip"
+    timed: ClassVar[bool] = True
+    sudden: ClassVar[bool] = True
+    family: ClassVar[str] = "in"
+    slip: jax.Array = quantity("m", "length the knot gives", 3e-4, lower=-0.05, upper=0.05)
+    instant: jax.Array = quantity(
+        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS
+    )
+
+    def as_of(self, moment: Moment) -> Self:
+        """Nothing before the instant."""
+        return self.scaled(moment.past)
+
+    def initial_slack(self) -> jax.Array:
+        """X."""
+        return self.slip

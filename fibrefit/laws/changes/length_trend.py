@@ -1,0 +1,45 @@
+"""A fibre that lengthens from record to record."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Self
+
+import jax
+
+from fibrefit.core.capability import Capability
+from fibrefit.laws.law import FibreLaw, quantity
+
+
+class LengthTrend(FibreLaw):
+    """A fibre that lengthens from record to record.
+
+    Law
+    ---
+    Stretch ``e - x (n - 1)`` instead of e in the n-th record of the study.
+
+    Parameters
+    ----------
+    trend : () in m
+        x.
+
+    Valid range
+    -----------
+    Records in the order in which they were taken; the height of fall told from the same mark in all.
+
+    Source
+    ------
+    Kinematics.
+    """
+
+    name: ClassVar[str] = "fibre.length_trend"
+    # On the drive rig each record has a zero of its own: nothing would change.
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
+    trend: jax.Array = quantity("m", "growth of the free length a record", 1e-4, lower=-0.01, upper=0.01)
+
+    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
+        """What has come together by then; the first record is as the base model says."""
+        return self.scaled(number - 1.0)
+
+    def initial_slack(self) -> jax.Array:
+        """The length x (n - 1)."""
+        return self.trend

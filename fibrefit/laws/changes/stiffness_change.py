@@ -1,0 +1,39 @@
+"""A stiffness that is another one from one record on."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.laws.law import FibreLaw, quantity
+
+
+class StiffnessChange(FibreLaw):
+    """A stiffness that is another one from one record on.
+
+    Law
+    ---
+    Elastic tension ``k e (1 + a)`` in that record and all that follow in the study.
+
+    Parameters
+    ----------
+    change : () a pure number
+        a.
+
+    Valid range
+    -----------
+    a > -1.
+
+    Source
+    ------
+    Linear elasticity, with two constants.
+    """
+
+    name: ClassVar[str] = "fibre.stiffness_change"
+    family: ClassVar[str] = "since"
+    change: jax.Array = quantity("-", "relative change of the stiffness", -0.05, lower=-0.95, upper=5.0)
+
+    def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """1 + a."""
+        return 1.0 + self.change

@@ -1,0 +1,43 @@
+"""A stiffness that grows or fades from record to record."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Self
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.laws.law import LEAST, FibreLaw, quantity
+
+
+class StiffnessTrend(FibreLaw):
+    """A stiffness that grows or fades from record to record.
+
+    Law
+    ---
+    Elastic tension ``k e max(0.02, 1 + a (n - 1))`` in the n-th record of the study.
+
+    Parameters
+    ----------
+    trend : () a pure number
+        a.
+
+    Valid range
+    -----------
+    Records that stand in the study in the order in which they were taken.
+
+    Source
+    ------
+    First term of a series in the number of the test.
+    """
+
+    name: ClassVar[str] = "fibre.stiffness_trend"
+    trend: jax.Array = quantity("-", "relative growth of the stiffness a record", -0.01, lower=-0.3, upper=1.0)
+
+    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
+        """What has come together by then; the first record is as the base model says."""
+        return self.scaled(number - 1.0)
+
+    def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """max(0.02, 1 + a (n - 1))."""
+        return jnp.maximum(LEAST, 1.0 + self.trend)

@@ -1,0 +1,196 @@
+"""What every law has to keep, of the catalogue or a user's own: finite, smooth enough, and nothing at its null."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.errors import StudyError
+from fibrefit.core.parameter import ByInverse, Parameter
+from fibrefit.laws.declared import omissions, refusals
+from fibrefit.laws.law import Effect
+from fibrefit.laws.ports import ANNOUNCED, hooks_of, port_of, said_by
+
+PLACES = (-1e-3, 0.0, 1e-5, 2e-3)
+SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
+"""Where a law is asked, in m and m/s: positions or stretches, and their rates; among them all places of switching."""
+FAR = 0.1
+"""Further position or stretch on either side, in m: a law may act far out alone, as a stop does."""
+SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap_angle": 2.6, "radius": 0.04}
+"""What else hooks are told, in SI units."""
+SAMPLES = 3
+WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient", "loose")
+"""Hooks whose answer means nothing by itself: another one must be zero."""
+FOR_ARRAYS = "Laws are compiled: write jnp.where(condition, a, b) for `if`, and jnp for math and np."
+
+
+def violations(effect: type[Effect], conditions: Mapping[str, float], where: str = "") -> tuple[StudyError, ...]:
+    """All that is wrong with a law, as errors that are not raised.
+
+    Parameters
+    ----------
+    effect : Effect class
+    conditions : mapping of str to float, in SI units
+        Those of a rig that a `RigLaw` may change.
+    where : str
+        How messages name it; its class where empty.
+    """
+    where = where or f'effect "{effect.__name__}"'
+    found = [*refusals(effect, where), *omissions(effect, where)]
+    if port_of(effect) is None or not effect.parameters:
+        return tuple(found)
+    try:
+        laws = {choose: effect(**values) for choose, values in _values(effect).items()}
+    except Exception as error:
+        return (*found, StudyError(where, f"cannot be made: {_told(error)}", "a class without __init__ of its own"))
+    said = said_by(effect)
+    for hook, flag in ANNOUNCED[port_of(effect) or ""].items():
+        if hook in said and not getattr(effect, flag):
+            found.append(StudyError(f"{where}, {hook}", f"never asked, as {flag} is not set", f"{flag} in the class"))
+    answers = {hook: list(_of_hook(hook, laws, conditions, f"{where}, {hook}")) for hook in said}
+    found += [error for errors in answers.values() for error in errors]
+    if not found and not any(_changes(hook, laws["typical"], conditions) for hook in said):
+        asked = f"positions and stretches to {1e3 * FAR:g} mm on either side, speeds to {max(SPEEDS):g} m/s"
+        expected = f"an answer to one hook at least, somewhere at {asked}"
+        found.append(StudyError(where, "changes nothing at its typical value", expected))
+    return tuple(found)
+
+
+def _values(effect: type[Effect]) -> dict[str, dict[str, Any]]:
+    """Values of the parameters: all typical, and the strengths zero."""
+
+    def array(parameter: Parameter, value: float) -> Any:
+        return ByInverse(jnp.asarray(1.0 / value)) if parameter.reciprocal else jnp.asarray(float(value))
+
+    typical = {p.name: array(p, p.typical) for p in effect.parameters}
+    zero = {p.name: array(p, p.null) for p in effect.parameters if p.name in effect.strength}
+    return {"typical": typical, "null": typical | zero}
+
+
+def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:
+    """What is wrong with the answers of one hook."""
+    ask, places = _asking(hook, laws["null"], conditions)
+    try:
+        shape = jax.eval_shape(ask, laws["typical"], jnp.zeros(()), jnp.zeros(()))
+    except Exception as error:
+        yield StudyError(where, f"fails with {_told(error)}", "an answer", FOR_ARRAYS)
+        return
+    if expected := _unlike(hook, laws["null"], shape, conditions):
+        yield StudyError(where, f"answers {_shape(shape)}", expected)
+        return
+    for choose, law in laws.items():
+        slopes = jax.jit(jax.vmap(partial(_with_slope, ask), (None, 0, 0)))(law, *places)
+        for what, answer in zip(("value", "gradient"), slopes, strict=True):
+            if (row := _first(answer, lambda leaf: ~np.isfinite(leaf))) is not None:
+                yield StudyError(where, f"{what} not finite at its {choose} value, {_place(places, row)}", "a number")
+                return
+    if hook not in WITHOUT_A_TRACE and (row := _changed(hook, laws["null"], conditions)) is not None:
+        said = _place(places, row)
+        yield StudyError(where, f"does not vanish at its null: {said}", "exactly what the hook answers without the law")
+
+
+def _with_slope(ask: Callable[..., Any], law: Any, x: jax.Array, v: jax.Array) -> Any:
+    """Answer, and how it changes where all that it depends on does."""
+    return jax.jvp(ask, (law, x, v), jax.tree.map(jnp.ones_like, (law, x, v)))
+
+
+def _asking(
+    hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES
+) -> tuple[Callable[..., Any], tuple[Any, Any]]:
+    """The hook as a function of law, place and speed; and the places and speeds."""
+    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(places), jnp.array(SPEEDS)))
+
+    def ask(law: Any, x: jax.Array, v: jax.Array) -> Any:
+        return getattr(law, hook)(*_arguments(hook, type(law), x, v, conditions))
+
+    return ask, (x, v)
+
+
+def _arguments(
+    hook: str, effect: type[Effect], x: jax.Array, v: jax.Array, conditions: Mapping[str, float]
+) -> list[Any]:
+    memory = tuple(0.3 * x for _ in getattr(effect, "memory", ()))
+    known: dict[str, Any] = {name: jnp.asarray(value) for name, value in SET.items()}
+    known |= {"stretch": x, "position": x, "rate": v, "velocity": v, "memory": memory, "slack": jnp.array(False)}
+    known["direction"] = jnp.where(v < 0.0, -1.0, 1.0)
+    known["channels"] = {"force": 30.0 + v * jnp.ones(SAMPLES), "position": x * jnp.ones(SAMPLES)}
+    known["channels"] |= {name: v * jnp.ones(SAMPLES) for name in getattr(effect, "feels", ())}
+    known |= {"course": x * jnp.arange(float(SAMPLES)), "rates": v * jnp.ones(SAMPLES)}
+    known |= {"force": known["course"], "angle": x}
+    known |= {"times": jnp.arange(float(SAMPLES)), "conditions": {n: jnp.asarray(c) for n, c in conditions.items()}}
+    asked = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
+    return [known[name] for name in asked if name != "self"]
+
+
+def _neutral(hook: str, law: Effect, x: jax.Array, v: jax.Array, conditions: Mapping[str, float]) -> Any:
+    """What the hook answers where there is no law."""
+    effect = type(law)
+    return hooks_of(port_of(effect) or "")[hook](_Nothing(), *_arguments(hook, effect, x, v, conditions))
+
+
+class _Nothing:
+    """A law of any port that adds nothing."""
+
+    memory = ()
+
+
+def _unlike(hook: str, law: Any, shape: Any, conditions: Mapping[str, float]) -> str:
+    """What the hook should have answered, where it is of another form."""
+    if hook in ("memory_rate", "memory_at_rest", "when_slack"):
+        number = len(law.memory)
+        right = isinstance(shape, tuple) and len(shape) == number and all(leaf.shape == () for leaf in shape)
+        return "" if right else f"a tuple of {number}, one for each name in memory"
+    if hook == "lags":
+        right = isinstance(shape, tuple) and all(isinstance(lag, tuple) and len(lag) == 2 for lag in shape)
+        return "" if right else "a tuple of pairs, weight and time constant"
+    plain = jax.eval_shape(lambda x: _neutral(hook, law, x, x, conditions), jnp.zeros(()))
+    alike: bool = jax.tree.structure(shape) == jax.tree.structure(plain)  # type: ignore[operator]
+    same = alike and [a.shape for a in jax.tree.leaves(shape)] == [b.shape for b in jax.tree.leaves(plain)]
+    return "" if same else _shape(plain)
+
+
+def _shape(shape: Any) -> str:
+    if hasattr(shape, "shape"):
+        return "one number" if shape.shape == () else f"an array of shape {shape.shape}"
+    if isinstance(shape, dict):
+        return f"a mapping with {', '.join(shape)}"
+    return f"a tuple of {len(shape)}" if isinstance(shape, tuple) else type(shape).__name__
+
+
+def _changes(hook: str, law: Effect, conditions: Mapping[str, float]) -> bool:
+    return _changed(hook, law, conditions, (-FAR, *PLACES, FAR)) is not None
+
+
+def _changed(hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES) -> int | None:
+    """First place at which a hook answers anything but what it does without the law."""
+    ask, (x, v) = _asking(hook, law, conditions, places)
+    if hook == "lags":
+        lags = ask(law, x[0], v[0])
+        whole = sum(np.real(weight) for weight, _ in lags) if lags else 1.0
+        return None if whole == 1.0 and all(np.all(constant == 0.0) for _, constant in lags) else 0
+    answer = jax.vmap(lambda x, v: ask(law, x, v))(x, v)
+    plain = jax.vmap(lambda x, v: _neutral(hook, law, x, v, conditions))(x, v)
+    apart = jax.tree.map(lambda a, b: np.asarray(a) != np.asarray(b), answer, plain)
+    return _first(apart, lambda leaf: leaf)
+
+
+def _first(answer: Any, wrong: Callable[[np.ndarray], np.ndarray]) -> int | None:
+    """First of the places at which some leaf is wrong."""
+    rows = [np.asarray(wrong(np.asarray(leaf))) for leaf in jax.tree.leaves(answer)]
+    bad = [int(np.argmax(row.reshape(len(row), -1).any(axis=1))) for row in rows if row.any()]
+    return min(bad, default=None)
+
+
+def _place(places: tuple[Any, Any], row: int) -> str:
+    return f"position or stretch {float(places[0][row]):g} m, speed {float(places[1][row]):g} m/s"
+
+
+def _told(error: Exception) -> str:
+    first = str(error).strip().partition("\n")[0]
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__

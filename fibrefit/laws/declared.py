@@ -1,0 +1,117 @@
+"""What can be seen of an effect without asking it anything: its port, its name, its parameters, its methods."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import math
+from collections.abc import Iterator
+
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.parameter import Parameter
+from fibrefit.core.units import is_si
+from fibrefit.laws.law import Effect
+from fibrefit.laws.ports import PORTS, hooks_of, own_classes, port_of
+
+MOVED = {
+    "rigs": "Name what the rig must have in acts_on, a set of Capability.",
+    "sought": "A search tries an effect of your own where you name it in also.",
+    "costly": "Take it out: a search asks it of its own catalogue only.",
+    "like": "Take it out: a search asks it of its own catalogue only.",
+}
+"""Attributes of laws that have no meaning there any more."""
+KINDS = "a subclass of GuideLaw, FibreLaw, PulleyLaw, DriveLaw, PushLaw, PivotLaw, SensorLaw or RigLaw"
+
+
+def refusals(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    """Reasons for which no model can hold an effect, as errors that are not raised.
+
+    Parameters
+    ----------
+    effect : Effect class
+    where : str
+        How messages name it.
+    """
+    title = getattr(effect, "name", "")
+    if not isinstance(title, str) or title.count(".") != 1:
+        yield StudyError(where, f"its name is {title!r}", 'a name = "port.effect"', "Set the class attribute `name`.")
+    elif (named := title.partition(".")[0]) not in PORTS:
+        near = did_you_mean(named, PORTS) or "The name begins with the port the law acts on."
+        yield StudyError(where, f'unknown port "{named}" in its name', f"one of {', '.join(PORTS)}", near)
+    if port_of(effect) is None:
+        yield StudyError(where, "it is a law of no port", KINDS, "Derive the class from one of them.")
+        return
+    yield from _of_parameters(effect, where)
+    yield from _of_methods(effect, where)
+
+
+def omissions(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    """What an effect should say and does not; a model could do without it, a reader could not.
+
+    Parameters
+    ----------
+    effect, where
+        As for `refusals`.
+    """
+    text = inspect.cleandoc(effect.__doc__ or "")
+    if not text or text.startswith(f"{effect.__name__}("):
+        yield StudyError(where, "no docstring", "one sentence, and sections Law, Parameters, Valid range, Source")
+    elif "\nLaw\n---" not in text:
+        yield StudyError(where, "no section Law in its docstring", "its equation under that title")
+    for p in effect.parameters:
+        place = f"{where}, parameter {p.name}"
+        if not p.doc:
+            yield StudyError(place, "no words for it", "a sentence that says what it is")
+        if not p.lower < p.typical < p.upper:
+            yield StudyError(place, f"typical {p.typical:g}", f"a value between {p.lower:g} and {p.upper:g}")
+        if p.name in effect.strength and not p.lower <= p.null <= p.upper:
+            yield StudyError(place, f"null {p.null:g} is out of its range", f"{p.lower:g} to {p.upper:g}")
+        if p.log and p.lower <= 0.0:
+            yield StudyError(place, f"searched by its logarithm from {p.lower:g}", "a positive lower limit")
+        if p.reciprocal != math.isinf(p.null):
+            yield StudyError(place, f"null {p.null:g}", "reciprocal=True where the null is infinite, and only there")
+
+
+def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    names = [p.name for p in effect.parameters]
+    if not names:
+        yield StudyError(where, "it declares no parameter", "a field made with quantity(...)", "Declare its strength.")
+    for field in dataclasses.fields(effect):
+        if field.name not in names:
+            do = f'Write {field.name}: jax.Array = quantity("N", "what it is", 1.0), or ClassVar for a constant.'
+            yield StudyError(f"{where}, field {field.name}", "not declared as a parameter", "quantity(...)", do)
+    for name in effect.strength:
+        if name not in names:
+            do = did_you_mean(name, names)
+            yield StudyError(f"{where}, strength", f'no parameter "{name}"', f"one of {', '.join(names)}", do)
+    yield from (error for p in effect.parameters for error in _of_unit(p, f"{where}, parameter {p.name}"))
+
+
+def _of_unit(parameter: Parameter, where: str) -> Iterator[StudyError]:
+    known = is_si(parameter.unit)
+    if known is None:
+        yield StudyError(where, f'unknown unit "{parameter.unit}"', 'an SI unit such as N, N s/m or 1/m, "-" for none')
+    elif not known:
+        yield StudyError(
+            where, f'unit "{parameter.unit}" is not SI', "the unit the law computes in", "Inside, all is SI."
+        )
+
+
+def _of_methods(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    """Public names of a user's classes that mean nothing to the port."""
+    own, port = own_classes(effect), port_of(effect) or ""
+    known = {name for cls in effect.__mro__ if cls not in own for name in dir(cls)} | {"name"}
+    fields = {field.name for field in dataclasses.fields(effect)}
+    hooks = hooks_of(port)
+    for cls in own:
+        for name, value in vars(cls).items():
+            if name.startswith("_") or name in known | fields:
+                continue
+            place = f"{where}, {name}"
+            if name in MOVED:
+                yield StudyError(place, "means nothing in a law", "", MOVED[name])
+            elif callable(value) or isinstance(value, staticmethod | classmethod | property):
+                do = did_you_mean(name, hooks) or "The name of a helper begins with an underscore."
+                yield StudyError(place, f"no hook of the port {port}", f"one of {', '.join(hooks)}", do)
+            elif near := did_you_mean(name, known - set(hooks)):
+                yield StudyError(place, "means nothing in a law", "", f"{near} A constant begins with an underscore.")

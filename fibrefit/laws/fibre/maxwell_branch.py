@@ -1,0 +1,51 @@
+"""Maxwell element parallel to the fibre (standard linear solid): tension that relaxes."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.laws.law import FibreLaw, Memory, quantity
+
+
+class MaxwellBranch(FibreLaw):
+    """Maxwell element parallel to the fibre (standard linear solid): tension that relaxes.
+
+    Law
+    ---
+    ``+ k_1 (e - q)``, ``q' = (e - q)/τ``; while slack ``q' = -q/τ``.
+
+    Parameters
+    ----------
+    branch_stiffness : () in N/m
+        k_1.
+    relaxation_time : () in s
+        τ.
+
+    Valid range
+    -----------
+    τ from the sampling interval to the length of a record; a shorter one is damping, a longer one stiffness.
+
+    Source
+    ------
+    The standard linear solid, e.g. Flügge, Viscoelasticity (1975), ch. 1.
+    """
+
+    name: ClassVar[str] = "fibre.maxwell_branch"
+    memory: ClassVar[tuple[str, ...]] = ("dashpot_stretch",)
+    branch_stiffness: jax.Array = quantity("N/m", "stiffness of the relaxing branch", 3e3, lower=0.0, upper=1e6)
+    relaxation_time: jax.Array = quantity("s", "time in which it relaxes", 0.02, lower=5e-4, upper=10.0, log=True)
+
+    def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
+        """k_1 (e - q)."""
+        return self.branch_stiffness * (stretch - memory[0])
+
+    def memory_at_rest(self, stretch: jax.Array) -> Memory:
+        """Relaxed: q = e."""
+        return (jnp.maximum(stretch, 0.0),)
+
+    def memory_rate(self, stretch: jax.Array, rate: jax.Array, memory: Memory, slack: jax.Array) -> Memory:
+        """Creep of the dashpot."""
+        return ((jnp.maximum(stretch, 0.0) - memory[0]) / self.relaxation_time,)

@@ -1,0 +1,44 @@
+"""Damping that depends on the rate of stretch."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from fibrefit.laws.law import FibreLaw, quantity
+
+REFERENCE_RATE = 0.1
+"""v_ref, in m/s."""
+
+
+class RateDependentDamping(FibreLaw):
+    """Damping that depends on the rate of stretch.
+
+    Law
+    ---
+    Viscous tension ``b ė max(0.05, 1 + β |ė|/v_ref)``, ``v_ref`` = 0.1 m/s.
+
+    Parameters
+    ----------
+    damping_rate_factor : () a pure number
+        β, relative change of the damping at 0.1 m/s.
+
+    Valid range
+    -----------
+    The floor of 5 % keeps a fibre whose damping falls with speed from feeding energy in.
+
+    Source
+    ------
+    Series expansion of a nonlinear dashpot about zero rate.
+    """
+
+    name: ClassVar[str] = "fibre.rate_dependent_damping"
+    damping_rate_factor: jax.Array = quantity(
+        "-", "relative change of damping at 0.1 m/s of stretching", 0.5, lower=-1.0, upper=20.0
+    )
+
+    def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """max(0.05, 1 + β |ė|/v_ref)."""
+        return jnp.maximum(0.05, 1.0 + self.damping_rate_factor * jnp.abs(rate) / REFERENCE_RATE)

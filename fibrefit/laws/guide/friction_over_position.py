@@ -1,0 +1,42 @@
+"""Coulomb friction that differs along the guide."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.laws.law import GuideLaw, quantity
+
+
+class FrictionOverPosition(GuideLaw):
+    """Coulomb friction that differs along the guide.
+
+    Law
+    ---
+    Level ``F_c + g u + h u²`` instead of F_c.
+
+    Parameters
+    ----------
+    gradient : () in N/m
+        g.
+    curvature : () in N/m^2
+        h.
+
+    Valid range
+    -----------
+    Where the level stays positive; u counts from the zero of the position channel.
+
+    Source
+    ------
+    The first terms of any smooth course, e.g. of a guide clamped harder at one end or in its middle.
+    """
+
+    name: ClassVar[str] = "guide.friction_over_position"
+    strength: ClassVar[tuple[str, ...]] = ("gradient", "curvature")
+    gradient: jax.Array = quantity("N/m", "change of Coulomb friction along the guide", 5.0)
+    curvature: jax.Array = quantity("N/m^2", "change of that change along the guide", 5.0)
+
+    def roughness(self, position: jax.Array) -> jax.Array:
+        """G u + h u²."""
+        return (self.gradient + self.curvature * position) * position

@@ -1,0 +1,42 @@
+"""A spring between the mass in a guide and the ground."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.laws.law import GuideLaw, quantity
+
+
+class Spring(GuideLaw):
+    """A spring between the mass in a guide and the ground.
+
+    Law
+    ---
+    Force ``k (u - u0)`` against the + direction.
+
+    Parameters
+    ----------
+    spring_stiffness : () in N/m
+        k.
+    spring_zero : () in m
+        u0, reading of the position at which the spring is at rest; a constant force moves it alike.
+
+    Valid range
+    -----------
+    Any; the spring pulls and pushes.
+
+    Source
+    ------
+    Hooke's law.
+    """
+
+    name: ClassVar[str] = "guide.spring"
+    stands_for: ClassVar[tuple[str, ...]] = ("force_offset",)
+    spring_stiffness: jax.Array = quantity("N/m", "stiffness of a spring to ground", 500.0, lower=0.0, upper=1e7)
+    spring_zero: jax.Array = quantity("m", "position at which the spring is at rest", 1e-2, lower=-100.0, upper=100.0)
+
+    def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
+        """K (u - u0)."""
+        return self.spring_stiffness * (position - self.spring_zero)

@@ -1,0 +1,78 @@
+"""Effects of a user's own, in a file beside the study: found, loaded, and refused where no model could hold them."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import TypeGuard
+
+from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.laws.declared import KINDS, refusals
+from fibrefit.laws.law import Effect
+
+
+def from_file(name: str, directory: Path) -> object:
+    """What a user's file holds by the name after the colon.
+
+    Parameters
+    ----------
+    name : str
+        ``"my_effects.py:MyEffect"``.
+    directory : pathlib.Path
+        Where its path begins.
+
+    Raises
+    ------
+    StudyError
+        If there is no such file, it fails, or it holds nothing of that name.
+    """
+    file, _, wanted = name.rpartition(":")
+    path = (directory / file).resolve()
+    if not path.is_file():
+        raise StudyError(f'effect "{name}"', f"no file {path}", "a Python file beside the study", "Check the path.")
+    module = _load(path, name)
+    found = getattr(module, wanted, None)
+    if found is None:
+        classes = [n for n, v in vars(module).items() if inspect.isclass(v) and v.__module__ == module.__name__]
+        hint = did_you_mean(wanted, classes) or "Check the name after the colon."
+        raise StudyError(f'effect "{name}"', f"no {wanted} in {path.name}", ", ".join(classes) or "a class", hint)
+    return found
+
+
+def _load(path: Path, name: str) -> ModuleType:
+    title = f"fibrefit_user_{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+    if title in sys.modules:
+        # A second class of the same file must be of the same module: JAX tells pytrees apart by their class.
+        return sys.modules[title]
+    spec = importlib.util.spec_from_file_location(title, path)
+    if spec is None or spec.loader is None:
+        raise StudyError(f'effect "{name}"', f"{path.name} is not a Python file", "a file ending in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[title] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[title]
+        raise StudyError(
+            f'effect "{name}"', f"{path.name} fails with {type(error).__name__}: {error}", do="Run the file by itself."
+        ) from error
+    return module
+
+
+def is_effect(found: object) -> TypeGuard[type[Effect]]:
+    """Whether something is a class of effects."""
+    return inspect.isclass(found) and issubclass(found, Effect)
+
+
+def checked(found: object, name: str) -> type[Effect]:
+    """`found` if it is an effect that a model can hold."""
+    where = f'effect "{name}"'
+    if not is_effect(found):
+        raise StudyError(where, f"{found!r} is no effect", KINDS)
+    for refusal in refusals(found, where):
+        raise refusal
+    return found

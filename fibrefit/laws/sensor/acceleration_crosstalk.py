@@ -1,0 +1,41 @@
+"""A force gauge that feels the acceleration of the weight besides the force."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.core.capability import Capability
+from fibrefit.laws.law import Channels, SensorLaw, of_force, quantity
+
+
+class AccelerationCrosstalk(SensorLaw):
+    """A force gauge that feels the acceleration of the weight besides the force.
+
+    Law
+    ---
+    ``F + m_x u''``, u'' of the weight in its + direction.
+
+    Parameters
+    ----------
+    seismic_mass : () in kg
+        m_x, the mass that the gauge would have to carry along for that.
+
+    Valid range
+    -----------
+    Frequencies well below the gauge's own.
+
+    Source
+    ------
+    Mass of the transducer itself: Ewins, Modal Testing (2000), ch. 3.
+    """
+
+    name: ClassVar[str] = "sensor.acceleration_crosstalk"
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.GUIDE})
+    feels: ClassVar[tuple[str, ...]] = ("acceleration",)
+    seismic_mass: jax.Array = quantity("kg", "force read per acceleration of the weight", 0.03, lower=-5.0, upper=5.0)
+
+    def measure(self, channels: Channels, times: jax.Array) -> Channels:
+        """F + m_x u''."""
+        return of_force(channels, lambda force: force + self.seismic_mass * channels["acceleration"])

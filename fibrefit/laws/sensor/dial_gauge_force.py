@@ -1,0 +1,44 @@
+"""A dial gauge that pushes on the weight whose position it measures."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.core.capability import Capability
+from fibrefit.laws.law import GuideLaw, quantity
+
+
+class DialGaugeForce(GuideLaw):
+    """A dial gauge that pushes on the weight whose position it measures.
+
+    Law
+    ---
+    ``- (F_d + k_d u)`` on the weight.
+
+    Parameters
+    ----------
+    gauge_force : () in N
+        F_d, push of the plunger at u = 0.
+    gauge_spring : () in N/m
+        k_d, rate of its spring.
+
+    Valid range
+    -----------
+    The plunger keeps contact: F_d + k_d u > 0.
+
+    Source
+    ------
+    Measuring force of mechanical dial gauges, ISO 463.
+    """
+
+    name: ClassVar[str] = "sensor.dial_gauge_force"
+    strength: ClassVar[tuple[str, ...]] = ("gauge_force", "gauge_spring")
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
+    gauge_force: jax.Array = quantity("N", "push of the dial gauge at the zero of position", 1.0, lower=0.0, upper=50.0)
+    gauge_spring: jax.Array = quantity("N/m", "rate of its spring", 30.0, lower=0.0, upper=5e3)
+
+    def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
+        """F_d + k_d u."""
+        return self.gauge_force + self.gauge_spring * position

@@ -1,0 +1,41 @@
+"""A force channel that is late against the others."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax
+
+from fibrefit.core.capability import Capability
+from fibrefit.laws.law import SensorLaw, quantity
+
+
+class ForceDelay(SensorLaw):
+    """A force channel that is late against the others.
+
+    Law
+    ---
+    ``F(t - δ)``.
+
+    Parameters
+    ----------
+    delay : () in s
+        δ; need not be a whole number of samples.
+
+    Valid range
+    -----------
+    Shorter than the record; before its first sample the force is taken as constant.
+
+    Source
+    ------
+    Multiplexed loggers, and digital filters of constant group delay.
+    """
+
+    name: ClassVar[str] = "sensor.force_delay"
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
+    dynamic: ClassVar[bool] = True
+    delay: jax.Array = quantity("s", "time by which the force reading is late", 1e-3, lower=0.0, upper=0.05)
+
+    def late_by(self) -> jax.Array:
+        """δ."""
+        return self.delay
