@@ -38,6 +38,7 @@ COMMANDS = {
     "report": "Put results on one HTML page that needs no other file.",
     "show": "Print the report of a result again.",
     "effects": "List the laws that can be added to a model.",
+    "glossary": "Say what the words of the reports mean.",
     "doctor": "Check the installation.",
 }
 

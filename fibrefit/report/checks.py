@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from fibrefit.report.layout import items, paragraph
 from fibrefit.study.summaries.summaries import CheckSummary
 
-GLOSSARY = "Terms: docs/glossary.md."
+GLOSSARY = "Terms: fibrefit glossary."
+"""Last line of the reports."""
 
 #: What is tested by a check that does not say so itself, such as one of an older file, by its name.
 QUANTITIES = {

@@ -103,3 +103,30 @@ def test_doctor_names_what_is_wrong(fibrefit: Run, monkeypatch: pytest.MonkeyPat
     done = fibrefit("doctor")
     assert done.code == 5
     assert "BAD  devices        RuntimeError: no device" in done.out
+
+
+def test_every_word_of_the_glossary_is_told(fibrefit: Run) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "glossary.md").read_text(encoding="utf-8")
+    told = fibrefit("glossary", "--json").document
+    assert len(told) == len([line for line in page.splitlines() if line.startswith("| ")]) - page.count("| word |")
+    assert all(term["section"] and term["word"] and term["meaning"] for term in told)
+    text = fibrefit("glossary").out
+    assert "](" not in text
+    assert "`" not in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_a_word_is_looked_up(fibrefit: Run) -> None:
+    done = fibrefit("glossary", "hausman", "r-hat")
+    assert done.code == 0
+    assert done.out.startswith("Estimates\n---------\nHausman test: whether OLS and GLS estimates differ")
+    assert "Posterior\n---------\nR-hat: ratio" in done.out
+    assert "walker" not in done.out
+
+
+def test_a_word_that_is_not_in_the_glossary(fibrefit: Run) -> None:
+    done = fibrefit("glossary", "hausmann")
+    assert done.code == 2
+    assert (
+        done.err == 'error: word "hausmann": not in the glossary; expected one of its words. Did you mean "Hausman"?\n'
+    )

@@ -33,6 +33,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "report": ("report", "fitted"),
     "show": ("show", "fitted"),
     "effects": ("effects",),
+    "glossary": ("glossary",),
     "doctor": ("doctor",),
 }
 SHORT = ("init", "inspect", "effects")

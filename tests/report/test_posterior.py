@@ -99,7 +99,7 @@ def test_it_says_what_matters() -> None:
         "-5.0 +/- 1.0 +3.0 the other",
         "guide.quadratic_drag +0.5 +/- 1.0 +3.0 alike",
         "FAILED residual size: The normalised residual RMS of force is 2.03, expected 1.",
-        "docs/glossary.md",
+        "Terms: fibrefit glossary.",
         "Run fibrefit discover",
         "Go on with --resume",
     ):

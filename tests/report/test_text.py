@@ -66,7 +66,7 @@ def test_it_says_what_matters() -> None:
         "2.5 times as wide",
         "Multistart: 20 of 32 starts reached the best minimum; 1 local minimum: cost x 8.5 (12).",
         "Gap: normalised residual RMS",
-        "docs/glossary.md",
+        "Terms: fibrefit glossary.",
         "and 8 more",
         "What to do next",
         "Newey-West",
