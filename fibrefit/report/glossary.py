@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 PLACES = (PACKAGE / "glossary.md", PACKAGE.parent / "docs" / "glossary.md")
 
 
-class Term(NamedTuple):
+class Explained(NamedTuple):
     """A word, or several for one thing.
 
     Parameters
@@ -33,7 +33,7 @@ class Term(NamedTuple):
     meaning: str
 
 
-def terms() -> list[Term]:
+def terms() -> list[Explained]:
     """All words of the glossary, in its order."""
     found, section = [], ""
     for line in next((place for place in PLACES if place.is_file()), PLACES[0]).read_text(encoding="utf-8").split("\n"):
@@ -41,11 +41,11 @@ def terms() -> list[Term]:
             section = line.removeprefix("## ")
         cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         if len(cells) == 2 and cells[0] != "word" and set(cells[0]) != {"-"}:
-            found.append(Term(section, *map(_plain, cells)))
+            found.append(Explained(section, *map(_plain, cells)))
     return found
 
 
-def terms_with(words: Sequence[str]) -> list[Term]:
+def terms_with(words: Sequence[str]) -> list[Explained]:
     """Terms that have one of `words` in them, in the order of the glossary.
 
     Raises
@@ -54,7 +54,7 @@ def terms_with(words: Sequence[str]) -> list[Term]:
         If there is none with a word.
     """
     known = terms()
-    found: set[Term] = set()
+    found: set[Explained] = set()
     for word in words:
         having = [term for term in known if re.search(rf"\b{re.escape(word)}", term.word, re.IGNORECASE)]
         if not having:
@@ -65,7 +65,7 @@ def terms_with(words: Sequence[str]) -> list[Term]:
     return [term for term in known if term in found]
 
 
-def glossary(found: Sequence[Term]) -> str:
+def glossary(found: Sequence[Explained]) -> str:
     """Terms under their sections, for the terminal."""
     parts = []
     for section, group in groupby(found, key=lambda term: term.section):
@@ -73,7 +73,7 @@ def glossary(found: Sequence[Term]) -> str:
     return "\n".join(parts[1:])
 
 
-def _entry(term: Term) -> str:
+def _entry(term: Explained) -> str:
     return textwrap.fill(f"{term.word}: {term.meaning}", WIDTH, subsequent_indent="    ", break_on_hyphens=False)
 
 
