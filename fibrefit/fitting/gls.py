@@ -17,7 +17,8 @@ from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.search.with_input_errors import MISSED, linearised_in_errors
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, arrowhead, local_of, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import View, apart

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, weigh
-from fibrefit.problem.estimate.gauss_newton import Unknowns, local_of, place_of
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at
+from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
 from fibrefit.problem.estimate.population import Between, between
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View, apart

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
-from fibrefit.problem.estimate.gauss_newton import SETTLED, PosteriorMode, arrowhead, local_grams, mode
+from fibrefit.problem.estimate.gauss_newton import SETTLED, mode
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

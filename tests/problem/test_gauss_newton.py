@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from fibrefit.problem.estimate.gauss_newton import (
-    SETTLED,
+from fibrefit.problem.estimate.gauss_newton import SETTLED, mode
+from fibrefit.problem.estimate.normal_equations import (
     Place,
     PosteriorMode,
     Unknowns,
     arrowhead,
     local_of,
-    mode,
     penalty,
     place_of,
 )

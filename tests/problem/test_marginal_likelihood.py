@@ -21,7 +21,8 @@ from fibrefit.problem.estimate.evidence import (
     laplace,
     weigh,
 )
-from fibrefit.problem.estimate.gauss_newton import RIGID, PosteriorMode, Unknowns, arrowhead, mode
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
 from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm, t
 
 from fibrefit.problem.estimate import evidence as weighing
-from fibrefit.problem.estimate.gauss_newton import Unknowns, place_of
+from fibrefit.problem.estimate.normal_equations import Unknowns, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, mixture_quantile, quantiles
 
 RECORDS = 5

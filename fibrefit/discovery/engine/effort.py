@@ -13,6 +13,8 @@ NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
+PATIENCE = 10
+"""Evaluations in which a hypothesis has to gain half a nat: bounces give a cost kinks, and it is crept down for ever."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
@@ -42,6 +44,11 @@ def slopes_tell(gap: float) -> bool:
 def astray(log: float, parent: float) -> bool:
     """Whether a hypothesis that contains its parent lies in a wrong minimum, by the evidence of both in nats."""
     return not log > parent - WRONG_MINIMUM
+
+
+def worthless(parent: float) -> float:
+    """Objective, twice a negative logarithm, from which a hypothesis that contains its parent is not followed."""
+    return parent + 2.0 * WRONG_MINIMUM
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:

@@ -12,7 +12,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.gauss_newton import Unknowns
+from fibrefit.problem.estimate.normal_equations import Unknowns
 from fibrefit.problem.estimate.unknowns import prior_of
 from fibrefit.problem.statement.layout import Slot
 

@@ -20,8 +20,8 @@ from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FEWEST, QUANTISED, RANK
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.problem.estimate.gauss_newton import STEP
 from fibrefit.problem.estimate.gls import inverse
+from fibrefit.problem.estimate.normal_equations import STEP
 from fibrefit.problem.noise.spectrum import Noise, periodogram
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import Place, PosteriorMode, Unknowns, arrowhead, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors

@@ -19,12 +19,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import RIGID, Place, PosteriorMode, Unknowns, mode
+from fibrefit.problem.estimate.gauss_newton import EVERYTHING, SETTLED, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
+from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
@@ -94,7 +94,12 @@ class MarginalLikelihood:
 
 
 def weigh(
-    unknowns: Unknowns, start: Place, gram: Gram, sigma: np.ndarray | None = None, **options: Any
+    unknowns: Unknowns,
+    start: Place,
+    gram: Gram,
+    sigma: np.ndarray | None = None,
+    settled: float = SETTLED,
+    effort: Effort = EVERYTHING,
 ) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
 
@@ -105,15 +110,17 @@ def weigh(
     gram : callable
     sigma : (n_scattering,), optional
         Standard deviations to begin with.
-    **options
+    settled, effort
         Of `mode`.
     """
     sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
     at: Place | PosteriorMode = start
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
-        found = mode(unknowns, at, gram, sigma, **options)
+        found = mode(unknowns, at, gram, sigma, settled, effort)
         evidence = laplace(found)
+        if found.objective > effort.worthless:
+            return evidence
         seen |= dict.fromkeys(np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist(), evidence)
         evidence = _as_seen(evidence, seen)
         best = int(np.argmax(evidence.weight))

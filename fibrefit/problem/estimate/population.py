@@ -13,7 +13,8 @@ import numpy as np
 from scipy.special import ndtr
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import RIGID, solved
+from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.normal_equations import RIGID
 
 INSIDE_95 = (0.025, 0.975)
 HALVINGS = 60

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import RIGID, Place, Unknowns, arranged, held_places
+from fibrefit.problem.estimate.normal_equations import RIGID, Place, Unknowns, arranged, held_places
 from fibrefit.problem.estimate.schur import solved
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import Unknowns
+from fibrefit.problem.estimate.normal_equations import Unknowns
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 

@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.problem.estimate.gauss_newton import Place, Unknowns, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
+from fibrefit.problem.estimate.normal_equations import Place, Unknowns, place_of
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured

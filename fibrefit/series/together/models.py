@@ -24,7 +24,8 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.estimate.gauss_newton import PosteriorMode, mode, place_of
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, place_of
 from fibrefit.problem.task import Task
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch

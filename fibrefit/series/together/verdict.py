@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.problem.estimate.gauss_newton import PosteriorMode
+from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population

@@ -1,0 +1,261 @@
+"""Normal equations about a place: what is unknown, where it is, and the arrowhead matrices of slopes there.
+
+What records share comes first, what belongs to each follows; products of slopes of different records vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.problem.estimate.gram import Gram
+
+STEP = 1e-6
+"""Difference step of a coordinate."""
+STEADY = 0.01
+"""Size below which a difference step no longer falls with its coordinate."""
+RIGID = 1e-7
+"""Standard deviation that stands for no deviations at all."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Which of the records' values are unknown, and what is believed of them.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the shared values, then of each record's own.
+    shared : (n_shared,) int
+        Places of the shared values among a record's values.
+    each : (n_each,) int
+        Places of the values of each record's own.
+    free : (n_record, n_each) bool
+        Which of those are unknown; the others are held.
+    scattering : (n_scattering,) int
+        Places among the shared values, all logarithmic, of those that deviate from record to record.
+    log : (n_shared,) bool
+    reference, scale : (n_shared,) in SI units
+        A coordinate is ``log(value / reference)`` or ``(value - reference) / scale``.
+    mean : (n_shared,)
+        Of the prior of each coordinate.
+    precision : (n_shared, n_shared)
+        Inverse of the covariance of that prior.
+    lower, upper : (n_shared,)
+        Bounds of the coordinates.
+    one_sided : (n_shared,) bool
+        Whether a bound lies at the prior's mean: half of the prior is cut off.
+    size : (n_each,) in SI units
+        Typical size of each record's own values.
+    """
+
+    names: tuple[str, ...]
+    shared: np.ndarray
+    each: np.ndarray
+    free: np.ndarray
+    scattering: np.ndarray
+    log: np.ndarray
+    reference: np.ndarray
+    scale: np.ndarray
+    mean: np.ndarray
+    precision: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    one_sided: np.ndarray
+    size: np.ndarray
+
+    @property
+    def columns(self) -> np.ndarray:
+        """Places of all unknown values of a record."""
+        return np.concatenate([self.shared, self.each])
+
+    @property
+    def own(self) -> np.ndarray:
+        """Columns of what belongs to one record: its own values, then its deviations."""
+        return np.concatenate([len(self.shared) + np.arange(len(self.each)), self.scattering]).astype(int)
+
+    def value(self, z: np.ndarray) -> np.ndarray:
+        """Values in SI units of coordinates ``(..., n_shared)``."""
+        with np.errstate(over="ignore"):
+            return np.where(
+                self.log, self.reference * np.exp(np.where(self.log, z, 0.0)), self.reference + self.scale * z
+            )
+
+    def coordinate(self, value: np.ndarray) -> np.ndarray:
+        """Coordinates of values ``(..., n_shared)`` in SI units, inside their bounds."""
+        ratio = value / np.where(self.log, self.reference, 1.0)
+        z = np.where(self.log, np.log(np.maximum(ratio, 1e-300)), (value - self.reference) / self.scale)
+        return np.clip(z, self.lower, self.upper)
+
+    def slope(self, z: np.ndarray) -> np.ndarray:
+        """Change of values with their coordinates ``(n_shared,)``, in SI units."""
+        return np.where(self.log, self.value(z), self.scale)
+
+
+class Place(NamedTuple):
+    """A set of unknowns.
+
+    Parameters
+    ----------
+    z : (n_shared,)
+    own : (n_record, n_each) in units of their sizes
+    eta : (n_record, n_scattering)
+    rest : (n_record, n_local) in SI units
+        Values that are held.
+    """
+
+    z: np.ndarray
+    own: np.ndarray
+    eta: np.ndarray
+    rest: np.ndarray
+
+
+class Arrowhead(NamedTuple):
+    """Normal equations about a place, the deviations' prior left out.
+
+    Parameters
+    ----------
+    shared : (n_shared, n_shared)
+    cross : (n_record, n_shared, n_own)
+    blocks : (n_record, n_own, n_own)
+    pull : (n_shared,)
+        Half the gradient of the cost with respect to the shared coordinates.
+    pulls : (n_record, n_own)
+    cost : float
+        Sum of squared residuals.
+    costs : (n_record,)
+    """
+
+    shared: np.ndarray
+    cross: np.ndarray
+    blocks: np.ndarray
+    pull: np.ndarray
+    pulls: np.ndarray
+    cost: float
+    costs: np.ndarray
+
+
+@dataclass(frozen=True)
+class PosteriorMode:
+    """Where Q is smallest.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    normal : Arrowhead
+        There.
+    sigma : (n_scattering,)
+    promised : float
+        Fall of Q that one more step promises.
+    steps : int
+        Evaluations.
+    """
+
+    unknowns: Unknowns
+    place: Place
+    normal: Arrowhead
+    sigma: np.ndarray
+    promised: float
+    steps: int
+
+    @property
+    def local(self) -> np.ndarray:
+        """Values of each record, ``(n_record, n_local)`` in SI units."""
+        return local_of(self.unknowns, self.place)
+
+    @property
+    def values(self) -> np.ndarray:
+        """Shared values, ``(n_shared,)`` in SI units."""
+        return self.unknowns.value(self.place.z)
+
+    @property
+    def objective(self) -> float:
+        """Q."""
+        return self.normal.cost + penalty(self.unknowns, self.place, self.sigma)
+
+
+def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = None) -> Place:
+    """Unknowns at given values.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    local : (n_record, n_local) in SI units
+        The shared values are their means over the records, geometric where they are logarithmic.
+    eta : (n_record, n_scattering), optional
+        Deviations; what the values themselves show by default.
+    """
+    z = unknowns.coordinate(local[:, unknowns.shared])
+    middle = np.clip(z.mean(axis=0), unknowns.lower, unknowns.upper)
+    found = (z - middle)[:, unknowns.scattering] if eta is None else eta
+    return Place(middle, local[:, unknowns.each] / unknowns.size, found, local.copy())
+
+
+def local_of(unknowns: Unknowns, place: Place) -> np.ndarray:
+    """Values of each record, ``(n_record, n_local)`` in SI units."""
+    local = place.rest.copy()
+    local[:, unknowns.each] = place.own * unknowns.size
+    z = np.repeat(place.z[None], len(local), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    local[:, unknowns.shared] = unknowns.value(z)
+    return local
+
+
+def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
+    """What the priors add to the sum of squares."""
+    deviation, away = place.eta / np.maximum(sigma, RIGID), place.z - unknowns.mean
+    return float(np.sum(deviation**2) + away @ unknowns.precision @ away)
+
+
+def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
+    """Normal equations about a place."""
+    return arranged(unknowns, local_grams(unknowns, place, gram))
+
+
+def local_grams(
+    unknowns: Unknowns, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None
+) -> np.ndarray:
+    """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    place : Place
+    gram : callable
+    further : ((n_direction,) int, (n_direction,) in SI units), optional
+        Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
+    """
+    local = local_of(unknowns, place)
+    z = np.repeat(place.z[None], len(local), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    shared = np.where(unknowns.log, STEP, STEP * np.maximum(np.abs(place.z), STEADY))
+    steps = np.repeat(shared[None], len(local), axis=0)
+    own = STEP * np.maximum(np.abs(place.own), STEADY)
+    targets = np.concatenate([unknowns.value(z + steps), (place.own + own) * unknowns.size], axis=1)
+    columns, rate = unknowns.columns, np.concatenate([1.0 / steps, 1.0 / own], axis=1)
+    if further is not None:
+        columns = np.concatenate([columns, further[0]])
+        targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
+    rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
+    return gram(local, columns, targets) * rate[:, :, None] * rate[:, None, :]
+
+
+def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
+    """Products of slopes sorted into what is shared and what belongs to each record."""
+    n, mine, held = len(unknowns.shared), unknowns.own, held_places(unknowns)
+    pulls = np.where(held, 0.0, grams[:, mine, -1])
+    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), grams[:, mine[:, None], mine])
+    cross = np.where(held[:, None, :], 0.0, grams[:, :n][:, :, mine])
+    # Where slopes are no numbers a record is lost, as it is where its motion is.
+    costs = np.where(np.isfinite(grams).all(axis=(1, 2)), grams[:, -1, -1], np.inf)
+    whole = grams[:, :n].sum(axis=0)
+    return Arrowhead(whole[:, :n], cross, blocks, whole[:, -1], pulls, float(costs.sum()), costs)
+
+
+def held_places(unknowns: Unknowns) -> np.ndarray:
+    """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
+    deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)
+    return np.concatenate([~unknowns.free, deviations], axis=1)
