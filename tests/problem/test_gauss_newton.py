@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from fibrefit.problem.estimate.gauss_newton import SETTLED, mode
+from fibrefit.problem.estimate.gauss_newton import NOTICED, SETTLED, Effort, mode
 from fibrefit.problem.estimate.normal_equations import (
     Place,
     PosteriorMode,
@@ -18,6 +18,7 @@ from fibrefit.problem.estimate.normal_equations import (
     penalty,
     place_of,
 )
+from fibrefit.problem.estimate.trust_region import SHORTEST, DampedStep, radius_after, step_within
 from tests.problem.toys import NAMES, Linear, begun, bounded, dense, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -136,7 +137,7 @@ def _bounded_dense(linear: Linear, of: Unknowns) -> np.ndarray:
 def test_a_start_outside_its_bounds_is_brought_in() -> None:
     of = bounded(unknowns(()), lower=(1, 0.5))
     linear = Linear.drawn(7, TRUTH)
-    found = mode(of, begun(of, np.array([0.0, -3.0, 0.0])), linear.gram, np.zeros(0), max_steps=1)
+    found = mode(of, begun(of, np.array([0.0, -3.0, 0.0])), linear.gram, np.zeros(0), effort=Effort(steps=1))
     assert found.place.z[1] == 0.5
 
 
@@ -269,3 +270,44 @@ def test_a_motion_that_is_lost_at_the_start_is_told_and_not_raised(lost: float) 
     found = mode(of, begun(of), gram, np.array([0.05]))
     assert found.steps == 1
     assert not np.isfinite(found.objective)
+
+
+@pytest.mark.parametrize("share", [1e-6, 1e-3, 0.1, 0.5, 0.8])
+def test_a_step_has_the_size_of_the_radius_and_promises_less_the_shorter_it_is(share: float) -> None:
+    of, linear = unknowns(), Linear.drawn(11, TRUTH)
+    at = PosteriorMode(of, begun(of), arrowhead(of, begun(of), linear.gram), np.array([0.05]), np.inf, 1)
+    whole = step_within(at, 1e9)
+    shorter = step_within(at, share * whole.size)
+    assert shorter.size == pytest.approx(share * whole.size, rel=0.11)
+    # Q along any way falls at most as it does at its start.
+    assert 0.0 < shorter.promised < min(whole.promised, shorter.slope)
+    here = penalty(of, shorter.place, at.sigma) + np.sum(linear.residuals(local_of(of, shorter.place)) ** 2)
+    assert at.objective - here == pytest.approx(shorter.promised, rel=1e-4)
+
+
+def test_after_a_rise_the_radius_is_where_a_parabola_is_lowest() -> None:
+    # Q falls as 4 t - 10 t^2 along a step of size 3: a fall of -6 at its end, most at t = 0.2.
+    step = DampedStep(begun(unknowns()), promised=2.0, slope=4.0, size=3.0)
+    assert radius_after(step, -6.0, 5.0) == pytest.approx(0.6)
+    assert radius_after(step, -1e6, 5.0) == radius_after(step, np.nan, 5.0) == pytest.approx(3.0 * SHORTEST)
+    assert radius_after(step, 1.0, 5.0) == 5.0
+    assert radius_after(step, 1.9, 5.0) == 6.0
+    assert radius_after(step, 1.0, np.inf) == 3.0
+
+
+def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
+    of, linear, nothing = unknowns(()), Linear.drawn(3, TRUTH), np.zeros(0)
+
+    def misled(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        # Slopes a hundred times too large: each step goes a hundredth of its way.
+        scale = np.r_[np.full(len(columns), 100.0), 1.0]
+        return linear.gram(local, columns, targets) * np.outer(scale, scale)
+
+    ends = [mode(of, begun(of), misled, nothing, effort=effort) for effort in (Effort(), Effort(patience=5))]
+    assert ends[0].steps > ends[1].steps >= 6
+    assert ends[1].objective - ends[0].objective < ends[0].steps / 5 * NOTICED
+    given_up = Effort(patience=5, worthless=ends[1].objective - 1.0)
+    assert mode(of, begun(of), misled, nothing, effort=given_up).steps == 6
+    # What does not creep ends where it ended.
+    easy = [mode(of, begun(of), linear.gram, nothing, effort=effort) for effort in (Effort(), Effort(patience=2))]
+    assert easy[0].objective == pytest.approx(easy[1].objective, abs=SETTLED)

@@ -14,7 +14,7 @@ NEARLY = 1.1
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 PATIENCE = 10
-"""Evaluations in which a hypothesis has to gain half a nat: bounces give a cost kinks, and it is crept down for ever."""
+"""Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.special import ndtr
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.normal_equations import RIGID
+from fibrefit.problem.estimate.schur import solved
 
 INSIDE_95 = (0.025, 0.975)
 HALVINGS = 60

@@ -23,7 +23,7 @@ ROUGHLY = 1.1
 """Factor to which a step has the size of the radius."""
 
 
-class Step(NamedTuple):
+class DampedStep(NamedTuple):
     """A step inside the bounds and within reach.
 
     Parameters
@@ -44,7 +44,7 @@ class Step(NamedTuple):
     size: float
 
 
-def radius_after(step: Step, fall: float, radius: float) -> float:
+def radius_after(step: DampedStep, fall: float, radius: float) -> float:
     """Radius of the trust region after a step, by how much Q fell of what was promised."""
     if not np.isfinite(fall):
         return SHORTEST * step.size
@@ -56,7 +56,7 @@ def radius_after(step: Step, fall: float, radius: float) -> float:
     return float(np.clip(0.5 * step.slope / (step.slope - fall), SHORTEST, 0.5)) * step.size
 
 
-def step_within(found: PosteriorMode, radius: float) -> Step:
+def step_within(found: PosteriorMode, radius: float) -> DampedStep:
     """The damped step of a size that is no more than a radius.
 
     Its damping is the one for which it has the size of the radius, to a tenth.
@@ -77,7 +77,7 @@ def step_within(found: PosteriorMode, radius: float) -> Step:
     return step
 
 
-def _trial(found: PosteriorMode, damping: float) -> Step:
+def _trial(found: PosteriorMode, damping: float) -> DampedStep:
     """A damped step inside the bounds."""
     unknowns, place = found.unknowns, found.place
     whole = _with_priors(found)
@@ -98,7 +98,7 @@ def _trial(found: PosteriorMode, damping: float) -> Step:
     bend = dz @ whole.shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, whole.cross, own)
     bend += np.einsum("ri,rij,rj->", own, whole.blocks, own)
     size = np.diag(whole.shared) @ dz**2 + np.sum(np.einsum("rii->ri", whole.blocks) * own**2)
-    return Step(way, slope - float(bend), slope, float(np.sqrt(size)))
+    return DampedStep(way, slope - float(bend), slope, float(np.sqrt(size)))
 
 
 def _with_priors(found: PosteriorMode) -> Arrowhead:
