@@ -1,4 +1,4 @@
-"""A check: a statistic, its threshold and the outcome; `fibrefit.report.sentences` explains it."""
+"""Checks and other statements as numbers and names; `fibrefit.report.sentences` puts them into words."""
 
 from __future__ import annotations
 
@@ -46,6 +46,22 @@ class Check:
     identifier: str = ""
     quantity: str = ""
     about: Literal["numbers", "model"] = "numbers"
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What was found besides the checks.
+
+    Parameters
+    ----------
+    identifier : str
+        By which its sentence is found.
+    facts : mapping of str to object
+        What the sentence needs, in SI units.
+    """
+
+    identifier: str
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -9,9 +9,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from fibrefit.core.check import Statement
 from fibrefit.core.time_limit import Budget, check_time, in_time
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import Reading, described, probe_all
+from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
@@ -99,11 +100,12 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=" ".join([reason, *(refused or _taken_out(at, best))]),
+        reason=(*reason, *(refused or _taken_out(at, best))),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
         unexplained=_left_over(search, kept, after, None if complete else readings, law and law[1]),
+        looks_like=None if complete else _looks_like(kept, search, after, readings),
         before=before,
         after=after,
         held_out=parts.take("predictions of left-out records", predicted, ()) if added else (),
@@ -127,13 +129,13 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
 
 def _confirmed(
     search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget
-) -> tuple[Weighed, Identification, list[str]]:
+) -> tuple[Weighed, Identification, list[Statement]]:
     """What was found and its fit, without what makes the gap larger once it is in the model; and what is said of that.
 
     A search weighs all hypotheses by reactions to errors of inputs as one model has them. An effect that changes these,
     such as a play of the size of the errors, may gain there what no fit finds again.
     """
-    said: list[str] = []
+    said: list[Statement] = []
     while best.effects:
         after = _final(search, best, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
@@ -142,26 +144,27 @@ def _confirmed(
         unlike = before.gls is not None and after.gls is None
         if cut or unlike or limits.choose is not None or not widens(*gaps):
             return best, after, said
-        says = (
-            f"With {best.names[-1]} in the model the normalised residual RMS rises from {gaps[0]:.3g} to {gaps[1]:.3g}"
-        )
-        said.append(f"{says}: it is not what is missing.")
+        said.append(Statement("widens", {"effect": best.names[-1], "gaps": gaps}))
         best = search.scales.without(best, best.effects[:-1])
     return best, before, said
 
 
 NOTHING: Verdict = "nothing_missing"
-NOT_ENDED = "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
 
 
-def _verdict(best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool) -> tuple[Verdict, str]:
+def _verdict(
+    best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool
+) -> tuple[Verdict, tuple[Statement, ...]]:
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
-        said = [alarm.says for alarm in alarms] or [f"{described(readings[0])} gains {readings[0].gain:.3g} nats."]
-        return "unexplained", f"{NONE_TRIED if cut else NO_EFFECT} {' '.join(said)}"
+        gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in readings[:1]]
+        told = [alarm.statement for alarm in alarms] or gains
+        return "unexplained", (Statement("none_tried" if cut else "no_effect"), *told)
     if cut and not best.effects:
-        return "not_trusted", NOT_ENDED
-    return _explained(best)
+        return "not_trusted", (Statement("time_ended"),)
+    # Innovations are noise, and no curve explains more than what was named.
+    levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
+    return "named" if best.effects else NOTHING, (Statement("noise_left", {"between_records": bool(levels.any())}),)
 
 
 def _left_over(
@@ -173,7 +176,6 @@ def _left_over(
     return Unexplained(
         gap=total(after.gap),
         where=where.places(after.residual_set),
-        looks_like=_looks_like(kept, search, after, readings),
         curves=drawn(readings, after, search.samples, law),
     )
 
@@ -222,49 +224,31 @@ def _separated(search: Search, rivals: Sequence[Rivals]) -> tuple[Separation, ..
     return tuple(record for record in found if record is not None)
 
 
-def _taken_out(at: Selection, best: Weighed) -> list[str]:
-    """What is said of effects that were added and are not kept."""
+def _taken_out(at: Selection, best: Weighed) -> list[Statement]:
+    """Effects that were added and are not kept."""
     added = [name for step in at.steps for name in step.added]
     gone = [name for name in dict.fromkeys(added) if name not in best.names]
-    if not gone or not best.effects:
-        return []
-    plural = len(gone) > 1
-    said = f"{' and '.join(gone)} {'were' if plural else 'was'} added and taken out again: with the others "
-    return [f"{said}{'they are' if plural else 'it is'} no longer more than chance."]
+    return [Statement("taken_out", {"effects": tuple(gone)})] if gone and best.effects else []
 
 
-NO_EFFECT = "A gap is left that no effect of the catalogue, alone or with others, accounts for."
-NONE_TRIED = "A gap is left that no effect that was tried accounts for, and the time ended before all was tried."
-
-
-def _explained(best: Weighed) -> tuple[Verdict, str]:
-    """Verdict and reason where innovations are noise, and no curve explains more than what was named."""
-    levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
-    left = "noise" if not levels.any() else "noise, and base parameters that differ a little between records"
-    return (
-        "named" if best.effects else NOTHING,
-        f"What is left is {left}: no test of the innovations objects.",
-    )
-
-
-def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> str:
-    """What is left of a fit in words: an event in time, or the free curve that accounts for most of it."""
+def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> Statement:
+    """What is left of a fit: an event in time, or the free curve that accounts for most of it."""
     whole = max(kept.fit.cost - search.samples, 1.0)
     share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
     if share < TELLS and (event := _event(found)):
         return event
     if not readings:
-        return f"nothing that is known of; {where.in_words(found.residual_set)}"
-    return f"{described(readings[0])}; it accounts for {100 * max(share, 0.0):.0f} % of the gap"
+        return Statement("unknown", {"lies": where.most_of(found.residual_set)})
+    return Statement("curve_left", curve_facts(readings[0]) | {"share": max(share, 0.0)})
 
 
-def _event(found: Identification) -> str:
-    """Records that part from the model at some instant and go on so; empty where none does."""
+def _event(found: Identification) -> Statement | None:
+    """Records that part from the model at some instant and go on so; None where none does."""
     if (one := where.onset(found.residual_set)) is not None:
-        others = ", the other records do not" if len(found.problem.layout.records) > 1 else ""
-        return f"an event in time: {one[0]} parts from the model at {one[1]:.3f} s{others}"
-    departing = [f"{record} at {instant:.3f} s" for record, instant in events(found.residual_set)]
-    return f"an event in time: records part from the model, {', '.join(departing)}" if departing else ""
+        others = len(found.problem.layout.records) > 1
+        return Statement("event", {"record": one[0], "instant": one[1], "others": others})
+    departing = tuple(events(found.residual_set))
+    return Statement("events", {"departing": departing}) if departing else None
 
 
 def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from fibrefit.core.check import Check
+from fibrefit.core.check import Check, Statement
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
@@ -53,12 +53,12 @@ def discover(
         stop=lambda: budget.used > BASE * limits.seconds,
     )
     if broken := _broken(before):
-        return replace(_not_trusted(before, "", budget), broken=broken)
+        return replace(_not_trusted(before, (), budget), broken=broken)
     with time_limit(budget.left - CONCLUDING * limits.seconds):
         begin = partial(begun, task, before, effects, tell, limits.folder)
         started, _ = in_time(begin, None)
         if started is None:
-            return _not_trusted(before, NO_TIME, budget)
+            return _not_trusted(before, (Statement("no_time"),), budget)
         at = forward_select(*started, before, limits)
     return concluded(before, started[1], at, limits, budget)
 
@@ -67,9 +67,6 @@ BASE = 0.3
 """Share of the time that the fit of the first model may take."""
 CONCLUDING = 0.35
 """Share that is kept for tests of what was found and for the fit of the final model."""
-NO_TIME = "The time ended before any effect was tried; more is given by --time."
-
-
 ASTRAY = 0.05
 """Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
 
@@ -91,6 +88,6 @@ def _broken(before: Identification) -> tuple[Check, ...]:
     )
 
 
-def _not_trusted(before: Identification, reason: str, budget: Budget) -> Finding:
+def _not_trusted(before: Identification, reason: tuple[Statement, ...], budget: Budget) -> Finding:
     left = Unexplained(gap=total(before.gap))
     return Finding("not_trusted", reason, (), (), (), left, before, before, (), (), budget.used)

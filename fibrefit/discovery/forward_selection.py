@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fibrefit.core.check import Statement
 from fibrefit.core.time_limit import beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED, PROMISING, is_partner, weighed_again
@@ -365,16 +366,14 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
     gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
-    sentence = f"{added}: the normalised residual RMS falls from {gaps[0]:.3g} to {gaps[1]:.3g}"
-    sentence += f" (logarithm of the Bayes factor {look.gain(chosen):.3g}, threshold {NAMED:g}). "
-    sentence = f"{sentence}{_changes(parent, chosen)}".strip()
     residual_set = before.residual_set if not parent.effects else what_is_left(search, parent)
     residuals_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
     summary = Round(
-        added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking,
-        sentence=f"{where.in_words(residual_set)}. {sentence}",
-    )  # fmt: skip
-    return TracedRound(summary, residual_set.residuals, residuals_with)
+        added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking
+    )
+    facts = {"effects": added, "gaps": gaps, "gain": look.gain(chosen), "threshold": NAMED}
+    grown = Statement("added", facts | {"changes": _changes(parent, chosen)})
+    return TracedRound(summary, residual_set.residuals, residuals_with, (where.most_of(residual_set), grown))
 
 
 def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:
@@ -386,13 +385,12 @@ def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:
     return residual_set_at(problem, values, search.task.noise)
 
 
-def _changes(parent: Weighed, chosen: Weighed) -> str:
-    """What the base parameters had carried in place of the effect."""
-    said, after = [], chosen.shared
-    for name, old in parent.shared.items():
-        new = after.get(name, old)
-        if abs(new - old) > CARRIED * abs(old):
-            unit = chosen.frame.declared[name].unit
-            said.append(f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}")
-    plural = "they had" if len(said) > 1 else "it had"
-    return f"With it {' and '.join(said)}: until then {plural} been biased by the missing effect." if said else ""
+def _changes(parent: Weighed, chosen: Weighed) -> tuple[tuple[str, float, float, str], ...]:
+    """Base parameters that had carried much in place of the effect: name, value before and with it, unit."""
+    after = chosen.shared
+    moved = [(name, old, after.get(name, old)) for name, old in parent.shared.items()]
+    return tuple(
+        (name, old, new, chosen.frame.declared[name].unit)
+        for name, old, new in moved
+        if abs(new - old) > CARRIED * abs(old)
+    )

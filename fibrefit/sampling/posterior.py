@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fibrefit.core.check import Check
+from fibrefit.core.check import Check, Statement
 from fibrefit.problem.estimate.hausman import HausmanTest
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.noise.choose import NoiseModel
@@ -113,12 +113,6 @@ def _share_left(prior: Prior, draws: np.ndarray) -> float:
     return float(min(np.sqrt(12.0) * np.std(prior.cdf(draws)), 1.0))
 
 
-ALIKE = (
-    "Records are taken for alike, as the drive of this rig was measured: where fibrefit fit finds that they differ, "
-    "these intervals are too narrow and values may be off by several of them.",
-)
-
-
 @dataclass(frozen=True)
 class Posterior:
     """The joint posterior of a problem's free values and its noise.
@@ -178,34 +172,26 @@ class Posterior:
         return self.target.values(points.reshape(-1, self.target.size)).reshape(points.shape)
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def remarks(self) -> tuple[Statement, ...]:
         """What a reader should know besides the checks."""
         return (*self._of_inputs(), *self._of_autocorrelation())
 
-    def _of_inputs(self) -> tuple[str, ...]:
+    def _of_inputs(self) -> tuple[Statement, ...]:
         if not self.widening.any():
             return ()
         points = self.course.kept.reshape(-1, self.target.size)[:, : len(self.widening)]
         ratio = np.sqrt(1.0 + np.diag(self.widening) / points.var(axis=0))
         worst = int(np.argmax(ratio))
-        return (
-            "The noise of the measured inputs widens the posterior: "
-            f"that of {self.target.names[worst]} to {ratio[worst]:.3g} times what exact inputs would give.",
-            *(ALIKE if len(self.density.problem.layout.records) > 1 and self.density.random_effects is None else ()),
-        )
+        widened = Statement("inputs_widen", {"worst": self.target.names[worst], "times": ratio[worst]})
+        alike = len(self.density.problem.layout.records) > 1 and self.density.random_effects is None
+        return (widened, Statement("records_alike")) if alike else (widened,)
 
-    def _of_autocorrelation(self) -> tuple[str, ...]:
+    def _of_autocorrelation(self) -> tuple[Statement, ...]:
         """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""
         shared = [i for i, (_, record) in enumerate(self.density.problem.layout.entries) if record is None]
         gains = [(float(self.hausman.efficiency[i]), self.target.names[i]) for i in shared]
         gains = sorted(gain for gain in gains if 0.0 < gain[0] < GAINED)
-        if not gains:
-            return ()
-        said = ", ".join(f"{name} {share:.2f}" for share, name in gains)
-        return (
-            "Noise is autocorrelated: the standard errors of generalised least squares (GLS) are below those of "
-            f"ordinary least squares (OLS) on the same records, by these factors: {said}.",
-        )
+        return (Statement("gls_gains", {"factors": tuple(gains)}),) if gains else ()
 
     @property
     def log_evidence(self) -> Evidence | None:

@@ -14,7 +14,7 @@ Paule and Mandel, J. Res. NBS 87 (1982); Knapp and Hartung, Stat. Med. 22 (2003)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -260,25 +260,4 @@ def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[
         corrected=chance,
         records=number,
         outliers=outliers,
-    )
-
-
-def sentence(trend: Trend, values: Mapping[str, np.ndarray]) -> str:
-    """A trend in words, with the values at the ends of its condition.
-
-    Parameters
-    ----------
-    trend : Trend
-    values : mapping of condition to (n_record,)
-    """
-    from fibrefit.core.units import format_quantity
-
-    seen = values[trend.condition][np.isfinite(values[trend.condition])]
-    ends = [float(seen.min()), float(seen.max())]
-    at = [format_quantity(trend.intercept + trend.slope * end, trend.unit, 3) for end in ends]
-    over = [format_quantity(end, trend.condition_unit, 3) for end in ends]
-    verb = "rises" if trend.slope > 0.0 else "falls"
-    return (
-        f"{trend.parameter} {verb} from {at[0]} at {trend.condition} {over[0]} to {at[1]} at {over[1]} "
-        f"({trend.records} records; probability by chance, among all looks, {trend.corrected:.2g})"
     )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fibrefit.core.check import Check
+from fibrefit.core.check import Check, Statement
 from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
@@ -145,16 +145,16 @@ def named(task: Task) -> Finding:
         ),
         *(candidate(f"fibre.hardening + {name}", 3.5) for name in ("guide.asymmetric_friction", "sensor.force_gain")),
     )
-    sentence = "31 % of the gap lies in the position while slack. The gap falls from 3.6 to 1.0 times the noise."
+    lies = {"channel": "position", "phase": "slack", "share": 0.31, "ways": (), "band": None}
+    grown = {"effects": VISCOUS.name, "gaps": (3.6, 1.0), "gain": 2000.0, "threshold": 4.0, "changes": ()}
     return Finding(
         verdict="named",
-        reason="What is left is noise.",
+        reason=(Statement("noise_left", {"between_records": False}),),
         added=(VISCOUS,),
         steps=(
             TracedRound(
-                Round(
-                    added=VISCOUS.name, gap_before=3.6, gap_after=1.0, where=WHERE, ranking=ranking, sentence=sentence
-                )
+                Round(added=VISCOUS.name, gap_before=3.6, gap_after=1.0, where=WHERE, ranking=ranking),
+                statements=(Statement("place", lies), Statement("added", grown)),
             ),
         ),
         cannot_tell_apart=((VISCOUS.name, "guide.quadratic_drag"),),
@@ -173,10 +173,14 @@ def named(task: Task) -> Finding:
 def unexplained(task: Task) -> Finding:
     """Nothing in the catalogue helped."""
     before = identified(task, wrong=5.0)
-    looks = "a friction in the guide that depends on the position of the weight, between -0.5 and 2.4 N"
+    looks = {
+        "curve": "a friction in the guide that depends on the position of the weight", "variable": "position",
+        "unit": "m", "height_unit": "N", "heights": (-0.5, 2.4), "range": (0.0, 0.01), "beyond": None, "below": None,
+        "turns": 0, "share": 0.9,
+    }  # fmt: skip
     return replace(
-        named(task), verdict="unexplained", reason="A gap is left.", added=(), steps=(), cannot_tell_apart=(),
-        unexplained=Unexplained(gap=3.6, where=WHERE, looks_like=looks, curves=CURVES),
+        named(task), verdict="unexplained", reason=(Statement("no_effect"),), added=(), steps=(), cannot_tell_apart=(),
+        unexplained=Unexplained(gap=3.6, where=WHERE, curves=CURVES), looks_like=Statement("curve_left", looks),
         before=before, after=before, held_out=(),
     )  # fmt: skip
 
@@ -184,23 +188,25 @@ def unexplained(task: Task) -> Finding:
 def nothing_missing(task: Task) -> Finding:
     """The first model was right."""
     before = identified(task)
-    reason = "The model explains the records down to their noise."
+    reason = (Statement("noise_left", {"between_records": False}),)
     left = Unexplained(gap=1.0)
     return replace(
-        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, before=before, after=before
-    )
+        unexplained(task), verdict="nothing_missing", reason=reason, unexplained=left, looks_like=None,
+        before=before, after=before,
+    )  # fmt: skip
 
 
 def not_trusted(task: Task) -> Finding:
     """The first fit failed, so that nothing was searched for."""
     before = identified(task, wrong=5.0, fatal=True)
-    reason = "The best simulation is not finite."
     left = Unexplained(gap=3.6)
     return replace(
         unexplained(task),
         verdict="not_trusted",
-        reason=reason,
+        reason=(),
         unexplained=left,
+        looks_like=None,
+        broken=before.checks,
         ranking=(),
         before=before,
         after=before,

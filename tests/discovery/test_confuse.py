@@ -15,13 +15,14 @@ import fibrefit
 from fibrefit.discovery.design.distinguish import _driven, best_split, detectable
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
-from fibrefit.discovery.model.finding import Choice, split
+from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.simulation.inputs import Signals
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.design.distinguish import confuse_study
@@ -106,7 +107,9 @@ def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None
     stated = laid.task.problem.observations.experiment.conditions
     assert found.conditions["inclination"] == pytest.approx(np.max(np.asarray(stated["inclination"])))
     assert found.conditions["lift"] == pytest.approx(2.0 * np.max(np.asarray(stated["lift"])))
-    assert found.says.startswith(f"To tell {viscous.name} from {drag.name}, the best further record is one like")
+    assert worded_separation(found).says.startswith(
+        f"To tell {viscous.name} from {drag.name}, the best further record is one like"
+    )
 
 
 def test_an_input_run_faster_and_farther() -> None:
@@ -125,8 +128,9 @@ def test_an_input_run_faster_and_farther() -> None:
 
 
 def test_a_record_of_a_menu_is_said_in_words() -> None:
-    parted = split(("a", "b"), Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5), "one.csv", 0.99, 0.98)
-    assert parted.says == (
+    choice = Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5)
+    found = separation(("a", "b"), choice, "one.csv", cosine_before=0.99, cosine_after=0.98)
+    assert worded_separation(found).says == (
         "To tell a from b, the best further record is one like one.csv with inclination 30 deg, its input run twice as "
         "fast, its input run half as far: the |cosine| of their sensitivities "
         "falls from 0.990 to 0.980. That is little: it takes another kind of test."

@@ -7,14 +7,20 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.discovery.curves.free_form import Reading, described, shape_errors
+from fibrefit.core.check import Statement
+from fibrefit.discovery.curves.free_form import Reading, curve_facts, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
+from fibrefit.report.sentences.discovery import discovery_sentence
 
 PLACES = np.linspace(-0.02, 0.01, FINE_KNOTS)
 
 
 def reading(heights: np.ndarray) -> Reading:
     return Reading(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), cast(Any, None), 10.0)
+
+
+def said_of(heights: np.ndarray) -> str:
+    return discovery_sentence(Statement("curve_gains", curve_facts(reading(heights)) | {"gain": 10.0}))
 
 
 @pytest.mark.parametrize("probe", PROBES)
@@ -38,12 +44,12 @@ def test_knots_over_the_position_are_finer() -> None:
 def test_a_wave_is_counted_by_its_turns_whatever_its_level(periods: float) -> None:
     wave = np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, FINE_KNOTS))
     ripple = 0.05 * (-1.0) ** np.arange(FINE_KNOTS)
-    assert f"rising and falling {round(2 * periods)} times over 30 mm" in described(reading(7.0 + wave + ripple))
+    assert f"rising and falling {round(2 * periods)} times over 30 mm" in said_of(7.0 + wave + ripple)
 
 
 def test_a_stop_is_told_by_where_it_begins() -> None:
     stop = np.maximum(PLACES - 0.005, 0.0) * 1e3
-    says = described(reading(stop))
+    says = said_of(stop)
     assert "beyond a position of 5" in says
     assert "rising and falling" not in says
 

@@ -75,9 +75,10 @@ def rough() -> Discovery:
 def test_what_is_outside_the_catalogue_is_not_named(rough: Discovery) -> None:
     assert rough.verdict == "unexplained"
     assert rough.added == ()
-    assert "friction" in rough.finding.unexplained.looks_like
-    best = rough.finding.unexplained.curves[0]
-    assert rough.finding.unexplained.looks_like.startswith(best.says)
+    left = rough.summary().unexplained
+    assert "friction" in left.looks_like
+    best = left.curves[0]
+    assert left.looks_like.startswith(best.says)
     assert all(error is not None and error > 0.0 for error in best.std_errors)
     assert "curve" in rough.plot()
     assert "What is missing, as a curve" in rough.report()

@@ -60,7 +60,7 @@ def test_a_force_that_is_logged_wrongly_neither_hides_an_effect_nor_makes_one_up
     if hidden:
         value, error = strength(found)
         assert abs(value - hidden) < SURE * error
-        assert found.finding.weights[0].says.endswith("small but systematic.")
+        assert found.summary().weights[0].says.endswith("small but systematic.")
 
 
 @pytest.mark.slow
@@ -73,4 +73,4 @@ def test_the_series_that_ships_lacks_its_asymmetry_when_the_model_does(tmp_path:
     # Its force is logged with an error: a curve with forty knots fits more of that, and is no reason to drop the name.
     assert (found.verdict, found.added) == ("unexplained", (shaped,))
     assert found.parameters[f"{shaped}.asymmetry"].value == pytest.approx(0.2, abs=0.02)
-    assert "standard error" in found.finding.weights[0].says
+    assert "standard error" in found.summary().weights[0].says

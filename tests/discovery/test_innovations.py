@@ -18,6 +18,7 @@ from fibrefit.discovery.residuals.innovations import (
     against_rest,
 )
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.report.sentences.discovery import discovery_sentence
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 from tests.problem.test_noise import RATE, trace
@@ -97,7 +98,7 @@ def test_a_parameter_that_steps_raises_an_alarm(test: Any, parameter: int) -> No
     found = [test(*drawn(seed, stepping(np.ones(RECORDS), parameter))) for seed in range(10)]
     assert all(alarm.raised for alarm in found)
     if test is drift:
-        assert all(f"Slow changes of {NAMES[parameter]} and" in alarm.says for alarm in found)
+        assert all(f"Slow changes of {NAMES[parameter]} and" in discovery_sentence(alarm.statement) for alarm in found)
 
 
 def test_steps_that_differ_from_record_to_record_are_no_drift() -> None:
@@ -167,7 +168,7 @@ def test_slow_noise_that_rests_do_not_show_raises_an_alarm(share: float) -> None
     found = [against_rest(resting(seed, share), "force", louder) for seed in range(10)]
     assert all(alarm is not None and alarm.raised for alarm in found)
     assert found[0] is not None
-    assert found[0].says.startswith("Below 40 Hz the force holds ")
+    assert discovery_sentence(found[0].statement).startswith("Below 40 Hz the force holds ")
     # The negative control: as much noise above is no slow noise.
     hiss = Noise(3.0 * noise.white, 3.0 * noise.pink, 0.0, 1000)
     assert all(probability(resting(seed, share), hiss) > CONTRADICTED for seed in range(10))
@@ -189,5 +190,5 @@ def test_too_little_rest_tells_nothing() -> None:
 
 
 def test_an_alarm_is_raised_below_its_threshold() -> None:
-    assert Alarm("a", 0.5e-4, 1e-4, "").raised
-    assert not Alarm("a", 2e-4, 1e-4, "").raised
+    assert Alarm("rest", 0.5e-4, 1e-4).raised
+    assert not Alarm("rest", 2e-4, 1e-4).raised

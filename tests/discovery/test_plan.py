@@ -11,9 +11,10 @@ import pytest
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design.plan import Worth, _errors, told_apart
 from fibrefit.discovery.engine.thresholds import APART
-from fibrefit.discovery.model.finding import Choice, said_of
+from fibrefit.discovery.model.finding import Choice
 from fibrefit.plots import plan_figures
 from fibrefit.report.any import report_of
+from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, plan_study
@@ -125,6 +126,6 @@ def test_costs_are_those_of_a_record_and_of_conditions_that_none_has() -> None:
 
 
 def test_a_choice_in_words() -> None:
-    assert said_of(Choice(0, {}), "a.csv") == "a.csv once more"
-    assert said_of(Choice(0, {}, pace=2.0), "a.csv") == "A record like a.csv with its input run twice as fast"
+    assert further_record("a.csv", Choice(0, {})) == "a.csv once more"
+    assert further_record("a.csv", Choice(0, {}, pace=2.0)) == "A record like a.csv with its input run twice as fast"
     assert Worth(Choice(0, {}), {"a": 0.5, "b": 2.0}, {}).error == pytest.approx(1.0)

@@ -10,11 +10,12 @@ import pytest
 from fibrefit.discovery.design import rivals as module
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis
-from fibrefit.discovery.model.finding import Choice, separating
+from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.discovery import worded_separation
 from tests.discovery.made import BASE
 
 VISCOUS, DRAG = CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.quadratic_drag"]
@@ -80,8 +81,9 @@ def test_what_cannot_be_simulated_is_not_proposed(
 
 @pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])
 def test_a_parting_is_said_in_words(after: float, help: str) -> None:
-    separation = separating(("a", "b"), Choice(1, {"added_mass": 5.0}, pace=2.0), "one.csv", 0.1, after)
-    assert separation.says == (
+    choice = Choice(1, {"added_mass": 5.0}, pace=2.0)
+    found = separation(("a", "b"), choice, "one.csv", apart_before=0.1, apart_after=after)
+    assert worded_separation(found).says == (
         "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
         f"fast: there they predict readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
         f"records at hand.{help}"

@@ -123,10 +123,10 @@ def an_event(share: float) -> bool:
     found: Any = SimpleNamespace(residual_set=with_gap(noise_alone(0, records=1), step))
     found.problem = found.residual_set.problem
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(conclusion, "described", lambda reading: "a curve")
+        patched.setattr(conclusion, "curve_facts", lambda reading: {})
         readings: Any = [SimpleNamespace(hypothesis=reading)]
         said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, readings)
-    return said.startswith("an event")
+    return said.identifier == "event"
 
 
 def visible(share: float) -> bool:

@@ -13,9 +13,11 @@ from fibrefit.discovery.residuals.chance import WRONGLY, loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
 from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
-from fibrefit.discovery.residuals.where import in_words, phase_shares, places
+from fibrefit.discovery.residuals.where import most_of, phase_shares, places
 from fibrefit.fitting.result import Identification
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import noise_of
+from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.left import BOUNCE, CHANNELS, COUNT, RATE, RECORDS, SIGMA, TAUT, noise_alone, of_colour, with_gap
 
 SERIES = 100
@@ -23,12 +25,16 @@ SERIES = 100
 BY_CHANCE = 2
 #: An exponential bound is wider than the exact quantile of a sum of squares, by no more than this.
 WIDER = 1.25
-QUIET = "No channel exceeds its noise level in any phase of the motion"
+QUIET = "No channel exceeds its noise level in any phase of the motion."
 
 SAMPLE = np.arange(COUNT)
 INTO = SAMPLE % BOUNCE - (BOUNCE - TAUT)
 """Samples since take-up."""
 CONTACT = SAMPLE // BOUNCE
+
+
+def in_words(found: ResidualSet) -> str:
+    return discovery_sentence(most_of(found))
 
 
 @pytest.mark.parametrize("pink", [0.0, 0.5])

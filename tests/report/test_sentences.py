@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.check import Check
-from fibrefit.report.sentences import fit, posterior, prediction
+from fibrefit.report.sentences import discovery, fit, posterior, prediction
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
@@ -33,7 +33,8 @@ def identifiers(folder: str, kind: str = "Check") -> set[str]:
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and ast.unparse(node.func) == kind:
                 first = node.args[0] if node.args and kind != "Check" else None
-                found |= {first.value} if isinstance(first, ast.Constant) else set()
+                either = (first.body, first.orelse) if isinstance(first, ast.IfExp) else (first,)
+                found |= {one.value for one in either if isinstance(one, ast.Constant)}
                 for word in node.keywords:
                     if word.arg == "identifier" and isinstance(word.value, ast.Constant | ast.Name):
                         of = word.value
@@ -46,6 +47,12 @@ def test_every_check_has_a_sentence(folder: str) -> None:
     made = identifiers(folder)
     assert made
     assert made <= set(MADE_IN[folder])
+
+
+def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None:
+    made = identifiers("discovery", "Statement") | identifiers("discovery", "Alarm")
+    assert made == set(discovery.SENTENCES)
+    assert identifiers("sampling", "Statement") == set(posterior.REMARKS)
 
 
 def test_a_channel_is_named_by_the_identifier() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,6 @@ from fibrefit.laws.catalogue import suits
 
 SI = ROLES | STATES
 """SI unit of each variable."""
-READ_IN = {"m": ("mm", 1e3)}
-"""Unit a person reads an SI unit in, and its factor, where it is another."""
 FROM_ZERO = ("speed", "tension", "stretch")
 """Variables whose range begins at zero."""
 ACTS = 0.2
@@ -89,22 +88,22 @@ def probe_all(
     return sorted((reading for reading in readings if reading.gain > worth), key=lambda reading: -reading.gain)
 
 
-def described(reading: Reading) -> str:
-    """The curve in words."""
-    probe, shape = reading.probe, shape_of(reading)
-    unit, factor = _read_in(SI[probe.variable])
-    knots = reading.knots * factor
-    height_unit, height_factor = _read_in(probe.unit)
-    heights = shape * height_factor
-    says = f"{probe.says}, between {heights.min():.2g} and {heights.max():.2g} {height_unit}"
-    if acts := acting(heights):
-        beyond = acts[1] == len(knots) - 1
-        place = knots[acts[0] if beyond else acts[1]]
-        says += f", {'beyond' if beyond else 'below'} a {probe.variable} of {place:.3g} {unit}"
-    turns = _turns(heights)
-    if turns >= 2:
-        says += f", rising and falling {turns} times over {knots[-1] - knots[0]:.3g} {unit}"
-    return says
+def curve_facts(reading: Reading) -> dict[str, Any]:
+    """What a sentence says of the curve: its range, where it acts and how often it turns."""
+    probe, shape, knots = reading.probe, shape_of(reading), reading.knots
+    acts = acting(shape)
+    beyond = acts is not None and acts[1] == len(knots) - 1
+    return {
+        "curve": probe.says,
+        "variable": probe.variable,
+        "unit": SI[probe.variable],
+        "height_unit": probe.unit,
+        "heights": (float(shape.min()), float(shape.max())),
+        "range": (float(knots[0]), float(knots[-1])),
+        "beyond": float(knots[acts[0]]) if acts and beyond else None,
+        "below": float(knots[acts[1]]) if acts and not beyond else None,
+        "turns": _turns(shape),
+    }
 
 
 def shape_of(reading: Reading) -> np.ndarray:
@@ -120,10 +119,6 @@ def acting(shape: np.ndarray) -> tuple[int, int] | None:
     if len(there) and there[-1] < half:
         return 0, int(there[-1]) + 1
     return None
-
-
-def _read_in(si: str) -> tuple[str, float]:
-    return READ_IN.get(si, (si, 1.0))
 
 
 def _turns(heights: np.ndarray) -> int:

@@ -25,7 +25,7 @@ from fibrefit.discovery.engine.effort import strengths_settled
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import UNIQUE, gate
-from fibrefit.discovery.model.finding import Choice, split
+from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.statement.layout import assembled, gathered, scale_of
@@ -200,7 +200,8 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
     after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
-    return split((pair[0].name, pair[1].name), menu[best], record, before, after[best])
+    names = (pair[0].name, pair[1].name)
+    return separation(names, menu[best], record, cosine_before=before, cosine_after=after[best])
 
 
 def menu_grams(

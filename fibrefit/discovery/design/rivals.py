@@ -18,7 +18,7 @@ import numpy as np
 from fibrefit.discovery.design.distinguish import menu_of, records_of
 from fibrefit.discovery.engine.candidates import Hypothesis, alone
 from fibrefit.discovery.engine.refit import difference_steps
-from fibrefit.discovery.model.finding import Choice, separating
+from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.task import Task
@@ -60,9 +60,8 @@ def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return None
     best = int(np.nanargmax(after))
-    return separating(
-        rivals.names, menu[best], records[menu[best].record], float(np.nanmax(before)), float(after[best])
-    )
+    measures = {"apart_before": float(np.nanmax(before)), "apart_after": float(after[best])}
+    return separation(rivals.names, menu[best], records[menu[best].record], **measures)
 
 
 def _apart(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], choices: list[Choice]) -> np.ndarray:

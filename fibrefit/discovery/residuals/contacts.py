@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,8 +63,8 @@ def contacts(found: ResidualSet, own: list[ChannelResidual]) -> list[Contact]:
     return listed
 
 
-def after_take_up(found: ResidualSet, own: list[ChannelResidual], phase: int) -> list[str]:
-    """What can be said of the gap of one channel in a taut phase and the take-ups before it; empty where nothing can.
+def after_take_up(found: ResidualSet, own: list[ChannelResidual], phase: int) -> dict[str, Any]:
+    """What is known of the gap of one channel in a taut phase and the take-ups before it; empty where nothing is.
 
     Parameters
     ----------
@@ -72,21 +72,17 @@ def after_take_up(found: ResidualSet, own: list[ChannelResidual], phase: int) ->
     own : list of Strand
         The channel in each record.
     phase : int
+
+    Returns
+    -------
+    dict of str to object
+        ``soon``, the time [s] in which most of it lies, and ``soon_share``; ``with_speed``, as `trend` has it.
     """
     listed = contacts(found, own)
     if not listed:
-        return []
+        return {}
     within, share = soon(listed, phase)
-    said = [] if within is None else [f"{100 * share:.0f} % of that in the first {_in_ms(within)} after take-up"]
-    if (way := trend(listed, phase, within)) is not None:
-        said.append(f"it {way} with the speed at take-up")
-    return said
-
-
-def _in_ms(time: float) -> str:
-    """Rounded up to half a millisecond, or a whole one."""
-    step = 0.5 if time < 5e-3 else 1.0
-    return f"{step * np.ceil(1e3 * time / step - 1e-6):g} ms"
+    return {"soon": within, "soon_share": share, "with_speed": trend(listed, phase, within)}
 
 
 def soon(listed: list[Contact], phase: int) -> tuple[float | None, float]:

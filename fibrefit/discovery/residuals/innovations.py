@@ -10,12 +10,14 @@ Constancy of parameters by cumulated scores: Nyblom, J. Am. Stat. Assoc. 84 (198
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2, gamma
 
+from fibrefit.core.check import Statement
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FEWEST, QUANTISED, RANK
@@ -41,22 +43,29 @@ class Alarm:
 
     Parameters
     ----------
-    quantity : str
+    test : str
+        Its identifier: ``constancy``, ``drift`` or ``rest``.
     probability : float
         Of something as strange, if nothing were missing.
     threshold : float
-    says : str
+    facts : mapping of str to object
+        What else was found.
     """
 
-    quantity: str
+    test: str
     probability: float
     threshold: float
-    says: str
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def raised(self) -> bool:
         """Whether the model is not complete."""
         return self.probability < self.threshold
+
+    @property
+    def statement(self) -> Statement:
+        """What a report says of it."""
+        return Statement(self.test, {**self.facts, "probability": self.probability})
 
 
 def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[Alarm, ...]:
@@ -115,11 +124,7 @@ def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
         total += sum(gain for gain, _ in each) - lost[0]
         freedom += sum(rank for _, rank in each) - lost[1]
     probability = float(chi2.sf(total, freedom)) if freedom > 0 else 1.0
-    says = f"Parameters of their own in {WINDOWS} parts of each motion gain {total:.0f} in twice the log likelihood, "
-    says += "where "
-    return Alarm(
-        "constancy of the parameters", probability, ALARM, f"{says}chance gives {freedom} (p = {probability:.2g})."
-    )
+    return Alarm("constancy", probability, ALARM, {"parts": WINDOWS, "gain": total, "chance": freedom})
 
 
 def _gain(information: np.ndarray, score: np.ndarray, scale: np.ndarray) -> tuple[float, int]:
@@ -148,13 +153,7 @@ def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) 
     gain, rank = _gain(normal, pull, scale)
     probability = float(chi2.sf(gain, rank)) if rank else 1.0
     each = [_gain(normal[j::p, j::p], pull[j::p], scale[j::p])[0] for j in range(p)]
-    says = f"Slow changes of {names[int(np.argmax(each))]} and the others within a motion, alike in all records, gain "
-    return Alarm(
-        "drift of the parameters",
-        probability,
-        ALARM,
-        f"{says}{gain:.0f} where chance gives {rank} (p = {probability:.2g}).",
-    )
+    return Alarm("drift", probability, ALARM, {"worst": names[int(np.argmax(each))], "gain": gain, "chance": rank})
 
 
 def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm | None:
@@ -185,9 +184,5 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
     if number < FEWEST or level < QUANTISED:
         return None
     probability = float(gamma.cdf(slow / level, number))
-    says = (
-        f"Below {SLOW:g} Hz the {channel} holds {number * level / max(slow, 1e-300):.2g} times the noise it has at rest"
-    )
-    return Alarm(
-        f"slow noise of the {channel} against rest", probability, CONTRADICTED, f"{says} (p = {probability:.2g})."
-    )
+    facts = {"channel": channel, "below": SLOW, "times": number * level / max(slow, 1e-300)}
+    return Alarm("rest", probability, CONTRADICTED, facts)

@@ -1,9 +1,10 @@
-"""Where model and measurement part: which record, channel, time and phase; in a picture and in words."""
+"""Where model and measurement part: which record, channel, time and phase."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.core.check import Statement
 from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
@@ -101,11 +102,11 @@ def _by_phase(pieces: list[ChannelResidual]) -> dict[tuple[int, int], float]:
     return {key: max(excess, 0.0) for key, excess in sums.items()}
 
 
-def in_words(found: ResidualSet) -> str:
-    """One sentence, without its full stop, on where most of the gap lies.
+def most_of(found: ResidualSet) -> Statement:
+    """Where most of the gap lies: ``place``, or ``no_place`` where it lies nowhere.
 
     Channel and phase; how soon after the fibre goes taut and whether it depends on the speed at which it does; whether
-    it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is said only where it
+    it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is told only where it
     is beyond what noise would show.
 
     Parameters
@@ -116,17 +117,18 @@ def in_words(found: ResidualSet) -> str:
     excess = _by_phase(pieces)
     sure = [key for key in excess if _is_sure([p for p in pieces if p.channel == key[0]], key[1], len(excess))]
     if not sure:
-        return "No channel exceeds its noise level in any phase of the motion"
+        return Statement("no_place")
     c, phase = max(sure, key=lambda key: excess[key])
     channel, own = found.channels[c], [piece for piece in pieces if piece.channel == c]
     share = excess[c, phase] / sum(excess.values())
-    said = f"{100 * share:.0f} % of the gap lies in the {channel} while {PHASES[phase]}{_besides(found, c, phase)}"
-    more = []
-    if phase in TAUT:
-        more += after_take_up(found, own, phase)
-    if (band := narrow_band(spectrum_of(own), own[0].noise)) is not None:
-        more.append(f"{100 * band[2]:.0f} % of that of the {channel} lies between {band[0]:.3g} and {band[1]:.3g} Hz")
-    return "; ".join([said, *more])
+    facts = {
+        "channel": channel,
+        "phase": PHASES[phase],
+        "share": share,
+        "ways": _ways(found, c, phase),
+        "band": narrow_band(spectrum_of(own), own[0].noise),
+    }
+    return Statement("place", facts | (after_take_up(found, own, phase) if phase in TAUT else {}))
 
 
 def _is_sure(own: list[ChannelResidual], phase: int, looks: int) -> bool:
@@ -140,23 +142,22 @@ def _is_sure(own: list[ChannelResidual], phase: int, looks: int) -> bool:
     return power > loudest(longest.noise, number, len(longest.times), longest.rate, looks)
 
 
-def _besides(found: ResidualSet, channel: int, phase: int) -> str:
+def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str], ...]:
     """What the guide or the drive does where nearly all of that gap lies, if they do not do it most of the time."""
     moved, up, down = found.motion, *found.problem.model.rig.directions
-    ways: list[tuple[str, np.ndarray]] = []
+    ways: list[tuple[tuple[str, str], np.ndarray]] = []
     if moved.sliding is not None and phase < FORWARDS:
-        ways += [(f"sliding {up}", moved.sliding == 1), (f"sliding {down}", moved.sliding == -1)]
+        ways += [(("sliding", up), moved.sliding == 1), (("sliding", down), moved.sliding == -1)]
     if moved.driven is not None and phase != HELD:
-        ways += [("the drive moves", moved.driven), ("the drive is at rest", ~moved.driven)]
+        ways += [(("the drive", "moves"), moved.driven), (("the drive", "is at rest"), ~moved.driven)]
     counted = np.asarray(found.problem.observations.weight[found.channels[channel]]) > 0.0
     inside = counted & (moved.phase == phase)
     excess = np.where(inside, found.residuals[:, channel] ** 2 - 1.0, 0.0)
-    said = [
-        words
-        for words, mask in ways
+    return tuple(
+        way
+        for way, mask in ways
         if excess[mask].sum() > MOSTLY * excess.sum() and (inside & mask).sum() < OF_TIME * inside.sum()
-    ]
-    return f" and {' and '.join(said)}" if said else ""
+    )
 
 
 def onset(found: ResidualSet) -> tuple[str, float] | None:

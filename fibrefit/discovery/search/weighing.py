@@ -11,7 +11,6 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import Hypothesis, alone, without
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.model.finding import weight_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
@@ -53,7 +52,16 @@ def weights(search: Search, best: Weighed, after: Identification) -> tuple[Weigh
         beyond = max(search.base.fit.cost - search.samples, other.gain, 1.0)
         share = float(np.clip(other.gain / beyond, 0.0, 1.0))
         distance = _distance(other.effect, values, errors)
-        found.append(weight_of(other.effect.name, *_share_of_signal(search, kept, other), share, distance))
+        of_signal, signal = _share_of_signal(search, kept, other)
+        found.append(
+            Weight(
+                effect=other.effect.name,
+                share_of_signal=of_signal,
+                signal=signal,
+                share_of_gap=share,
+                standard_errors=distance,
+            )
+        )
     return tuple(found)
 
 

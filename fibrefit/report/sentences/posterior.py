@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fibrefit.core.check import Check
+from fibrefit.core.check import Check, Statement
 from fibrefit.report.sentences.fit import check_summary, hausman_sentence
 from fibrefit.study.summaries.summaries import CheckSummary
 
@@ -26,6 +26,33 @@ def posterior_sentence(check: Check) -> str:
 def posterior_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
     """Checks of a posterior as its summary has them."""
     return tuple(check_summary(check, posterior_sentence(check)) for check in checks)
+
+
+def remark(found: Statement) -> str:
+    """What a reader should know besides the checks."""
+    return REMARKS[found.identifier](found)
+
+
+def _gls_gains(found: Statement) -> str:
+    factors = ", ".join(f"{name} {share:.2f}" for share, name in found.facts["factors"])
+    return (
+        "Noise is autocorrelated: the standard errors of generalised least squares (GLS) are below those of ordinary "
+        f"least squares (OLS) on the same records, by these factors: {factors}."
+    )
+
+
+REMARKS: dict[str, Callable[[Statement], str]] = {
+    "inputs_widen": lambda found: (
+        f"The noise of the measured inputs widens the posterior: that of {found.facts['worst']} to "
+        f"{found.facts['times']:.3g} times what exact inputs would give."
+    ),
+    "records_alike": lambda found: (
+        "Records are taken for alike, as the drive of this rig was measured: where fibrefit fit finds that they "
+        "differ, these intervals are too narrow and values may be off by several of them."
+    ),
+    "gls_gains": _gls_gains,
+}
+"""By identifier."""
 
 
 HEAVY_TAILS = 1.0

@@ -44,7 +44,7 @@ class Round(Part):
     gap_after: float
     where: tuple[GapPlace, ...] = ()
     ranking: tuple[Candidate, ...] = ()
-    sentence: str
+    sentence: str = Field(default="", description="Where the gap lay before it, and what was added, in words.")
 
 
 class FreeCurve(Part):
@@ -106,7 +106,7 @@ class Weight(Part):
     signal: str = Field(description="What was measured: `force` where a force drives the rig, else `readings`.")
     share_of_gap: float = Field(description="Of the squared gap beyond noise, 0 to 1.")
     standard_errors: float = Field(description="By which its strength differs from zero.")
-    says: str
+    says: str = Field(default="", description="The same in words.")
 
 
 class Separation(Part):
@@ -127,7 +127,7 @@ class Separation(Part):
         "record at hand where it is largest.",
     )
     apart_after: Known = Field(default=None, description="The same in the further record.")
-    says: str
+    says: str = Field(default="", description="What to measure, and what it would tell, in words.")
 
 
 class Detectable(Part):

@@ -16,6 +16,7 @@ from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.report.confusion import distinguish_report
+from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
 from fibrefit.study import Study, as_study
@@ -67,7 +68,7 @@ class Confused(AnyResult, Saved):
             cosine=tuple(map(tuple, found.cosine.tolist())),
             cannot_tell_apart=tuple((first, second) for first, second, _ in found.pairs()),
             cannot_see=found.invisible,
-            best_further_record=self.split,
+            best_further_record=self.split and worded_separation(self.split),
             provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
         )
 

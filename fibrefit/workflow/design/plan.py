@@ -14,13 +14,14 @@ from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.model.finding import Choice, said_of
+from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.report.plan import plan_report
+from fibrefit.report.sentences.discovery import further_record
 from fibrefit.rigs.rig import Rig
 from fibrefit.store import ResultDirectory, read_summary
 from fibrefit.store.summary import provenance, write_summary
@@ -295,4 +296,4 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
         said.append(f"the standard error of {name} falls by {100.0 * (1.0 - worth.errors[name]):.0f} %")
     if worth.limits:
         said.append(f"detection limits fall by {100.0 * (1.0 - worth.limit):.0f} % on average")
-    return f"{said_of(worth.choice, record)} ({minutes:g} min): {', '.join(said)}."
+    return f"{further_record(record, worth.choice)} ({minutes:g} min): {', '.join(said)}."

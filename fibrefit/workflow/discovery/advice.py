@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.workflow.thresholds import PREDICTED
 
@@ -36,7 +37,7 @@ def _named(finding: Finding) -> tuple[str, ...]:
             f"Decide between {either} by what is known of the rig, or add a record under other conditions: "
             "these do not separate them."
         )
-    said += [record.says for record in finding.separated_by]
+    said += [worded_separation(record).says for record in finding.separated_by]
     missed = [held.record for held in finding.held_out if not held.gap_after <= PREDICTED]
     if missed:
         said.append(

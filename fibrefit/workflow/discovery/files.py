@@ -9,6 +9,13 @@ import numpy as np
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.fibre.point_masses import PointMasses
 from fibrefit.records import Record
+from fibrefit.report.sentences.discovery import (
+    discovery_sentence,
+    reason,
+    worded_round,
+    worded_separation,
+    worded_weight,
+)
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
@@ -30,20 +37,21 @@ def discovery_summary(
     shared = {name: getattr(final, name) for name in s.FitResultSummary.model_fields} | {
         "advice": next_steps(finding, narrowed)
     }
+    looks_like = finding.looks_like and discovery_sentence(finding.looks_like)
     return d.DiscoverySummary(
         **shared,
         verdict=finding.verdict,
-        reason=finding.reason or " ".join(map(fit_sentence, finding.broken)),
+        reason=reason(finding.reason) or " ".join(map(fit_sentence, finding.broken)),
         added=tuple(effect.name for effect in finding.added),
         told=statements_of(finding),
-        rounds=tuple(step.summary for step in finding.steps),
+        rounds=tuple(worded_round(step.summary, step.statements) for step in finding.steps),
         cannot_tell_apart=finding.cannot_tell_apart,
-        separated_by=finding.separated_by,
+        separated_by=tuple(map(worded_separation, finding.separated_by)),
         detectable=finding.detectable,
-        unexplained=finding.unexplained,
+        unexplained=finding.unexplained.model_copy(update={"looks_like": looks_like}),
         before=_before(finding),
         held_out=finding.held_out,
-        weights=finding.weights,
+        weights=tuple(map(worded_weight, finding.weights)),
         ranking=finding.ranking,
         proposed_law=finding.proposed_law and finding.proposed_law.summary,
         untried=finding.untried,

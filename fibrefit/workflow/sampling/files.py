@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
-from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words
+from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
 from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
@@ -63,7 +63,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         compared=found.compared,
         second_opinion=None if found.cross_check is None else _cross_check(posterior, found.cross_check),
         fit_status=found.start.status,
-        remarks=posterior.remarks,
+        remarks=tuple(map(remark, posterior.remarks)),
         checks=checks,
         advice=posterior_advice(checks, course.converged, found.cross_check is not None),
         provenance=origin,

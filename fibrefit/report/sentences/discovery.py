@@ -1,0 +1,233 @@
+"""Sentences of a discovery, by the identifiers of what was found: quantity, number, threshold, consequence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from fibrefit.core.check import Statement
+from fibrefit.core.units import format_quantity
+from fibrefit.study.summaries.discovery import Round, Separation, Weight
+
+SMALL = 0.05
+"""Share of the signal below which an effect is called small."""
+SURE = 5.0
+"""Standard errors from which an effect is called systematic."""
+LITTLE = 0.97
+"""Factor on the likeness that is no great help."""
+NO_HELP = " That is little: it takes another kind of test."
+READ_IN = {"m": ("mm", 1e3)}
+"""Unit a person reads an SI unit in, and its factor, where it is another."""
+
+
+def discovery_sentence(found: Statement) -> str:
+    """What a search found."""
+    return SENTENCES[found.identifier](found.facts)
+
+
+def reason(found: Sequence[Statement]) -> str:
+    """Why a verdict is what it is."""
+    return " ".join(map(discovery_sentence, found))
+
+
+def worded_round(summary: Round, found: Sequence[Statement]) -> Round:
+    """A round with what was found in it put into words."""
+    return summary.model_copy(update={"sentence": " ".join(map(discovery_sentence, found))})
+
+
+def worded_weight(found: Weight) -> Weight:
+    """The size of an effect with the sentence that says it."""
+    sure = found.standard_errors >= SURE
+    times = f"{found.standard_errors:.0f}" if sure else f"{found.standard_errors:.2g}"
+    says = f"{found.effect} makes up {100.0 * found.share_of_signal:.2g} % of the {found.signal} and accounts for "
+    says += f"{100.0 * found.share_of_gap:.0f} % of the gap"
+    if sure:
+        small = ": small but systematic." if found.share_of_signal < SMALL else "."
+        says += f"; its strength is {times} times its standard error{small}"
+    else:
+        says += f", but its strength is only {times} times its standard error."
+    return found.model_copy(update={"says": says})
+
+
+class Varied(Protocol):
+    """A record under other conditions, or driven otherwise."""
+
+    @property
+    def conditions(self) -> Mapping[str, float]:
+        """Those that differ, in SI units."""
+
+    @property
+    def pace(self) -> float:
+        """Factor on how fast its input runs."""
+
+    @property
+    def size(self) -> float:
+        """Factor on how far its input runs."""
+
+
+def further_record(like: str, choice: Varied) -> str:
+    """A record that could be measured."""
+    changed = _changed(choice)
+    return f"A record like {like} with {changed}" if changed else f"{like} once more"
+
+
+def _changed(choice: Varied) -> str:
+    parts = [f"{name} {_condition(name, value)}" for name, value in choice.conditions.items()]
+    for factor, how in ((choice.pace, "fast"), (choice.size, "far")):
+        if factor != 1.0:
+            parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
+    return ", ".join(parts)
+
+
+def _condition(name: str, value: float) -> str:
+    if name == "inclination":
+        return f"{math.degrees(value):.3g} deg"
+    return format_quantity(value, "kg" if name.endswith("mass") else "m", 3)
+
+
+def worded_separation(found: Separation) -> Separation:
+    """A record that tells two effects apart, with the sentence that says what it would tell."""
+    first, second = found.pair
+    begin = f"To tell {first} from {second}, the best further record is one like {found.record} with {_changed(found)}"
+    if found.cosine_before is not None and found.cosine_after is not None:
+        before, after = found.cosine_before, found.cosine_after
+        told = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
+        little = after > LITTLE * before
+    else:
+        before, after = found.apart_before or 0.0, found.apart_after or 0.0
+        told = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in "
+        told += "the records at hand."
+        little = after <= before / LITTLE
+    return found.model_copy(update={"says": f"{begin}: {told}{NO_HELP if little else ''}"})
+
+
+Facts = Mapping[str, Any]
+
+
+def _place(facts: Facts) -> str:
+    ways = "".join(f" and {what} {how}" for what, how in facts["ways"])
+    said = [f"{100 * facts['share']:.0f} % of the gap lies in the {facts['channel']} while {facts['phase']}{ways}"]
+    if facts.get("soon") is not None:
+        said.append(f"{100 * facts['soon_share']:.0f} % of that in the first {_in_ms(facts['soon'])} after take-up")
+    if facts.get("with_speed") is not None:
+        said.append(f"it {facts['with_speed']} with the speed at take-up")
+    if facts["band"] is not None:
+        low, high, share = facts["band"]
+        said.append(f"{100 * share:.0f} % of that of the {facts['channel']} lies between {low:.3g} and {high:.3g} Hz")
+    return f"{'; '.join(said)}."
+
+
+def _in_ms(time: float) -> str:
+    """Rounded up to half a millisecond, or a whole one."""
+    step = 0.5 if time < 5e-3 else 1.0
+    return f"{step * math.ceil(1e3 * time / step - 1e-6):g} ms"
+
+
+def _added(facts: Facts) -> str:
+    before, after = facts["gaps"]
+    said = f"{facts['effects']}: the normalised residual RMS falls from {before:.3g} to {after:.3g} (logarithm of the "
+    said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g})."
+    if not facts["changes"]:
+        return said
+    moved = " and ".join(
+        f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}"
+        for name, old, new, unit in facts["changes"]
+    )
+    they = "they had" if len(facts["changes"]) > 1 else "it had"
+    return f"{said} With it {moved}: until then {they} been biased by the missing effect."
+
+
+def _constancy(facts: Facts) -> str:
+    return (
+        f"Parameters of their own in {facts['parts']} parts of each motion gain {facts['gain']:.0f} in twice the log "
+        f"likelihood, where chance gives {facts['chance']} (p = {facts['probability']:.2g})."
+    )
+
+
+def _drift(facts: Facts) -> str:
+    return (
+        f"Slow changes of {facts['worst']} and the others within a motion, alike in all records, gain "
+        f"{facts['gain']:.0f} where chance gives {facts['chance']} (p = {facts['probability']:.2g})."
+    )
+
+
+def _rest(facts: Facts) -> str:
+    return (
+        f"Below {facts['below']:g} Hz the {facts['channel']} holds {facts['times']:.2g} times the noise it has at rest "
+        f"(p = {facts['probability']:.2g})."
+    )
+
+
+def _curve(facts: Facts) -> str:
+    unit, factor = READ_IN.get(facts["unit"], (facts["unit"], 1.0))
+    height_unit, height_factor = READ_IN.get(facts["height_unit"], (facts["height_unit"], 1.0))
+    least, most = (height_factor * height for height in facts["heights"])
+    says = f"{facts['curve']}, between {least:.2g} and {most:.2g} {height_unit}"
+    for side in ("beyond", "below"):
+        if facts[side] is not None:
+            says += f", {side} a {facts['variable']} of {factor * facts[side]:.3g} {unit}"
+    if facts["turns"] >= 2:
+        low, high = facts["range"]
+        says += f", rising and falling {facts['turns']} times over {factor * (high - low):.3g} {unit}"
+    return says
+
+
+def _curve_left(facts: Facts) -> str:
+    return f"{_curve(facts)}; it accounts for {100 * facts['share']:.0f} % of the gap"
+
+
+def _event(facts: Facts) -> str:
+    others = ", the other records do not" if facts["others"] else ""
+    return f"an event in time: {facts['record']} parts from the model at {facts['instant']:.3f} s{others}"
+
+
+def _events(facts: Facts) -> str:
+    departing = ", ".join(f"{record} at {instant:.3f} s" for record, instant in facts["departing"])
+    return f"an event in time: records part from the model, {departing}"
+
+
+def _noise_left(facts: Facts) -> str:
+    besides = ", and base parameters that differ a little between records" if facts["between_records"] else ""
+    return f"What is left is noise{besides}: no test of the innovations objects."
+
+
+def _widens(facts: Facts) -> str:
+    before, after = facts["gaps"]
+    return (
+        f"With {facts['effect']} in the model the normalised residual RMS rises from {before:.3g} to {after:.3g}: it "
+        "is not what is missing."
+    )
+
+
+def _taken_out(facts: Facts) -> str:
+    gone, several = facts["effects"], len(facts["effects"]) > 1
+    were, are = ("were", "they are") if several else ("was", "it is")
+    return f"{' and '.join(gone)} {were} added and taken out again: with the others {are} no longer more than chance."
+
+
+SENTENCES: dict[str, Callable[[Facts], str]] = {
+    "no_place": lambda facts: "No channel exceeds its noise level in any phase of the motion.",
+    "place": _place,
+    "added": _added,
+    "constancy": _constancy,
+    "drift": _drift,
+    "rest": _rest,
+    "no_effect": lambda facts: "A gap is left that no effect of the catalogue, alone or with others, accounts for.",
+    "none_tried": lambda facts: (
+        "A gap is left that no effect that was tried accounts for, and the time ended before all was tried."
+    ),
+    "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
+    "curve_left": _curve_left,
+    "event": _event,
+    "events": _events,
+    "unknown": lambda facts: f"nothing that is known of; {discovery_sentence(facts['lies']).removesuffix('.')}",
+    "noise_left": _noise_left,
+    "widens": _widens,
+    "taken_out": _taken_out,
+    "time_ended": lambda facts: (
+        "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
+    ),
+    "no_time": lambda facts: "The time ended before any effect was tried; more is given by --time.",
+}
+"""By identifier."""
