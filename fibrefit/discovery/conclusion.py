@@ -81,8 +81,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     search, best, parts = at.search, at.best, _Parts(budget)
     search.tell("testing the innovations", None)
     alarms = _alarms(search, best)
-    none: list[Reading] = []
-    readings = parts.take("free curves", partial(_readings, search, best, before), none)
+    readings = parts.take("free curves", partial(_readings, search, best, before), list[Reading]())
     complete = not alarms and not readings
     if not complete and best.effects:
         instead = parts.take("free curves in place of effects", partial(_outdone, search, base, best, before), None)
