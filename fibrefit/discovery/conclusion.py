@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from fibrefit.core.check import Statement
+from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, check_time, in_time
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all

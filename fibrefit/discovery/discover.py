@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from fibrefit.core.check import Check, Statement
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.forward_selection import Limits, forward_select
@@ -18,6 +18,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Unexplained
 
 STARTS = 8

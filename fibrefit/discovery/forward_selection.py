@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.core.check import Statement
+from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED, PROMISING, is_partner, weighed_again

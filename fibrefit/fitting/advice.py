@@ -11,11 +11,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.study.summaries.check import Check
 
 WORTHWHILE = 0.8
 """A record is advised if it brings the largest relative error below this share of what it is."""

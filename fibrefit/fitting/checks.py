@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import ChannelMisfit, Gap, InputError, Starts, total
@@ -28,6 +26,7 @@ from fibrefit.fitting.thresholds import (
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP
+from fibrefit.study.summaries.check import Check
 
 CONVERGED = "convergence"
 COMPLETION = "completion"
@@ -38,10 +37,10 @@ SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement 
 def converged(promised: float, success: bool) -> Check:
     """Whether the solver has arrived: its own word, and what another step would still gain."""
     return Check(
-        "the solver converged",
-        bool(success and promised <= SETTLED),
-        promised,
-        SETTLED,
+        name="the solver converged",
+        passed=bool(success and promised <= SETTLED),
+        statistic=promised,
+        threshold=SETTLED,
         fatal=not promised <= ASTRAY,
         identifier=CONVERGED,
         quantity="convergence of the solver",
@@ -53,10 +52,10 @@ def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) ->
     sound = bool(np.isfinite(values).all())
     bad = tuple(name for name, flag in zip(records, trouble, strict=True) if flag)
     return Check(
-        "the simulation is sound",
-        sound and not bad,
-        float(len(bad)) if sound else None,
-        0.0 if sound else None,
+        name="the simulation is sound",
+        passed=sound and not bad,
+        statistic=float(len(bad)) if sound else None,
+        threshold=0.0 if sound else None,
         fatal=True,
         identifier="simulation",
         quantity="soundness of the simulation",
@@ -67,21 +66,28 @@ def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) ->
 def second_solver(distance: float, gain: float) -> Check:
     """Whether another solver, with other coordinates, ends at the same place."""
     passed = distance <= AGREEMENT and gain <= SETTLED
-    return Check("a second solver agrees", passed, distance, AGREEMENT, facts={"gain": gain}, **SECOND)
+    return Check(
+        name="a second solver agrees",
+        passed=passed,
+        statistic=distance,
+        threshold=AGREEMENT,
+        facts={"gain": gain},
+        **SECOND,
+    )
 
 
 def no_second_solver() -> Check:
     """What is said where a second solver was not asked."""
-    return Check("a second solver agrees", False, **SECOND)
+    return Check(name="a second solver agrees", passed=False, **SECOND)
 
 
 def interrupted(starts: Starts) -> Check:
     """What is said of a fit that was not let to its end."""
     return Check(
-        "the fit ran to its end",
-        False,
-        float(starts.tried),
-        float(starts.planned or starts.tried),
+        name="the fit ran to its end",
+        passed=False,
+        statistic=float(starts.tried),
+        threshold=float(starts.planned or starts.tried),
         identifier=COMPLETION,
         quantity="completion of the fit",
     )
@@ -117,10 +123,10 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
     others, lost = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0))
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost}
     return Check(
-        "starts agree",
-        share >= STARTS or few,
-        share,
-        STARTS,
+        name="starts agree",
+        passed=share >= STARTS or few,
+        statistic=share,
+        threshold=STARTS,
         identifier="starts",
         quantity="agreement of the starts (multistart)",
         facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess},
@@ -130,10 +136,10 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
 def inside_bounds(at_bound: list[str]) -> Check:
     """Whether no parameter was stopped by a bound."""
     return Check(
-        "no parameter at a bound",
-        not at_bound,
-        float(len(at_bound)),
-        0.0,
+        name="no parameter at a bound",
+        passed=not at_bound,
+        statistic=float(len(at_bound)),
+        threshold=0.0,
         identifier="bounds",
         quantity="distance of the parameters from their bounds",
         facts={"parameters": tuple(at_bound)},
@@ -143,10 +149,10 @@ def inside_bounds(at_bound: list[str]) -> Check:
 def determined(weak: tuple[Weakness, ...]) -> Check:
     """Whether the records determine every shared parameter."""
     return Check(
-        "every parameter is determined",
-        not weak,
-        float(len(weak)),
-        0.0,
+        name="every parameter is determined",
+        passed=not weak,
+        statistic=float(len(weak)),
+        threshold=0.0,
         identifier="identifiability",
         quantity="identifiability of the parameters",
         facts={"weak": weak},
@@ -164,7 +170,7 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     """
     ratio, limit = total(gap), GAP * expected
     named: dict[str, Any] = {"identifier": "residual_size", "quantity": "residual size", "about": "model"}
-    return Check("the gap is noise", ratio <= limit, ratio, limit, **named)
+    return Check(name="the gap is noise", passed=ratio <= limit, statistic=ratio, threshold=limit, **named)
 
 
 def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
@@ -181,10 +187,10 @@ def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
     hopeless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
     return Check(
-        "the signal is explained",
-        share <= UNEXPLAINED,
-        share,
-        UNEXPLAINED,
+        name="the signal is explained",
+        passed=share <= UNEXPLAINED,
+        statistic=share,
+        threshold=UNEXPLAINED,
         fatal=hopeless,
         identifier=EXPLAINED,
         quantity="share of the signal that is explained",
@@ -204,14 +210,14 @@ def useless(check: Check, weight: Outweighed | None) -> Check:
     """
     if check.passed or check.fatal or weight is None:
         return check
-    return replace(check, fatal=True, facts={**check.facts, "outweighed": weight})
+    return check.model_copy(update={"fatal": True, "facts": {**check.facts, "outweighed": weight}})
 
 
 def exchanged() -> Check:
     """What is said of records whose force is the smoother one, and which the model does not explain."""
     return Check(
-        "force and position are in their places",
-        False,
+        name="force and position are in their places",
+        passed=False,
         fatal=True,
         identifier="exchanged_channels",
         quantity="columns of force and position",
@@ -228,10 +234,10 @@ def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
     """Whether what had to be taken off each measured input is no larger than its noise."""
     return [
         Check(
-            f"the {name} is as measured",
-            0.0 < error.rms / error.noise <= INPUT_ERROR,
-            error.rms / error.noise,
-            INPUT_ERROR,
+            name=f"the {name} is as measured",
+            passed=0.0 < error.rms / error.noise <= INPUT_ERROR,
+            statistic=error.rms / error.noise,
+            threshold=INPUT_ERROR,
             identifier=f"{name}_error",
             quantity=f"error of the measured {name}",
             about="model",
@@ -244,10 +250,10 @@ def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
     """Whether the noise was measured, not guessed."""
     guessed = tuple(channel for channel, seen in noise.items() if seen.samples == 0 and channel not in given)
     return Check(
-        "the noise is known",
-        not guessed,
-        float(len(guessed)),
-        0.0,
+        name="the noise is known",
+        passed=not guessed,
+        statistic=float(len(guessed)),
+        threshold=0.0,
         identifier="noise_level",
         quantity="noise level",
         about="model",

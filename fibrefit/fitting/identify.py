@@ -11,7 +11,6 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.errors import DataError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting import checks as judge
@@ -36,6 +35,7 @@ from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_bala
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import Check
 
 Stop = Callable[[], bool]
 

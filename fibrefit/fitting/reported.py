@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate, Why
@@ -27,6 +26,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import Check
 
 NOT_COMPARED = Why("not_converged")
 

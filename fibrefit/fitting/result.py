@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fibrefit.core.check import Check, Status, status_by
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.problem.diagnose.phases import Motion
@@ -17,6 +16,7 @@ from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.study.summaries.check import Check, Status, status_by
 
 
 @dataclass(frozen=True)

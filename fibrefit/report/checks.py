@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fibrefit.report.layout import items, paragraph
-from fibrefit.study.summaries.summaries import CheckSummary
+from fibrefit.study.summaries.check import Check
 
 GLOSSARY = "Terms: fibrefit glossary."
 """Last line of the reports."""
@@ -29,7 +29,7 @@ QUANTITIES = {
 }
 
 
-def quantity_of(check: CheckSummary) -> str:
+def quantity_of(check: Check) -> str:
     """What a check tests, in the words under which its failure is listed."""
     if check.quantity:
         return check.quantity
@@ -38,19 +38,19 @@ def quantity_of(check: CheckSummary) -> str:
     return QUANTITIES.get(check.name, check.name)
 
 
-def failure(check: CheckSummary) -> str:
+def failure(check: Check) -> str:
     """``FAILED residual size: ...``: what was tested and what was found; ``MODEL`` where the numbers may be right."""
     return f"{'FAILED' if check.about == 'numbers' else 'MODEL'} {quantity_of(check)}: {check.says}"
 
 
-def failures(checks: Sequence[CheckSummary]) -> list[str]:
+def failures(checks: Sequence[Check]) -> list[str]:
     """Lines of all checks that failed."""
     return items(
         failure(check) for check in sorted(checks, key=lambda check: check.about == "model") if not check.passed
     )
 
 
-def passes(checks: Sequence[CheckSummary]) -> list[str]:
+def passes(checks: Sequence[Check]) -> list[str]:
     """The names of those that passed in one paragraph; nothing where there are none."""
     passed = [check.name for check in checks if check.passed]
     if not passed:

@@ -10,7 +10,8 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
 from fibrefit.report.text import MATTERS, between_lines, rows_of, with_error
-from fibrefit.study.summaries.summaries import CheckSummary, ComparedModel, PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
     "ok": "The chains converged and every check passed: this posterior can be believed as far as its model can.",
@@ -62,12 +63,12 @@ def posterior_report(summary: PosteriorSummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
-def posterior_advice(checks: Sequence[CheckSummary], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
+def posterior_advice(checks: Sequence[Check], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
     """What to do next, the most useful first.
 
     Parameters
     ----------
-    checks : sequence of CheckSummary
+    checks : sequence of Check
     converged : bool
     asked_nuts : bool
     """

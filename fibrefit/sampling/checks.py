@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.problem.thresholds import GAP
 from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.mode.modes import Mode
@@ -24,6 +23,7 @@ from fibrefit.sampling.thresholds import (
     TRUNCATED,
     UNCONTRACTED,
 )
+from fibrefit.study.summaries.check import Check
 
 
 def ensembles_agree(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
@@ -31,10 +31,10 @@ def ensembles_agree(names: Sequence[str], course: ChainHistory, settings: Settin
     found = course.mixing.r_hat
     worst, value = names[int(np.argmax(found))], float(found.max())
     return Check(
-        "the ensembles agree",
-        value < settings.r_hat,
-        value,
-        settings.r_hat,
+        name="the ensembles agree",
+        passed=value < settings.r_hat,
+        statistic=value,
+        threshold=settings.r_hat,
         fatal=value > HOPELESS_R_HAT,
         identifier="convergence",
         quantity="convergence (R-hat)",
@@ -47,10 +47,10 @@ def draws_suffice(names: Sequence[str], course: ChainHistory, settings: Settings
     found = np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail)
     worst, value = names[int(np.argmin(found))], float(found.min())
     return Check(
-        "there are enough draws",
-        value > settings.ess,
-        value,
-        settings.ess,
+        name="there are enough draws",
+        passed=value > settings.ess,
+        statistic=value,
+        threshold=settings.ess,
         fatal=value < HOPELESS_ESS,
         identifier="effective_sample_size",
         quantity="effective sample size",
@@ -65,10 +65,10 @@ def walkers_mix(names: Sequence[str], course: ChainHistory, settings: Settings) 
     stuck = float(np.mean(course.acceptance < STUCK))
     passed = value < settings.r_hat_walkers and stuck == 0.0
     return Check(
-        "the walkers mix",
-        passed,
-        value,
-        settings.r_hat_walkers,
+        name="the walkers mix",
+        passed=passed,
+        statistic=value,
+        threshold=settings.r_hat_walkers,
         fatal=not passed,
         identifier="walker_mixing",
         quantity="mixing of the walkers",
@@ -81,10 +81,10 @@ def one_mode(modes: Sequence[Mode], target: Target) -> Check:
     others = [mode for mode in modes[1:] if not mode.absorbed]
     weight = max((mode.weight for mode in others), default=0.0)
     return Check(
-        "there is one mode",
-        weight < SECOND_MODE,
-        weight,
-        SECOND_MODE,
+        name="there is one mode",
+        passed=weight < SECOND_MODE,
+        statistic=weight,
+        threshold=SECOND_MODE,
         identifier="second_mode",
         quantity="weight of a second mode",
         facts={"others": len(others), "modes": tuple(_described(m, target) for m in modes if m.weight >= SECOND_MODE)},
@@ -104,10 +104,10 @@ def contraction(found: Mapping[str, Marginal]) -> Check:
     worst = max(shares.values(), default=0.0)
     matters = tuple(name for name, share in shares.items() if share >= PRIOR_MATTERS)
     return Check(
-        "every posterior is narrower than its prior",
-        not nothing,
-        worst,
-        UNCONTRACTED,
+        name="every posterior is narrower than its prior",
+        passed=not nothing,
+        statistic=worst,
+        threshold=UNCONTRACTED,
         identifier="contraction",
         quantity="posterior width against prior width",
         facts={"nothing": tuple(nothing), "matters": matters},
@@ -123,10 +123,10 @@ def correlation(names: Sequence[str], course: ChainHistory) -> Check:
     a, b = np.unravel_index(int(np.argmax(every)), every.shape)
     value = float(every[a, b])
     return Check(
-        "no strong posterior correlation",
-        value < STRONG,
-        value,
-        STRONG,
+        name="no strong posterior correlation",
+        passed=value < STRONG,
+        statistic=value,
+        threshold=STRONG,
         identifier="posterior_correlation",
         quantity="strongest posterior correlation",
         facts={"pair": tuple(names[moving[k]] for k in (a, b)) if len(moving) else ()},
@@ -144,10 +144,10 @@ def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Ch
     distance = float(np.sqrt(max(difference @ inverse @ difference, 0.0)))
     limit = float(np.sqrt(target.size) + FAR)
     return Check(
-        "the posterior lies at the fit",
-        distance < limit,
-        distance,
-        limit,
+        name="the posterior lies at the fit",
+        passed=distance < limit,
+        statistic=distance,
+        threshold=limit,
         identifier="distance_from_fit",
         quantity="distance of the posterior from the fit",
         facts={"worst": target.names[int(np.argmax(np.abs(difference)))]},
@@ -158,10 +158,10 @@ def priors_proper(target: Target) -> Check:
     """Whether every prior is a proper distribution."""
     improper = [n for n, prior in zip(target.names, target.priors, strict=False) if not prior.proper]
     return Check(
-        "every prior is proper",
-        not improper,
-        float(len(improper)),
-        0.0,
+        name="every prior is proper",
+        passed=not improper,
+        statistic=float(len(improper)),
+        threshold=0.0,
         identifier="proper_priors",
         quantity="propriety of the priors",
         facts={"parameters": tuple(improper)},
@@ -178,10 +178,10 @@ def truncation(found: Mapping[str, Marginal]) -> Check:
         if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < UNCONTRACTED:
             truncated.append(name)
     return Check(
-        "no posterior is truncated by a bound",
-        not truncated,
-        float(len(truncated)),
-        0.0,
+        name="no posterior is truncated by a bound",
+        passed=not truncated,
+        statistic=float(len(truncated)),
+        threshold=0.0,
         identifier="truncation",
         quantity="posteriors truncated by a bound",
         facts={"parameters": tuple(truncated)},
@@ -199,10 +199,10 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
     """
     worst = int(np.argmax(ratio))
     return Check(
-        "the residuals are noise",
-        bool(ratio[worst] <= GAP),
-        float(ratio[worst]),
-        GAP,
+        name="the residuals are noise",
+        passed=bool(ratio[worst] <= GAP),
+        statistic=float(ratio[worst]),
+        threshold=GAP,
         identifier="residual_size",
         quantity="residual size",
         facts={"channel": channels[worst]},

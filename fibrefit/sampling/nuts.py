@@ -12,11 +12,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.errors import UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.posterior import Posterior
+from fibrefit.study.summaries.check import Check
 
 CHAINS = 4
 
@@ -59,9 +59,9 @@ class CrossCheck:
         worst = int(np.argmax(np.abs(self.scores)))
         most = float(np.abs(self.scores[worst]))
         return Check(
-            "NUTS finds the same posterior",
-            self.agrees,
-            most,
+            name="NUTS finds the same posterior",
+            passed=self.agrees,
+            statistic=most,
             identifier="nuts",
             quantity="agreement with NUTS",
             facts={"worst": names[worst], "divergent": self.divergent},

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fibrefit.core.check import Check, Statement
+from fibrefit.core.statement import Statement
 from fibrefit.problem.estimate.hausman import HausmanTest
 from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.noise.choose import NoiseModel
@@ -18,6 +18,7 @@ from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
+from fibrefit.study.summaries.check import Check
 
 INTERVAL_KIND = "equal_tailed"
 GAINED = 0.8

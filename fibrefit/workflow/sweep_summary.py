@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, SweptCurve
-from fibrefit.study.summaries.summaries import CheckSummary
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, JumpSummary, PeakSummary
 from fibrefit.workflow.thresholds import FINE
 
@@ -24,7 +24,7 @@ def curve_summary(curve: SweptCurve) -> CurveSummary:
     )
 
 
-def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
+def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[Check, ...]:
     """Whether the integration held, all motions settled, and the jumps are located."""
     branches = [branch for curve in curves for branch in curve.branches.values()]
     runs = sum(len(branch.time) for branch in branches)
@@ -35,7 +35,7 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
     )
     step = float(np.max(np.diff(curves[0].frequencies)))
     return (
-        CheckSummary(
+        Check(
             name="switches are located",
             passed=chattered == 0,
             says=f"In {chattered} of {runs} runs the fibres went taut and slack too often to be followed.",
@@ -45,7 +45,7 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
             threshold=0.0,
             fatal=True,
         ),
-        CheckSummary(
+        Check(
             name="motions are periodic",
             passed=restless == 0,
             says=f"{restless} of {runs} runs did not reach a motion that is periodic within four periods of the drive.",
@@ -54,7 +54,7 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
             statistic=restless,
             threshold=0.0,
         ),
-        CheckSummary(
+        Check(
             name="the grid is fine enough",
             passed=not jumped or step <= FINE * (1.0 + 1e-9),
             says=f"{jumped} jumps lie between frequencies {step:.3g} Hz apart, threshold {FINE:g} Hz.",
@@ -67,7 +67,7 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[CheckSummary, ...]:
     )
 
 
-def status_of(checks: Sequence[CheckSummary]) -> Literal["ok", "suspect", "failed"]:
+def status_of(checks: Sequence[Check]) -> Literal["ok", "suspect", "failed"]:
     """Verdict that follows from the checks."""
     if any(check.fatal and not check.passed for check in checks):
         return "failed"

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fibrefit.core.check import Check, Statement
 from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.fitting.advice import Advice
@@ -17,6 +17,7 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -79,7 +80,9 @@ def identified(
         residuals=residuals,
         motion=motion,
         starts=Starts(names, ends, ends, np.tile(values, (4, 1)), np.ones(4), np.ones(4, int), np.zeros(4, int)),
-        checks=(Check(GAP, passed, ratio, 1.1, fatal=fatal, identifier="residual_size"),),
+        checks=(
+            Check(name=GAP, passed=passed, statistic=ratio, threshold=1.1, fatal=fatal, identifier="residual_size"),
+        ),
         advice=() if passed else (Advice("search"), Advice("rest")),
         seconds=1.0,
         estimator="ordinary least squares",

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Statement
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
 from fibrefit.report.sentences.discovery import discovery_sentence

@@ -12,7 +12,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.core.progress import quiet
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
@@ -38,6 +37,7 @@ from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import Check
 from tests.discovery.made import BASE, identified
 
 VISCOUS, DRAG, DELAY = (
@@ -222,7 +222,9 @@ def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case:
 
 def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: Task) -> None:
     def broken(identifier: str, statistic: float) -> list[str]:
-        check = Check("it holds", False, statistic, 0.1, fatal=True, identifier=identifier)
+        check = Check(
+            name="it holds", passed=False, statistic=statistic, threshold=0.1, fatal=True, identifier=identifier
+        )
         return [found.name for found in _broken(replace(identified(task), checks=(check,)))]
 
     little = 0.001 * task.problem.n_measured

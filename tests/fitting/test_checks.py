@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
@@ -25,6 +24,7 @@ from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weakness_sentence
 from fibrefit.simulation.model import Experiment
+from fibrefit.study.summaries.check import Check
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
 CHANNELS = ("force", "position")
@@ -277,7 +277,12 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     problem, values = found.problem, found.values
     normal = np.linalg.inv(found.covariance)
     ask = lambda weak, *failed: advice(  # noqa: E731
-        problem, values, normal, found.covariance, weak, tuple(Check("", False, identifier=name) for name in failed)
+        problem,
+        values,
+        normal,
+        found.covariance,
+        weak,
+        tuple(Check(name="", passed=False, identifier=name) for name in failed),
     )
     assert ask(()) == ()
     assert "fibrefit discover" in advice_sentence(ask((), "residual_size")[0])

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.check import status_by
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.misfit import outweighed as judged
 from fibrefit.fitting.result import ChannelMisfit
@@ -16,6 +15,7 @@ from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import fit_sentence
+from fibrefit.study.summaries.check import status_by
 
 TRUTH = 2.0
 POSITIVE = Range(0.0, np.inf, 1.0)

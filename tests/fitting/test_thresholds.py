@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
@@ -20,6 +19,7 @@ from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
+from fibrefit.study.summaries.check import Check
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts

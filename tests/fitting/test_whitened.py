@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identify import How, identify
@@ -16,6 +15,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence
+from fibrefit.study.summaries.check import Check
 from tests.fitting import made
 
 VAGUE = "viscous_coefficient"
@@ -121,7 +121,9 @@ def test_where_both_estimates_part_the_plain_one_stands(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same records, and a comparison that finds them apart."""
-    hausman_test = Check("the estimates agree", False, 1e-6, 1e-3, quantity="Hausman test")
+    hausman_test = Check(
+        name="the estimates agree", passed=False, statistic=1e-6, threshold=1e-3, quantity="Hausman test"
+    )
     monkeypatch.setattr(last_step, "hausman_check", lambda names, found: hausman_test)
     again = identify(task, starts=1)
     assert again.estimator == "ordinary least squares"

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from fibrefit import fit
-from fibrefit.core.check import status_by
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
@@ -22,6 +21,7 @@ from fibrefit.problem.formulate import formulate as whole
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
+from fibrefit.study.summaries.check import status_by
 from fibrefit.workflow.prepare import read_records, task_of
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"

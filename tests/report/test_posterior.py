@@ -12,12 +12,13 @@ from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.posterior import REMEDIES, posterior_advice, posterior_report
 from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.fit_files import DETERMINED
 from tests.study.test_summaries import EXAMPLES
 
 PLAIN: s.PosteriorSummary = EXAMPLES["fibrefit/posterior/1"]  # type: ignore[assignment]
 LONG = "guide.asymmetric_viscous_friction.viscous_asymmetry"
-FAILED = s.CheckSummary(
+FAILED = Check(
     name="the residuals are noise",
     passed=False,
     says="The normalised residual RMS of force is 2.03, expected 1.",
@@ -141,7 +142,7 @@ def identifiers(path: Path) -> set[str]:
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_every_check_has_an_identifier(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Check", "CheckSummary"):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "Check":
             assert {"identifier", None} & {keyword.arg for keyword in node.keywords}, f"line {node.lineno}"
 
 

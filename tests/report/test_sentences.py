@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.report.sentences import discovery, fit, posterior, prediction
+from fibrefit.study.summaries.check import Check
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
@@ -56,14 +56,29 @@ def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None
 
 
 def test_a_channel_is_named_by_the_identifier() -> None:
-    error = Check("the drive is as measured", False, 1.3, 1.15, identifier="drive_error")
+    error = Check(
+        name="the drive is as measured", passed=False, statistic=1.3, threshold=1.15, identifier="drive_error"
+    )
     assert fit.fit_sentence(error).startswith("The error of the drive would have to be 1.3 times its noise")
-    off = Check("the force is as predicted", False, 2.0, 1.2, identifier="force_predicted")
+    off = Check(
+        name="the force is as predicted", passed=False, statistic=2.0, threshold=1.2, identifier="force_predicted"
+    )
     assert prediction.prediction_sentence(off).startswith("The force differs from its prediction by 2 times")
 
 
 def test_a_summary_has_the_numbers_of_its_check() -> None:
-    check = Check("it holds", False, 2.0, 1.0, "N", True, "bounds", "what", "model", {"parameters": ("damping",)})
+    check = Check(
+        name="it holds",
+        passed=False,
+        statistic=2.0,
+        threshold=1.0,
+        unit="N",
+        fatal=True,
+        identifier="bounds",
+        quantity="what",
+        about="model",
+        facts={"parameters": ("damping",)},
+    )
     (found,) = fit.fit_checks((check,))
     assert (found.statistic, found.threshold, found.unit, found.fatal) == (2.0, 1.0, "N", True)
     assert (found.identifier, found.quantity, found.about) == ("bounds", "what", "model")

@@ -12,10 +12,11 @@ from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import names_apart
 from fibrefit.report.text import WIDTH, fit_report, priors_told, with_error
 from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import InputErrorSummary
 from tests.study.test_summaries import FIT, GAP
 
-FAILED = s.CheckSummary(name="the gap is noise", passed=False, says="Something systematic is left after take-up.")
+FAILED = Check(name="the gap is noise", passed=False, says="Something systematic is left after take-up.")
 
 
 def suspect() -> s.FitSummary:
@@ -91,7 +92,7 @@ def test_a_clean_result_raises_no_doubt() -> None:
 
 def test_a_fit_within_its_noise_is_not_said_to_leave_more_than_noise() -> None:
     """A check of the model that failed for another reason than the size of what is left."""
-    level = s.CheckSummary(
+    level = Check(
         name="noise level", passed=False, says="The records hold no rest.", about="model", identifier="noise_level"
     )
     size = level.model_copy(update={"name": "the gap is noise", "identifier": "residual_size"})

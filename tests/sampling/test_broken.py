@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.statement.problem import Problem
@@ -23,6 +22,7 @@ from fibrefit.sampling.mode.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_
 from fibrefit.sampling.posterior import Marginal, marginals, status
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
+from fibrefit.study.summaries.check import Check
 from tests.sampling.drops import TRUTH
 from tests.sampling.targets import around, normal, target
 

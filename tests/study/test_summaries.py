@@ -12,6 +12,7 @@ from fibrefit.study.summaries import design, series, sweep
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import prediction as p
 from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.files import SUMMARIES
 
 GAP = s.Gap.model_validate(
@@ -22,7 +23,7 @@ GAP = s.Gap.model_validate(
     }
 )
 STIFFNESS = s.ParameterSummary(value=34210.0, std_error=190.0, interval_95=(33840.0, 34580.0), unit="N/m")
-CHECK = s.CheckSummary(name="residuals are white", passed=True, says="Nothing is left.", statistic=0.4, threshold=1.0)
+CHECK = Check(name="residuals are white", passed=True, says="Nothing is left.", statistic=0.4, threshold=1.0)
 PROVENANCE = s.Provenance(
     created="2026-11-20T12:00:00+00:00", versions={"numpy": "2"}, inputs={"a.csv": "0" * 64}, resolved_study="", seed=1
 )

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.core.check import Check, Statement
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import (
     Candidate,
     Detectable,

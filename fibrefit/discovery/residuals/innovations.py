@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2, gamma
 
-from fibrefit.core.check import Statement
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FEWEST, QUANTISED, RANK

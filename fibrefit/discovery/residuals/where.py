@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.check import Statement
 from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events

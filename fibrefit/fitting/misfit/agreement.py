@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from scipy.special import fdtrc
 
-from fibrefit.core.check import Check
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import MEMORY, Scores, newey_west_of, sandwich
 from fibrefit.problem.statement.layout import least_squares
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.study.summaries.check import Check
 
 
 def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check | None:
@@ -51,10 +51,10 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
             facts = {"parameter": slot.name, "unit": slot.unit, "ratio": float(np.sqrt(ratio))}
             facts |= {"low": float(own.min()), "high": float(own.max())}
     return Check(
-        "single records agree",
-        chance >= RARE_SCATTER,
-        chance,
-        RARE_SCATTER,
+        name="single records agree",
+        passed=chance >= RARE_SCATTER,
+        statistic=chance,
+        threshold=RARE_SCATTER,
         identifier="records_agree",
         quantity="agreement of the records",
         facts=facts,

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import fdtri
 
-from fibrefit.core.check import Check
 from fibrefit.core.roles import HELD, PHASES
 from fibrefit.fitting.thresholds import (
     CHANCE,
@@ -27,6 +26,7 @@ from fibrefit.fitting.thresholds import (
 )
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
+from fibrefit.study.summaries.check import Check
 
 HATS = 12
 DRAWS = 20
@@ -80,10 +80,10 @@ def _spectrum(residual_set: ResidualSet) -> Check:
             if excess > worst:
                 worst, where = excess, (channel, low)
     return Check(
-        "residuals have the noise's spectrum",
-        worst <= SPECTRUM_RATIO,
-        float(worst),
-        SPECTRUM_RATIO,
+        name="residuals have the noise's spectrum",
+        passed=worst <= SPECTRUM_RATIO,
+        statistic=float(worst),
+        threshold=SPECTRUM_RATIO,
         identifier="residual_spectrum",
         quantity="residual spectrum",
         about="model",
@@ -156,10 +156,10 @@ def _phases(residual_set: ResidualSet) -> Check:
                 if ratio > worst:
                     worst, where = ratio, (channel, phase)
     return Check(
-        "no phase stands out",
-        worst <= PHASE_RATIO,
-        worst,
-        PHASE_RATIO,
+        name="no phase stands out",
+        passed=worst <= PHASE_RATIO,
+        statistic=worst,
+        threshold=PHASE_RATIO,
         identifier="residual_phase",
         quantity="residuals by phase",
         about="model",
@@ -198,10 +198,10 @@ def _states(residual_set: ResidualSet) -> Check:
             if share > worst:
                 worst, where = share, (channel, name)
     return Check(
-        "residuals do not depend on the state",
-        worst <= STATE_SHARE,
-        worst,
-        STATE_SHARE,
+        name="residuals do not depend on the state",
+        passed=worst <= STATE_SHARE,
+        statistic=worst,
+        threshold=STATE_SHARE,
         identifier="residual_state",
         quantity="residuals vs state",
         about="model",

@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE, STANDING
@@ -20,6 +19,7 @@ from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import pushed_by
+from fibrefit.study.summaries.check import Check
 
 MOTION, FORCES = 100.0, 20.0
 """Frequencies in Hz up to which position is differentiated, and up to which forces are compared."""

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.problem.estimate.gls import inverse, whitened
 from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.thresholds import SLIGHT, UNLIKELY
+from fibrefit.study.summaries.check import Check
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ def hausman_check(names: tuple[str, ...], found: HausmanTest) -> Check:
     order = np.argsort(-np.nan_to_num(np.abs(found.scores)))[:3]
     worst = tuple((names[i], float(abs(found.scores[i]))) for i in order if np.isfinite(found.scores[i]))
     return Check(
-        "plain and whitened estimates agree",
-        found.chance >= UNLIKELY,
-        found.chance,
-        UNLIKELY,
+        name="plain and whitened estimates agree",
+        passed=found.chance >= UNLIKELY,
+        statistic=found.chance,
+        threshold=UNLIKELY,
         identifier="hausman",
         quantity="OLS against GLS estimate (Hausman test)",
         about="model",

@@ -9,18 +9,19 @@ from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, TableBlock
 from fibrefit.report.text import parameter_row
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import CheckSummary, FitResultSummary, Gap, ParameterSummary, Provenance
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary, Provenance
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 
 
-def failed_checks(checks: Sequence[CheckSummary]) -> list[str]:
+def failed_checks(checks: Sequence[Check]) -> list[str]:
     """Checks that were not passed, in sentences."""
     return [failure(check) for check in checks if not check.passed]
 
 
-def checks_table(checks: Sequence[CheckSummary]) -> TableBlock:
+def checks_table(checks: Sequence[Check]) -> TableBlock:
     """Every check with what it says, those that failed first."""
     ordered = sorted(checks, key=lambda check: check.passed)
     rows = [

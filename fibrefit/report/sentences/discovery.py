@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from fibrefit.core.check import Statement
+from fibrefit.core.statement import Statement
 from fibrefit.core.units import format_quantity
 from fibrefit.study.summaries.discovery import Round, Separation, Weight
 

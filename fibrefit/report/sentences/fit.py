@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fibrefit.core.check import Check
 from fibrefit.core.units import format_quantity
-from fibrefit.study.summaries.summaries import CheckSummary
+from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
     from fibrefit.fitting.advice import Advice
@@ -25,25 +24,14 @@ def fit_sentence(check: Check) -> str:
     return of(check)
 
 
-def fit_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
-    """Checks of a fit as its summary has them."""
-    return tuple(check_summary(check, fit_sentence(check)) for check in checks)
+def fit_checks(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    """Checks of a fit with the sentences that explain them."""
+    return tuple(worded(check, fit_sentence(check)) for check in checks)
 
 
-def check_summary(check: Check, says: str) -> CheckSummary:
+def worded(check: Check, says: str) -> Check:
     """A check with the sentence that explains it."""
-    return CheckSummary(
-        name=check.name,
-        passed=check.passed,
-        says=says,
-        statistic=check.statistic,
-        threshold=check.threshold,
-        unit=check.unit,
-        fatal=check.fatal,
-        identifier=check.identifier,
-        quantity=check.quantity,
-        about=check.about,
-    )
+    return check.model_copy(update={"says": says})
 
 
 def _convergence(check: Check) -> str:

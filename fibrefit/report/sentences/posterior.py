@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fibrefit.core.check import Check, Statement
-from fibrefit.report.sentences.fit import check_summary, hausman_sentence
-from fibrefit.study.summaries.summaries import CheckSummary
+from fibrefit.core.statement import Statement
+from fibrefit.report.sentences.fit import hausman_sentence, worded
+from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
     from fibrefit.problem.noise.choose import NoiseModel
@@ -23,9 +23,9 @@ def posterior_sentence(check: Check) -> str:
     return SENTENCES[check.identifier](check)
 
 
-def posterior_checks(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
-    """Checks of a posterior as its summary has them."""
-    return tuple(check_summary(check, posterior_sentence(check)) for check in checks)
+def posterior_checks(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    """Checks of a posterior with the sentences that explain them."""
+    return tuple(worded(check, posterior_sentence(check)) for check in checks)
 
 
 def remark(found: Statement) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from fibrefit.core.check import Check
-from fibrefit.report.sentences.fit import check_summary, fit_sentence
-from fibrefit.study.summaries.summaries import CheckSummary
+from fibrefit.report.sentences.fit import fit_sentence, worded
+from fibrefit.study.summaries.check import Check
 
 PREDICTED = "_predicted"
 """End of the identifier of a check of a channel, which begins with its name."""
@@ -17,9 +16,9 @@ def prediction_sentence(check: Check) -> str:
     return _unseen(check) if check.identifier == "new_records" else fit_sentence(check)
 
 
-def prediction_check_summaries(checks: tuple[Check, ...]) -> tuple[CheckSummary, ...]:
-    """Checks of a prediction as its summary has them."""
-    return tuple(check_summary(check, prediction_sentence(check)) for check in checks)
+def prediction_check_summaries(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    """Checks of a prediction with the sentences that explain them."""
+    return tuple(worded(check, prediction_sentence(check)) for check in checks)
 
 
 def _unseen(check: Check) -> str:

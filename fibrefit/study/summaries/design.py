@@ -6,9 +6,10 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.discovery import Detectable, Separation
 from fibrefit.study.summaries.part import Known, Part
-from fibrefit.study.summaries.summaries import Provenance, Status
+from fibrefit.study.summaries.summaries import Provenance
 
 
 class DistinguishSummary(Part):

@@ -6,8 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.part import Known, Part
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary, Status
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary
 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 

@@ -6,15 +6,14 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import (
-    CheckSummary,
     Gap,
     InputErrorSummary,
     ParameterSummary,
     Provenance,
     RecordSummary,
-    Status,
 )
 
 Verdict = Literal["holds", "does_not_hold", "not_trusted"]
@@ -57,6 +56,6 @@ class PredictionSummary(Part):
     gap: Gap
     records: dict[str, RecordSummary] = Field(description="With zero and start, which were fitted to each record.")
     input_errors: dict[str, InputErrorSummary] = Field(default_factory=dict)
-    checks: tuple[CheckSummary, ...]
+    checks: tuple[Check, ...]
     advice: tuple[str, ...] = ()
     provenance: Provenance | None = None

@@ -6,14 +6,13 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import (
-    CheckSummary,
     Interval,
     ParameterSummary,
     PopulationSummary,
     Provenance,
-    Status,
     TrendSummary,
 )
 
@@ -94,6 +93,6 @@ class SeriesSummary(Part):
     population: dict[str, PopulationSummary] = Field(default_factory=dict)
     records: dict[str, SeriesRecord]
     trends: tuple[TrendSummary, ...] = ()
-    checks: tuple[CheckSummary, ...]
+    checks: tuple[Check, ...]
     advice: tuple[str, ...] = ()
     provenance: Provenance | None = None

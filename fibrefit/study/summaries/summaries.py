@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Known, KnownInterval, Part
 
-Status = Literal["ok", "suspect", "failed"]
 Interval = tuple[float, float]
 
 
@@ -83,25 +83,6 @@ class RecordSummary(Part):
     samples: int | None = None
     masked: int | None = Field(default=None, description="Samples left out because they are damaged.")
     notes: tuple[str, ...] = ()
-
-
-class CheckSummary(Part):
-    """A test the result was put to; `name` is what is true where it passed."""
-
-    name: str
-    passed: bool
-    says: str
-    statistic: Known = None
-    threshold: Known = None
-    unit: str = "-"
-    fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
-    identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
-    quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
-    about: Literal["numbers", "model"] = Field(
-        default="numbers",
-        description="numbers: a failure means that the values may mislead; model: it only says that the model leaves "
-        "more than noise.",
-    )
 
 
 class Basin(Part):
@@ -189,7 +170,7 @@ class FitResultSummary(Part):
         default_factory=dict,
         description="Differences between records in each parameter that may differ; empty where they were not sought.",
     )
-    checks: tuple[CheckSummary, ...]
+    checks: tuple[Check, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
     estimator: str | None = Field(default=None, description="Ordinary (plain) or generalised (whitened) least squares.")
@@ -318,7 +299,7 @@ class PosteriorSummary(Part):
     second_opinion: SecondOpinionSummary | None = None
     fit_status: Status | None = Field(default=None, description="Of the fit the walkers were initialised around.")
     remarks: tuple[str, ...] = Field(default=(), description="What a reader should know besides the checks.")
-    checks: tuple[CheckSummary, ...]
+    checks: tuple[Check, ...]
     advice: tuple[str, ...] = ()
     provenance: Provenance | None = None
 
@@ -388,5 +369,5 @@ class BatchSummary(Part):
     items: dict[str, BatchItem]
     population: dict[str, PopulationSummary] = Field(default_factory=dict)
     trends: tuple[TrendSummary, ...] = ()
-    checks: tuple[CheckSummary, ...] = ()
+    checks: tuple[Check, ...] = ()
     provenance: Provenance | None = None

@@ -6,8 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
+from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Known, Part
-from fibrefit.study.summaries.summaries import CheckSummary, Provenance, Status
+from fibrefit.study.summaries.summaries import Provenance
 
 
 class JumpSummary(Part):
@@ -72,5 +73,5 @@ class SweepSummary(Part):
     frequencies: int
     runs: int
     curves: dict[str, CurveSummary]
-    checks: tuple[CheckSummary, ...]
+    checks: tuple[Check, ...]
     provenance: Provenance | None = None

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal
 
 from fibrefit.report.batch import items_in_words
-from fibrefit.study.summaries.summaries import BatchItem, CheckSummary
+from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import BatchItem
 
 if TYPE_CHECKING:
     from fibrefit.workflow.batches.jobs import RecordConditions
@@ -20,7 +21,7 @@ def batch_status(items: Mapping[str, BatchItem]) -> Literal["ok", "suspect", "fa
     return "failed" if found <= {"failed", None} else "suspect"
 
 
-def batch_checks(items: Mapping[str, BatchItem]) -> tuple[CheckSummary, ...]:
+def batch_checks(items: Mapping[str, BatchItem]) -> tuple[Check, ...]:
     """Whether every identification was possible, and whether each can be trusted."""
     stopped = [name for name, item in items.items() if item.status is None]
     failed = [name for name, item in items.items() if item.status == "failed"]
@@ -33,8 +34,8 @@ def batch_checks(items: Mapping[str, BatchItem]) -> tuple[CheckSummary, ...]:
     )
 
 
-def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) -> CheckSummary:
-    return CheckSummary(
+def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) -> Check:
+    return Check(
         name=name,
         passed=not wrong,
         says=items_in_words(wrong, total, what),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
@@ -12,13 +11,13 @@ from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import prediction_check_summaries, prediction_sentence
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import (
     InputErrorSummary,
     ParameterSummary,
     Provenance,
     RecordSummary,
-    Status,
 )
 from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group

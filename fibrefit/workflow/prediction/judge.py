@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import chi2
 
-from fibrefit.core.check import Check
 from fibrefit.fitting.checks import finite
 from fibrefit.problem.thresholds import GAP
+from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.thresholds import LACKING, RARE
 
 BAND = 1.959964
@@ -66,10 +66,10 @@ def prediction_checks(
 
 def _unseen(known: Sequence[str]) -> Check:
     return Check(
-        "the records are new",
-        not known,
-        float(len(known)),
-        0.0,
+        name="the records are new",
+        passed=not known,
+        statistic=float(len(known)),
+        threshold=0.0,
         identifier="new_records",
         quantity="independence of the records",
         facts={"records": tuple(known)},
@@ -78,10 +78,10 @@ def _unseen(known: Sequence[str]) -> Check:
 
 def _within(channel: str, ratio: float, most: float) -> Check:
     return Check(
-        f"the {channel} is as predicted",
-        bool(ratio <= most),
-        ratio,
-        most,
+        name=f"the {channel} is as predicted",
+        passed=bool(ratio <= most),
+        statistic=ratio,
+        threshold=most,
         identifier=f"{channel}_predicted",
         quantity=f"prediction of the {channel}",
     )

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import ComparedModel, Status
+from fibrefit.study.summaries.check import Check, Status
+from fibrefit.study.summaries.summaries import ComparedModel
 from fibrefit.workflow.compare import Rival, compared
 from fibrefit.workflow.sampling.start import SamplingStart
 

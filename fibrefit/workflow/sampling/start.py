@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.core.check import Check
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
@@ -17,6 +16,7 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.task import Task
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
+from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.fit import STARTS, Fit
 
 CHAINS = "chains.npz"
@@ -64,8 +64,8 @@ class SamplingStart:
     def check(self) -> Check:
         """Whether the fit came to an end that can be built on."""
         return Check(
-            "the initial fit is usable",
-            self.status != "failed",
+            name="the initial fit is usable",
+            passed=self.status != "failed",
             identifier="initial_fit",
             quantity="status of the initial fit",
             facts={"status": self.status},

@@ -15,7 +15,8 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries import series as s
-from fibrefit.study.summaries.summaries import CheckSummary, ParameterSummary
+from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
 from fibrefit.workflow.together.words import BASE
@@ -120,14 +121,14 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
     return summaries
 
 
-def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
+def series_checks(found: Verdict) -> tuple[Check, ...]:
     """Whether the answer can be trusted."""
     gap = found.gaps[found.answer]
     gained = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
     agree = (gained > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < DECIDED
     ends = _at_ends(found)
     return (
-        CheckSummary(
+        Check(
             name="the gap is noise",
             passed=gap <= GAP,
             says=f"Normalised residual RMS is {gap:.3g}; at most {GAP:g} is expected."
@@ -137,7 +138,7 @@ def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
             identifier="gap",
             quantity="residual size",
         ),
-        CheckSummary(
+        Check(
             name="records left out agree",
             passed=agree,
             says=f"Laws of speed predict records left out by {gained:.3g} nats more than constant parameters; the "
@@ -147,7 +148,7 @@ def series_checks(found: Verdict) -> tuple[CheckSummary, ...]:
             identifier="left_out",
             quantity="records left out",
         ),
-        CheckSummary(
+        Check(
             name="no parameter at a bound",
             passed=not ends,
             says="All: yes." if not ends else f"At a bound: {', '.join(ends)}. Another form of the law may be right.",

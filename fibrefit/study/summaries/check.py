@@ -1,0 +1,52 @@
+"""A check: a statistic, its threshold and the outcome, as it is made and as ``summary.json`` has it.
+
+Its sentence, `says`, is made by `fibrefit.report.sentences` where a result is written.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import AllowInfNan, Field, PlainSerializer
+from pydantic.json_schema import SkipJsonSchema
+
+from fibrefit.study.summaries.part import Part
+
+Status = Literal["ok", "suspect", "failed"]
+_Number = Annotated[float, AllowInfNan()]
+_Compared = Annotated[
+    _Number | None,
+    PlainSerializer(lambda value: value if value is None or math.isfinite(value) else None, return_type=float | None),
+]
+"""A number, of which the file says nothing where it is not finite."""
+
+
+class Check(Part):
+    """A test the result was put to; `name` is what is true where it passed."""
+
+    name: str
+    passed: bool
+    says: str = ""
+    statistic: _Compared = None
+    threshold: _Compared = None
+    unit: str = "-"
+    fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
+    identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
+    quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
+    about: Literal["numbers", "model"] = Field(
+        default="numbers",
+        description="numbers: a failure means that the values may mislead; model: it only says that the model leaves "
+        "more than noise.",
+    )
+    # What a sentence needs besides the numbers, such as the channel that is worst: not in the file.
+    facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)
+
+
+def status_by(checks: Sequence[Check]) -> Status:
+    """``failed`` where a fatal check failed, ``suspect`` where one about the numbers did, else ``ok``."""
+    failed = [check for check in checks if not check.passed]
+    if any(check.fatal for check in failed):
+        return "failed"
+    return "suspect" if any(check.about == "numbers" for check in failed) else "ok"
