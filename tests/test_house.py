@@ -205,6 +205,37 @@ def test_library_never_prints(module: str) -> None:
     assert "print" not in calls
 
 
+#: Floors that return numbers and identifiers; `report` puts them into words.
+NUMERICAL = ("simulation", "problem", "fitting", "sampling", "discovery", "series")
+
+#: A law that was composed is a Python file: its numbers are part of the code.
+WRITES_CODE = {"discovery.laws.source"}
+
+
+def formatted_numbers(tree: ast.Module) -> set[str]:
+    """Numbers that are formatted for a person, but for those of errors."""
+    errors = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+    errors += [
+        node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("Error")
+    ]
+    inside = {id(node) for error in errors for node in ast.walk(error)}
+    return {
+        ast.unparse(node)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FormattedValue) and node.format_spec is not None and id(node) not in inside
+    }
+
+
+@pytest.mark.parametrize("module", sorted(m for m in set(MODULES) - WRITES_CODE if m.split(".")[0] in NUMERICAL))
+def test_numerical_floors_make_no_sentences(module: str) -> None:
+    assert not formatted_numbers(MODULES[module]), f"{module}: return the number, say it in report"
+
+
+def test_a_number_in_a_sentence_is_seen() -> None:
+    source = "def f(x):\n    if x > 1.0:\n        raise ValueError(f'{x:g} is too large')\n    return f'it is {x:.3g}'"
+    assert len(formatted_numbers(ast.parse(source))) == 1
+
+
 def judges(tree: ast.Module) -> bool:
     """Whether a module makes a check or compares with a threshold."""
     makes = any(isinstance(n, ast.Call) and ast.unparse(n.func) == "Check" for n in ast.walk(tree))

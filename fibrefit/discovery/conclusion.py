@@ -50,7 +50,7 @@ class _Parts:
     ----------
     budget : Budget
     undone : list of str
-        What the time did not suffice for, in words.
+        What the time did not suffice for.
     """
 
     budget: Budget
@@ -81,13 +81,13 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     search, best, parts = at.search, at.best, _Parts(budget)
     search.tell("testing the innovations", None)
     alarms = _alarms(search, best)
-    readings = parts.take("free curves", partial(_readings, search, best, before), list[Reading]())
+    readings = parts.take("curves", partial(_readings, search, best, before), list[Reading]())
     complete = not alarms and not readings
     if not complete and best.effects:
-        instead = parts.take("free curves in place of effects", partial(_outdone, search, base, best, before), None)
+        instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
     propose = partial(proposed, search, best, readings)
-    law = parts.take("a law for the free curves", propose, None) if readings else None
+    law = parts.take("law", propose, None) if readings else None
     search.tell("fitting the final model", None)
     found, (best, after, refused) = best, _confirmed(search, best, before, limits, budget)
     alarms = alarms if best is found else _alarms(search, best)
@@ -107,20 +107,16 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         looks_like=None if complete else _looks_like(kept, search, after, readings),
         before=before,
         after=after,
-        held_out=parts.take("predictions of left-out records", predicted, ()) if added else (),
+        held_out=parts.take("left_out", predicted, ()) if added else (),
         ranking=() if at.look is None else candidates(at.look),
         seconds=budget.used,
-        weights=parts.take("weights of the effects", partial(weights, search, best, after), ()) if added else (),
-        detectable=parts.take("what would have been found", partial(detectable, search), ())
-        if verdict == NOTHING
-        else (),
-        separated_by=parts.take(
-            "records that tell rivals apart", partial(_separated, search, tuple(rivals.values())), (), 0.9
-        ),
+        weights=parts.take("weights", partial(weights, search, best, after), ()) if added else (),
+        detectable=parts.take("detectable", partial(detectable, search), ()) if verdict == NOTHING else (),
+        separated_by=parts.take("rivals", partial(_separated, search, tuple(rivals.values())), (), 0.9),
         proposed_law=law and law[1],
         untried=untried,
     )
-    more = ("a further effect",) if at.cut_short else ()
+    more = ("further",) if at.cut_short else ()
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)

@@ -185,7 +185,7 @@ CASES = (
     Bracket("WIDENED", thresholds, lambda x: not thresholds.widens(1.0, x), 1.006, 1.015),
     Bracket("BEYOND_DOUBT", forward_selection, sobered, 90.0, 110.0),
     Bracket("ENOUGH", forward_selection, nothing_left, 1.01, 1.03),
-    Bracket("CARRIED", forward_selection, lambda x: changes(x) != "", 0.06, 0.04),
+    Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
@@ -195,7 +195,7 @@ CASES = (
 )
 
 
-def changes(share: float) -> str:
+def changes(share: float) -> tuple:
     return forward_selection._changes(weighed(0.0, friction=4.0), weighed(0.0, friction=4.0 * (1.0 + share)))
 
 

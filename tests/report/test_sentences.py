@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,6 +43,11 @@ def identifiers(folder: str, kind: str = "Check") -> set[str]:
     return found
 
 
+def calls(file: str, name: str) -> list[Any]:
+    tree = ast.parse((PACKAGE / file).read_text(encoding="utf-8"))
+    return [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == name]
+
+
 @pytest.mark.parametrize("folder", MADE_IN)
 def test_every_check_has_a_sentence(folder: str) -> None:
     made = identifiers(folder)
@@ -53,6 +59,8 @@ def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None
     made = identifiers("discovery", "Statement") | identifiers("discovery", "Alarm")
     assert made == set(discovery.SENTENCES)
     assert identifiers("sampling", "Statement") == set(posterior.REMARKS)
+    parts = {node.args[0].value for node in calls("discovery/conclusion.py", "parts.take")}
+    assert {*parts, "further"} == set(discovery.UNDONE)
 
 
 def test_a_channel_is_named_by_the_identifier() -> None:

@@ -123,7 +123,7 @@ class Finding:
     looks_like : Statement or None
         What the gap looks like.
     undone : tuple of str
-        Other parts of the search that it did not suffice for, in words.
+        Other parts of the search that it did not suffice for, by identifier.
     broken : tuple of Check
         Those of the first fit that leave nothing to search from; the reason, where there are any.
     """

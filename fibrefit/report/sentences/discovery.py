@@ -102,6 +102,18 @@ def worded_separation(found: Separation) -> Separation:
     return found.model_copy(update={"says": f"{begin}: {told}{NO_HELP if little else ''}"})
 
 
+UNDONE = {
+    "further": "a further effect",
+    "curves": "free curves",
+    "curves_instead": "free curves in place of effects",
+    "law": "a law for the free curves",
+    "left_out": "predictions of left-out records",
+    "weights": "weights of the effects",
+    "detectable": "what would have been found",
+    "rivals": "records that tell rivals apart",
+}
+"""Parts of a search that the time may not suffice for, by identifier."""
+
 Facts = Mapping[str, Any]
 
 

@@ -10,6 +10,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.fibre.point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.report.sentences.discovery import (
+    UNDONE,
     discovery_sentence,
     reason,
     worded_round,
@@ -55,7 +56,7 @@ def discovery_summary(
         ranking=finding.ranking,
         proposed_law=finding.proposed_law and finding.proposed_law.summary,
         untried=finding.untried,
-        undone=finding.undone,
+        undone=tuple(UNDONE[part] for part in finding.undone),
     )
 
 
