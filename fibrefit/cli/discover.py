@@ -10,13 +10,12 @@ import click
 from fibrefit.cli.choosing import Person, listed_steps
 from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
-NOT_TRUSTED = 5
 
 
 @click.command("discover")

@@ -8,10 +8,9 @@ from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import asked_to_stop
 from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
-NOT_TRUSTED = 5
 
 
 @click.command("fit")

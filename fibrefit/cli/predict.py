@@ -6,10 +6,9 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.fit import NOT_TRUSTED
 from fibrefit.cli.options import Asked, check_trust_of_result, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
 
 @click.command("predict")

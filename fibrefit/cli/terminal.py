@@ -15,6 +15,8 @@ import click
 from fibrefit.core.errors import UsageError
 from fibrefit.core.shown import harmless, printable
 
+NOT_TRUSTED = 5
+"""Exit code of a command that has a result which is not to be used."""
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 

@@ -11,8 +11,7 @@ from fibrefit.fitting import uncertainty
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.problem.statement.problem import Problem
-
-Z_95 = 1.959964
+from fibrefit.study.summaries.part import Z_95
 
 
 def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> ErrorBars:

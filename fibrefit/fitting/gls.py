@@ -28,6 +28,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.part import Z_95
 
 ARRIVED = 0.5
 """Promised fall beyond which the mode was not reached."""
@@ -207,9 +208,6 @@ def _intervals(
             here[places[i]] = z
             found[i, end] = evidence.mode.unknowns.value(here)[places[i]]
     return found
-
-
-Z_95 = 1.959964
 
 
 def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], float]:

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, label, new_figure, title
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
 
-Z_95 = 1.959964
 METHODS = {
     "white": "white (i.i.d.) noise",
     "spectrum": "noise spectrum",

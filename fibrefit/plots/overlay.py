@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from fibrefit.plots.corner import Drawn
 from fibrefit.plots.quantities import axis_label
 from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, axes_at, label, new_figure, title
+from fibrefit.sampling.thresholds import PRIOR_MATTERS
 
 if TYPE_CHECKING:
     from fibrefit.sampling.posterior import Prior
@@ -20,8 +21,6 @@ CELL, GAP, LEFT, BOTTOM, TOP = 36.0, 8.0, 6.0, 12.0, 16.0
 ACROSS = 4
 WIDER = 3.0
 """Half-width of the axis in half-widths of the posterior: enough to see the prior go on beside it."""
-PRIOR_MATTERS = 0.3
-"""Posterior over prior width above which the whole prior is shown."""
 BINS, POINTS = 60, 400
 
 

@@ -19,11 +19,13 @@ from fibrefit.plots.style import (
     FINAL,
     FIRST,
     GREY,
+    LETTER_SMALL,
     MEASURED,
     PALE,
     SIMULATED,
     SMALL,
     USUAL,
+    WIDTH,
     axes_at,
     label,
     new_figure,
@@ -33,13 +35,11 @@ from fibrefit.plots.style import (
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, ParameterSummary
 
-WIDTH, LEFT, RIGHT, TOP, BOTTOM = 183.0, 15.0, 4.0, 27.0, 6.0
+LEFT, RIGHT, TOP, BOTTOM = 15.0, 4.0, 27.0, 6.0
 TALL, LOW, GAP, BETWEEN = 26.0, 18.0, 3.0, 9.0
 MOST_RECORDS, MOST_VALUES, MOST_GAPS, MOST_DOUBTS = 3, 12, 12, 4
 LINE, BELOW = 4.2, 14.0
 """Height of a line of text, and room below the records for the label of their axis, in mm."""
-LETTER_SMALL = 1.2
-"""Width of a letter of small text, in mm."""
 ACROSS = 135
 """Letters in a line over the whole width."""
 

@@ -18,6 +18,7 @@ from fibrefit.plots.style import (
     SKY,
     SMALL,
     VERMILLION,
+    WIDTH,
     axes_at,
     label,
     legend,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
 LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
-HEIGHT, WIDTH, GAP = 32.0, 183.0, 4.0
+HEIGHT, GAP = 32.0, 4.0
 COLUMNS, MOST, NAMED = 3, 12, 12
 TRENDS = (
     "line: weighted regression; bars: twice the standard error; red: outlier; chance: probability of as strong a trend "

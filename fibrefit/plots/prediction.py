@@ -8,10 +8,10 @@ from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import AXES
 from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.part import Z_95
 
 MOST_RECORDS = 24
 """Records that get a figure of their own."""
-Z_95 = 1.959964
 
 
 def prediction_figures(groups: Groups) -> Figures:

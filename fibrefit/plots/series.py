@@ -20,6 +20,7 @@ from fibrefit.plots.style import (
     PALE,
     SKY,
     SMALL,
+    WIDTH,
     axes_at,
     label,
     legend,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
 LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
 HEIGHT = 44.0
-WIDTH = 183.0
 ANSWERS = {"constant": "one set of parameters", "speed_law": "a law of speed", "per_record": "values of each record"}
 COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
 MOST = 12

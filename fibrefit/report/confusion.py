@@ -7,11 +7,12 @@ import textwrap
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY
+from fibrefit.report.layout import WIDTH
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Detectable
 
-WIDTH = 80
 ALIKE = 0.9
+"""Absolute cosine of two sensitivities above which a pair is listed."""
 MOST_PAIRS = 12
 
 

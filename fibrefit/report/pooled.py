@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from fibrefit.core.units import format_number, shown_unit
 from fibrefit.report.layout import items, table
 from fibrefit.report.text import with_error
+from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
 MOST_TRENDS = 6
-SIGNIFICANT = 0.05
 
 
 POPULATION = ("", "mean", "95 %", "sd", "a new record, 95 %", "")

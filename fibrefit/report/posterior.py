@@ -10,6 +10,7 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
 from fibrefit.report.text import MATTERS, between_lines, rows_of, with_error
+from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
 
@@ -25,9 +26,6 @@ ENDS = {"converged": "Converged", "budget": "Stopped by the budget before conver
 
 DECISIVE = 2.0
 """Standard errors by which one of two models must predict better."""
-
-PARETO_K = 0.7
-"""Above it a block's importance weights are unreliable."""
 
 #: What to do where a check failed, by its identifier.
 REMEDIES = {

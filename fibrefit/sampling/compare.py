@@ -16,10 +16,9 @@ import numpy as np
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.posterior import Posterior
+from fibrefit.sampling.thresholds import PARETO_K
 
 BLOCK_SECONDS = 0.05
-PARETO_K = 0.7
-"""Pareto's k above which a block's importance weights cannot be relied on."""
 
 
 @dataclass(frozen=True)

@@ -26,3 +26,6 @@ FAR = 4.0
 """Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
 TRUNCATED = 0.1
 """Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""
+PARETO_K = 0.7
+"""Pareto's k above which a block's importance weights cannot be relied on (Vehtari, Gelman and Gabry, Statistics and
+Computing 27 (2017))."""

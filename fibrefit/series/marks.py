@@ -6,10 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-HIGH = 0.05
-"""Change from one frequency to the next, as a share of the largest amplitude, below which nothing is called a jump."""
-STEEP = 3.0
-"""A jump is this many times steeper than the curve on either side of it."""
+from fibrefit.series.thresholds import HIGH, STEEP
 
 
 @dataclass(frozen=True)

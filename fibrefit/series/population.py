@@ -20,15 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.problem.estimate.population import mixture_quantile
+from fibrefit.problem.estimate.population import INSIDE_95, mixture_quantile
+from fibrefit.series.thresholds import LOGARITHMIC
 
 POINTS = 200
 LOWEST, HIGHEST = 1e-3, 30.0
 """Ends of the grid of tau, in units of the smallest error and of the spread of the values."""
-LOGARITHMIC = 0.3
-"""Median relative error up to which positive values are told by their logarithms."""
-INSIDE_95 = (0.025, 0.975)
-FEWEST = 2
 FARTHEST, HALVINGS = 100.0, 60
 
 
@@ -73,7 +70,7 @@ def population(values: np.ndarray, errors: np.ndarray) -> Population | None:
         Of each record by itself; those that are not finite say nothing.
     """
     said = np.isfinite(values) & np.isfinite(errors) & (errors > 0.0)
-    if said.sum() < FEWEST:
+    if said.sum() < 2:
         return None
     positive = bool(np.all(values[said] > 0.0))
     logarithmic = positive and float(np.median(errors[said] / np.abs(values[said]))) < LOGARITHMIC

@@ -15,11 +15,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.periods import Drive, SteadyState, steady_state
 from fibrefit.simulation.model import Model
 
-LENGTH_STEP = 512
 PARTS = 4
 """Batches of runs from rest for each core."""
 BRANCHES = ("rest", "up", "down")

@@ -19,14 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-SIGNIFICANT = 0.05
-"""Probability, corrected for all looks, below which a trend is reported."""
-STRAY = 0.01
-"""Probability by chance of an outlier in a whole series, below which a record is named."""
-FEWEST = 4
-"""Records from which a line can be tested."""
-MOST_OUTLIERS = 0.1
-"""Share of the records that may be left out as outliers."""
+from fibrefit.series.thresholds import FEWEST, MOST_OUTLIERS, SIGNIFICANT, STRAY
+
 ROUNDS, HALVINGS = 20, 60
 
 

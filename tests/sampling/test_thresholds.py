@@ -10,7 +10,8 @@ import pytest
 
 from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling import checks as judge
-from fibrefit.sampling import thresholds
+from fibrefit.sampling import compare, thresholds
+from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
 from tests.brackets import Bracket
@@ -88,6 +89,7 @@ CASES = (
     ),
     Bracket("STRONG", judge, lambda x: judge.correlation(NAMES, correlated(x)).passed, 0.99, 0.9975),
     Bracket("FAR", judge, at, np.sqrt(2.0) + 3.0, np.sqrt(2.0) + 5.0),
+    Bracket("PARETO_K", compare, lambda x: CrossValidation(np.zeros(1), np.array([x]), 0.0).unreliable == 0, 0.6, 0.8),
     Bracket("TRUNCATED", judge, lambda x: judge.truncation(marginal(0.1, x)).passed, 0.15, 0.07),
 )
 

@@ -7,8 +7,9 @@ import numpy as np
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
 from fibrefit.report.page.common import failed_checks, gaps_table, in_full, parameters_table
-from fibrefit.report.page.records import Z_95, Band, CourseModel, Sight, records_block, simulated
+from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 
 VERDICTS = {

@@ -14,13 +14,13 @@ from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import GapPlace
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import Gap
 
 FINE = 0.01
 """Step of what is shown in units of the noise."""
 STEPS = 20000
 """Steps in the range of a state."""
-Z_95 = 1.959964
 CONDITIONS = ("lift", "inclination", "added_mass")
 
 

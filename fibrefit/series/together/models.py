@@ -27,15 +27,11 @@ from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, place_of
 from fibrefit.problem.task import Task
+from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch
 
 STARTS = 8
-PREFERRED = 5.0
-"""Logarithm of the Bayes factor from which a richer model is preferred: odds of 150 to one."""
-MOST_LAWS = 3
-SIMPLER = 1.0
-"""Nats within which the law with fewer parameters is taken."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +99,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     before = identify(task, STARTS, seed, How(whiten=False), progress=tell)
     search, base = begun(task, before, [law.effect for law in laws], tell)
     first = look = looked(SpeedSearch.of(search), base, "trying each law of speed")
-    while (found := _simplest(look)) and len(found.effects) < MOST_LAWS:
+    while (found := _simplest(look)) and _may_grow(found):
         search, found = _about(look.search, found)
         look = looked(SpeedSearch.of(search), found, "trying a further law of speed")
     law = look.parent if look.parent.effects else look.found[0]
@@ -119,6 +115,10 @@ def _simplest(look: Comparison) -> Weighed | None:
         return None
     near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
+
+
+def _may_grow(found: Weighed) -> bool:
+    return len(found.effects) < MOST_LAWS
 
 
 def _about(search: Search, found: Weighed) -> tuple[Search, Weighed]:

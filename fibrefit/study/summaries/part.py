@@ -18,6 +18,8 @@ def _both_known(ends: tuple[float, float] | None) -> tuple[float, float] | None:
 
 Known = Annotated[float | None, BeforeValidator(_known)]
 """A number, or None where it is not known: what is computed says so by nan or infinity, for which JSON has no word."""
+Z_95 = 1.959964
+"""Standard errors on either side of a value between which a normal law has 95 % of its probability."""
 _End = Annotated[float, AllowInfNan()]
 KnownInterval = Annotated[tuple[_End, _End] | None, AfterValidator(_both_known)]
 """The same of an interval, of which neither end is known where one is not."""

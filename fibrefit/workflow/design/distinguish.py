@@ -15,7 +15,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.report.confusion import distinguish_report
+from fibrefit.report.confusion import ALIKE, distinguish_report
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
@@ -29,9 +29,6 @@ from fibrefit.workflow.saved import Saved
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
-
-ALIKE = 0.9
-"""Absolute cosine of two sensitivities above which a pair is listed."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -9,9 +9,8 @@ from fibrefit.core.roles import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.sampling.groups import GRID
 from fibrefit.store.hdf5 import Variable
-
-GRID = ("record", "sample")
 
 
 def motion_group(problem: Problem, moved: Motion) -> dict[str, Variable]:

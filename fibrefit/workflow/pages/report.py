@@ -15,9 +15,9 @@ from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
+from fibrefit.workflow.batches.batch import TABLE
 from fibrefit.workflow.outcome.draw import figures_of
 
-TABLE = "results.csv"
 CHOSEN: dict[type[Part], tuple[str, ...]] = {
     FitSummary: ("overview", "snaps", "correlation", "errors", "starts"),
     DiscoverySummary: ("overview", "curve", "places", "states", "map", "spectrum"),

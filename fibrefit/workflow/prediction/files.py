@@ -8,7 +8,7 @@ from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.records import Record
-from fibrefit.report.sentences.prediction import prediction_check_summaries, prediction_sentence
+from fibrefit.report.sentences.prediction import PREDICTED, prediction_check_summaries, prediction_sentence
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
@@ -24,9 +24,6 @@ from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
 from fibrefit.workflow.prediction.judge import BAND, expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.thresholds import LACKING
-
-PREDICTED = "_predicted"
-"""End of the identifiers of the checks that the verdict is about."""
 
 
 def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummary:
