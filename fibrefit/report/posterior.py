@@ -10,7 +10,7 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
 from fibrefit.report.text import MATTERS, between_lines, rows_of, with_error
-from fibrefit.sampling.thresholds import PARETO_K
+from fibrefit.sampling.thresholds import DECISIVE, PARETO_K
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
 
@@ -23,9 +23,6 @@ VERDICTS = {
 KINDS = {"equal_tailed": "equal-tailed", "highest_density": "highest-density"}
 
 ENDS = {"converged": "Converged", "budget": "Stopped by the budget before convergence", None: "Ended"}
-
-DECISIVE = 2.0
-"""Standard errors by which one of two models must predict better."""
 
 #: What to do where a check failed, by its identifier.
 REMEDIES = {

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.report import posterior as report
 from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling import checks as judge
 from fibrefit.sampling import compare, thresholds
@@ -58,6 +59,14 @@ def marginal(share: float, gap: float = 5.0) -> dict[str, Marginal]:
     return {"a": Marginal("a", "N", 10.0, 1.0, 10.0, (gap, gap + 4.0), 1.0, 1e4, 1e4, prior, share)}
 
 
+def alike(difference: float) -> bool:
+    """Whether two models count as alike, so many standard errors apart."""
+    rival = SimpleNamespace(
+        foresight=SimpleNamespace(value=difference, error=1.0), log_evidence=None, effects=(), result="results/other"
+    )
+    return "alike" in "".join(report._rivals([cast(Any, rival)]))
+
+
 def at(distance: float) -> bool:
     run = correlated(0.0)
     start = run.kept.reshape(-1, 2).mean(axis=0) + np.array([distance, 0.0])
@@ -89,6 +98,7 @@ CASES = (
     ),
     Bracket("STRONG", judge, lambda x: judge.correlation(NAMES, correlated(x)).passed, 0.99, 0.9975),
     Bracket("FAR", judge, at, np.sqrt(2.0) + 3.0, np.sqrt(2.0) + 5.0),
+    Bracket("DECISIVE", report, alike, 1.5, 2.5),
     Bracket("PARETO_K", compare, lambda x: CrossValidation(np.zeros(1), np.array([x]), 0.0).unreliable == 0, 0.6, 0.8),
     Bracket("TRUNCATED", judge, lambda x: judge.truncation(marginal(0.1, x)).passed, 0.15, 0.07),
 )
