@@ -30,4 +30,4 @@ PARETO_K = 0.7
 """Pareto's k above which a block's importance weights cannot be relied on (Vehtari, Gelman and Gabry, Statistics and
 Computing 27 (2017))."""
 DECISIVE = 2.0
-"""Standard errors by which one of two models must predict better to be called so: by chance it happens once in twenty."""
+"""Standard errors by which one of two models must predict better to be called so: one in twenty does by chance."""
