@@ -13,6 +13,8 @@ NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
+ENOUGH = 0.2
+"""Promised fall of a hypothesis's objective, a tenth of a nat, that is not taken any more: names differ by nats."""
 PATIENCE = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
 PROMISING = 0.5

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
-from fibrefit.discovery.engine.effort import PATIENCE, astray, worthless
+from fibrefit.discovery.engine.effort import ENOUGH, PATIENCE, astray, worthless
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
@@ -140,7 +140,7 @@ class Scales:
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
         gram, sigma = self._secant(parent.frame), np.zeros_like(found.sigma)
-        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, effort=USUAL)))
+        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, ENOUGH, USUAL)))
 
     def extended(
         self, parent: Weighed, frame: Supermodel, effect: type[Effect], promise: Promise, slopes: Seed | None = None
@@ -362,4 +362,4 @@ class Scales:
         effort: Effort = USUAL,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        return weigh(unknowns, start, self._secant(frame, seed), sigma, effort=effort)
+        return weigh(unknowns, start, self._secant(frame, seed), sigma, ENOUGH, effort)

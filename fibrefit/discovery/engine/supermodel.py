@@ -179,8 +179,8 @@ class Supermodel:
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
-        rows = self.in_steps(_rows(self._bare, jnp.asarray(local), varied, horizon, self._offset))
-        return rows[:, : 1 + max(-(-active // BUCKET), 1) * BUCKET]
+        rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
+        return self.in_steps(rows[:, : 1 + -(-active // BUCKET) * BUCKET])
 
     def in_steps(self, rows: jax.Array) -> jax.Array:
         """Rows ``(n_record, n_row, n_channel * n_time)`` as what readings in coarse steps say."""
@@ -227,8 +227,7 @@ def stretch_products(
     values[:, 1 : 1 + active] = targets
     varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
     rows = _rows(frame._bare, jnp.asarray(local), varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
-    rows = frame.in_steps(rows)
-    kept = rows[:, jnp.asarray([*range(1, 1 + active), 0])]
+    kept = frame.in_steps(rows[:, : 1 + active])[:, jnp.asarray([*range(1, 1 + active), 0])]
     parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.pulls, frame.whitening)
     return np.asarray(parts[0]), np.asarray(parts[1])
 
@@ -247,7 +246,7 @@ def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> j
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return frame.in_steps(_rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset))[:, 0]
+    return frame.in_steps(_rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset)[:, :1])[:, 0]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
