@@ -14,8 +14,10 @@ from fibrefit.fitting.thresholds import (
     AGREEMENT,
     ASTRAY,
     AT_BOUND,
+    CHANCE,
     DECIDED,
     FEW_STARTS,
+    GRAVITY_OFF,
     INPUT_ERROR,
     SETTLED,
     STARTS,
@@ -23,6 +25,7 @@ from fibrefit.fitting.thresholds import (
     USELESS,
     WORSE,
 )
+from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP
@@ -211,6 +214,20 @@ def useless(check: Check, weight: Outweighed | None) -> Check:
     if check.passed or check.fatal or weight is None:
         return check
     return check.model_copy(update={"fatal": True, "facts": {**check.facts, "outweighed": weight}})
+
+
+def falls_freely(found: Gravity) -> Check:
+    """Whether gravity in free flight is the one the study states, beyond what chance and place may make of it."""
+    beyond = max(abs(found.excess) - CHANCE * found.error, 0.0)
+    return Check(
+        "free flight has the stated gravity",
+        beyond <= GRAVITY_OFF,
+        beyond,
+        GRAVITY_OFF,
+        identifier="free_flight",
+        quantity="gravity in free flight",
+        facts={"excess": found.excess, "error": found.error},
+    )
 
 
 def exchanged() -> Check:

@@ -22,7 +22,7 @@ from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
-from fibrefit.fitting.reported import reported
+from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import ChannelMisfit, Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
@@ -31,6 +31,7 @@ from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.exchanged import look_exchanged
+from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.statement.problem import Problem, gram_root
@@ -175,7 +176,6 @@ def _concluded(
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelMisfit(force.rms, math.nan, "N", force.explained)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
-    swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
@@ -190,7 +190,7 @@ def _concluded(
         *sound.structure,
         *best.checks,
         explained,
-        *swapped,
+        *_as_stated(task, best, explained),
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )
@@ -227,6 +227,13 @@ def _explained(plain: Optimum, gaps: Gap) -> Check:
     """Whether the signals are explained; where they are not, whether the values are of use all the same."""
     check = judge.signal_explained(gaps)
     return check if check.passed else judge.useless(check, outweighed(plain.problem.layout, plain.values, plain.scores))
+
+
+def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...]:
+    """Whether channels, clock, scale and slope are what the study says, as far as records tell it by themselves."""
+    swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
+    gravity = gravity_in_flight(task, best.values, best.seen.motion)
+    return swapped if gravity is None else (*swapped, judge.falls_freely(gravity))
 
 
 FURTHER = 2

@@ -23,6 +23,9 @@ OUTWEIGHED = 1.0
 """What is left of an unexplained signal over what a value does in the readings, both rms, beyond which the value may be
 nothing but a fault that it took up. Stated faults that put a value off by a factor of 1.5 or more leave 0.5 to 2.2,
 most of them more than 1; masses and forces 5 to 10 % wrong leave 0.1 to 0.8: docs/reliability.md."""
+GRAVITY_OFF = 0.005
+"""Relative error of gravity in free flight that passes, chance allowed for: between places on the Earth it is up to
+0.4 % less and 0.3 % more than the standard one."""
 SMALL = 0.1
 """Share of a parameter's typical size below which a value has no factor to be wrong by."""
 STARTS = 0.8

@@ -194,7 +194,6 @@ def table(name: str) -> Table:
     powers = [exponent(load.sizes, [getattr(one, what) for one in found]) for what in Measured._fields]
     rows.append(("exponent", *(f"{power:.2f}" for power in powers)))
     words = " ".join(load.words(load.sizes[-1]))
-    words = " ".join(load.words(load.sizes[-1]))
     note = f"`fibrefit {words}`, from a prompt; exponents are of what is added to the first row."
     return Table(f"Growth with {load.title}", note, (load.title, "time", "processors", "largest memory"), rows)
 

@@ -15,6 +15,7 @@ from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, outweighed, structure
 from fibrefit.fitting.result import ChannelMisfit, InputError
+from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
@@ -92,6 +93,7 @@ CASES = (
     Bracket("AGREEMENT", judge, lambda x: judge.second_solver(x, 0.0).passed, 0.08, 0.12),
     Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
+    Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),

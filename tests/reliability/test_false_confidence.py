@@ -120,9 +120,12 @@ TRUTH = {"stiffness": 11150.63, "damping": 9.437, "friction": 2.686}
 """Of the drop series."""
 
 
-def mistaken(folder: Path, late: int = 0, force: float = 1.0, position: float = 1.0, **stated: str) -> Path:
-    """A study of one drop whose force is some samples late, whose readings are too large, or that states it wrongly."""
+def mistaken(
+    folder: Path, late: int = 0, force: float = 1.0, position: float = 1.0, clock: float = 1.0, **stated: str
+) -> Path:
+    """A study of one drop: its force some samples late, its readings or times too large, or what it states wrong."""
     times, *readings = np.loadtxt(SERIES / FILE, delimiter=",", skiprows=1).T
+    times = clock * times
     readings[0] = force * np.concatenate([np.full(late, readings[0][0]), readings[0][: len(times) - late]])
     readings[1] = position * readings[1]
     head = (SERIES / FILE).read_text("utf-8").splitlines()[0]
@@ -143,6 +146,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "positions 1.2 times too large": ({"position": 1.2}, "failed"),
     "mass 10 % too large": ({"weight_mass": "3.406 kg"}, "suspect"),
     "force 5 % too large": ({"force": 1.05}, "suspect"),
+    "clock 1 % fast": ({"clock": 1.01}, "suspect"),
 }
 
 

@@ -96,6 +96,19 @@ class Noise:
         """Power density at `frequency` [Hz] > 0 over its mean in a record of `duration` [s] sampled at `rate` [Hz]."""
         return self.density(frequency) * (0.5 * rate) / self.rms(duration, rate) ** 2
 
+    def variance_of_sum(self, weights: np.ndarray, rate: float) -> float:
+        """Variance of a weighted sum of samples at `rate` [Hz], the weights ``(count,)`` of which add up to nothing."""
+        count = len(weights)
+        frequency = np.fft.rfftfreq(count, 1.0 / rate)[1:]
+        power = np.abs(np.fft.rfft(weights)[1:]) ** 2
+        twice = np.where(2.0 * frequency < rate, 2.0, 1.0)
+        broad = float(np.sum(twice * power * self.density(frequency))) * 0.5 * rate / count
+        lines = [*self.lines, *((mains, self.line / len(MAINS)) for mains in MAINS)]
+        turns = [np.exp(-2j * np.pi * line * np.arange(count) / rate) for line, _ in lines]
+        return broad + sum(
+            variance * float(np.abs(weights @ turn) ** 2) for turn, (_, variance) in zip(turns, lines, strict=True)
+        )
+
     def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
         """Some noise with this spectrum, the lines left out, ``(count,)``."""
         frequency = np.fft.rfftfreq(count, 1.0 / rate)

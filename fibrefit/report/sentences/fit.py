@@ -201,6 +201,21 @@ def _exchanged(check: Check) -> str:
     )
 
 
+def _free_flight(check: Check) -> str:
+    excess, error = (100.0 * check.facts[name] for name in ("excess", "error"))
+    found = (
+        f"While the fibre is slack, the positions show a gravity along the guide {abs(excess):.2g} +/- {error:.1g} % "
+        f"{'larger' if excess > 0.0 else 'smaller'} than the one that follows from the study"
+    )
+    if check.passed:
+        return f"{found}: what is stated of clock, positions and slope agrees with the flights."
+    return (
+        f"{found}; chance allowed for, at most {100.0 * (check.threshold or 0.0):g} % passes. A clock or sampling rate "
+        f"that is {abs(excess) / 2.0:.2g} % {'slow' if excess > 0.0 else 'fast'}, a wrong scale of the positions or a "
+        "wrong slope would do so, and the values take it up: they may mislead."
+    )
+
+
 def _input_error(check: Check) -> str:
     name = check.identifier.removesuffix(INPUT_ERROR)
     if check.passed:
@@ -297,6 +312,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "residual_size": _residual_size,
     "explained_share": _explained_share,
     "exchanged_channels": _exchanged,
+    "free_flight": _free_flight,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,
