@@ -33,6 +33,15 @@ def test_significant_digits_mask_nothing(pattern: str, scale: float, read: Calla
     assert read([pattern.format(float(f)) for f in FORCE * scale]).valid.all()
 
 
+@pytest.mark.parametrize("decimals", [1, 2, 3])
+@pytest.mark.parametrize("less", [0.0, 15.0])
+def test_rounded_numbers_as_python_prints_them_mask_nothing(decimals: int, less: float, read: Callable) -> None:
+    """0.5 where others have two decimals, and yet 2.0: the last zero of a whole number is printed, others are not."""
+    texts = [repr(float(np.round(f - less, decimals))) for f in FORCE]
+    assert any(text.endswith(".0") for text in texts) or decimals == 3
+    assert read(texts).valid.all()
+
+
 def test_dropped_zeros_and_a_held_weight_mask_nothing(read: Callable) -> None:
     texts = ["30.3712345"] * 300 + [f"{f:.9g}" for f in FORCE[300:]]
     assert "digit lost or doubled" not in read(texts).masked

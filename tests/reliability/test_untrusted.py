@@ -25,7 +25,7 @@ from tests.cli.conftest import Run
 EVIL = """from pathlib import Path
 Path("ran").write_text("code of a stranger")
 """
-RUNS = ("fit", "sample", "discover", "simulate", "distinguish", "batch")
+RUNS = ("fit", "sample", "discover", "simulate", "sweep", "series", "distinguish", "confuse", "plan", "batch")
 
 
 @pytest.fixture

@@ -107,7 +107,8 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
         return np.zeros(shapes.size, bool)
     # A held weight repeats one number: only different ones show how often a last digit is zero.
     distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
-    complete = _keeps_zeros(numbers, rows) or _too_few_to_be_round(short, distinct)
+    # Python prints the last zero of 1.0 and not that of 0.50: how the usual ones are written tells.
+    complete = _keeps_zeros(numbers, rows & ~odd) or _too_few_to_be_round(short, distinct)
     return odd if complete else np.zeros(shapes.size, bool)
 
 
