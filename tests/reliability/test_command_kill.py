@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,16 +15,19 @@ import numpy as np
 import psutil
 import pytest
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+from tests.reliability.studies import copied
+
 NARROW = ("--set", "sweep.lowest=4.2 Hz", "--set", "sweep.highest=4.6 Hz", "--set", "sweep.step=0.1 Hz")
 COMMANDS = {
     "fit": ("drop_series", "--starts", "2"),
     "sweep": ("pendulum", *NARROW),
     "batch": ("drop_series", "--starts", "1", "--jobs", "2"),
-    "sample": ("drop", "--max-steps", "60", "--ess", "1e9", "--checkpoint-seconds", "0.5"),
+    "sample": ("drop_series", "--max-steps", "60", "--ess", "1e9", "--checkpoint-seconds", "0.5"),
 }
 GO_ON = ("batch", "sample")
 """Commands that keep what a killed run has done."""
+RECORDS = {"sample": 1}
+"""Of the study, where all are too many."""
 KILLS = {"sample": 8}
 USUAL_KILLS = 5
 LONGEST = 600.0
@@ -69,21 +71,11 @@ def killed(line: list[str], after: float) -> None:
         assert not left, f"{left} outlive the command"
 
 
-def copied(study: str, folder: Path) -> None:
-    """One of the studies of the project; "drop" is the drop series with its first record alone."""
-    if study != "drop":
-        shutil.copytree(CONFIGS / study, folder / study)
-        return
-    shutil.copytree(CONFIGS / "drop_series", folder / study)
-    file = folder / study / "study.toml"
-    file.write_text("[[records]]".join(file.read_text("utf-8").split("[[records]]")[:2]), "utf-8")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_killed_at_any_moment(tmp_path: Path, name: str) -> None:
     study = COMMANDS[name][0]
-    copied(study, tmp_path)
+    copied(study, tmp_path, records=RECORDS.get(name))
     out, begun = tmp_path / "out", tmp_path / "out.partial" / ".fibrefit"
     finished(command(name, out))
     old = whole(out)
@@ -111,7 +103,7 @@ def test_a_command_killed_at_any_moment(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.slow
 def test_a_command_that_is_killed_leaves_no_result_where_there_was_none(tmp_path: Path) -> None:
-    shutil.copytree(CONFIGS / "drop_series", tmp_path / "drop_series")
+    copied("drop_series", tmp_path)
     line = command("fit", tmp_path / "out")
     for after in (0.3, 1.5, 3.0):
         killed(line, after)

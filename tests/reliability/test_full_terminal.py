@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli.main import COMMANDS
+from tests.reliability.studies import copied
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 QUICK = ("--figures", "none", "--out", "out")
 NARROW = ("--set", "sweep.lowest=4.2 Hz", "--set", "sweep.highest=4.4 Hz", "--set", "sweep.step=0.1 Hz")
 FEW = ("--only", "guide.viscous_friction")
@@ -46,7 +45,7 @@ def folder(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
     words = WORDS[request.getfixturevalue("name")]
     for study in ("drop_series", "drive_series", "pendulum"):
         if study in words or ("fitted" in words and study == "drop_series"):
-            shutil.copytree(CONFIGS / study, tmp_path / study)
+            copied(study, tmp_path, records=1 if study == "drop_series" else None)
     if "fitted" in words:
         line = ("fit", "drop_series", "--starts", "1", "--figures", "none", "--out", "fitted")
         subprocess.run([sys.executable, "-m", "fibrefit", *line], cwd=tmp_path, check=True, capture_output=True)
