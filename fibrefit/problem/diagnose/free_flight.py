@@ -20,10 +20,16 @@ from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.motion import integrated
+from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.trace import Trace
 
-POSITION = "position"
+POSITION, FORCE = "position", "force"
+SMOOTHED, TURNED = 8e-3, 20e-3
+"""Length in s of the windows in which load and direction are told: noise moves the instant at which a weight turns."""
+LOADED = 0.05
+"""Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
 EDGE = 0.1
-"""Share of a flight at either end that is left out: the simulated instants of contact are off where the model is."""
+"""Share of a flight at either end that is left out: a force may be late, and a contact begins gently."""
 SHORTEST = 8
 """Samples of the shortest flight that has a curvature."""
 RESOLVED = 1e-4
@@ -46,12 +52,25 @@ class Gravity(NamedTuple):
 
 
 class _Flight(NamedTuple):
-    """One flight: its record, its samples that count, what is left of their positions, and what may be left there."""
+    """One flight: its record, its samples, their positions, NaN where they do not count, and speeds."""
 
     record: int
     samples: np.ndarray
+    position: np.ndarray
+    speed: np.ndarray
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Samples that count."""
+        return np.isfinite(self.position)
+
+
+class _Told(NamedTuple):
+    """Gravity over the stated one, its weights ``(n_sample,)`` on the positions, and what these leave."""
+
+    ratio: float
+    weights: np.ndarray
     left: np.ndarray
-    shapes: np.ndarray
 
 
 def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity | None:
@@ -66,51 +85,55 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
 
     Law
     ---
-    What is left of the positions of a flight is ``a + b t + δ g t² / 2 + (f ∬ sign(v) + c ∫ v) / m``: another start,
-    another gravity, and friction other than the model's, constant or growing with the speed. Least squares; the error
-    is that of noise with the spectrum of the rests, or as loud as what is left here where that is louder.
+    Positions of a flight are ``a + b t + γ g t² / 2 - (f ∬ sign(v) + c ∫ v) / m``, with friction that is constant or
+    grows with the speed and the same f and c in all of them. Least squares of what was measured, over least squares of
+    what was simulated: a clock or a scale that is in the model counts as stated. The error is that of noise with the
+    spectrum of the rests, or as loud as what is left where that is louder.
     """
     rig = task.problem.model.rig
     if Capability.FALL not in rig.capabilities or POSITION not in rig.channels:
         return None
-    flights = list(_flights(task, values, motion))
-    if not flights:
-        return None
-    shapes = np.concatenate([flight.shapes for flight in flights])
-    missing = np.concatenate([flight.left for flight in flights])
-    scale = np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(float).tiny)
-    left, size, right = np.linalg.svd(shapes / scale, full_matrices=False)
-    if not size[-1] > RESOLVED * size[0]:
-        return None
-    weights = left @ (right[:, 0] / size) / scale[0]
-    rest = missing - left @ (left.T @ missing)
-    return Gravity(float(weights @ missing), _error(task, flights, weights, rest))
-
-
-def _flights(task: Task, values: np.ndarray, motion: Motion) -> Iterator[_Flight]:
-    data = task.problem.observations
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    counted = np.asarray(data.weight[POSITION]) > 0.0
-    missing = np.asarray(data.measured[POSITION]) - np.asarray(motion.readings[POSITION])
+    flights = _measured(task, motion)
+    measured, simulated = _told(task, local, flights), _told(task, local, _simulated(task, motion))
+    if measured is None or simulated is None:
+        return None
+    return Gravity(measured.ratio / simulated.ratio - 1.0, _error(task, flights, measured) / simulated.ratio)
+
+
+def _measured(task: Task, motion: Motion) -> list[_Flight]:
+    """Flights by the force as well: simulated contacts are late or early where the model is wrong."""
+    data, found = task.problem.observations, list[_Flight]()
     for r, trace in enumerate(task.traces):
-        stated = {**trace.conditions, **dict(zip(task.problem.layout.names, local[r], strict=True))}
-        mass, gravity = stated["weight_mass"] + stated["added_mass"], STANDARD_GRAVITY * np.sin(stated["inclination"])
-        for start, end in _slack(motion.phase[r, : len(trace.times)]):
-            inside = np.arange(start, end)
-            seen = counted[r, inside]
-            time = trace.step * (inside - inside.mean())
-            speed = motion.states["speed"][r, inside]
-            turned = integrated(integrated(np.sign(speed), trace.step), trace.step)
-            path = integrated(motion.states["position"][r, inside], trace.step)
-            shapes = [missing[r, inside], 0.5 * gravity * time**2, turned / mass, path / mass]
-            line, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time])[seen])
-            left, *shapes = (shape[seen] - line @ (line.T @ shape[seen]) for shape in shapes)
-            yield _Flight(r, inside[seen], left, np.column_stack(shapes))
+        n = len(trace.times)
+        counted = np.asarray(data.weight[POSITION])[r, :n] > 0.0
+        position = np.where(counted, np.asarray(data.measured[POSITION])[r, :n], np.nan)
+        force = derivative(trace.channels[FORCE], trace.times, SMOOTHED, 0)
+        free = (motion.phase[r, :n] == SLACK) & (force < LOADED * np.nanmax(force))
+        found += _flights(trace, r, position, free)
+    return found
 
 
-def _slack(phase: np.ndarray) -> list[tuple[int, int]]:
+def _simulated(task: Task, motion: Motion) -> list[_Flight]:
+    readings, found = np.asarray(motion.readings[POSITION]), list[_Flight]()
+    for r, trace in enumerate(task.traces):
+        n = len(trace.times)
+        found += _flights(trace, r, readings[r, :n], motion.phase[r, :n] == SLACK)
+    return found
+
+
+def _flights(trace: Trace, record: int, position: np.ndarray, free: np.ndarray) -> Iterator[_Flight]:
+    if np.isfinite(position).sum() < SHORTEST:
+        return
+    speed = derivative(position, trace.times, TURNED, 1)
+    for start, end in _stretches(free):
+        if np.isfinite(position[start:end]).sum() >= SHORTEST:
+            yield _Flight(record, np.arange(start, end), position[start:end], speed[start:end])
+
+
+def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
     """First sample of each flight and the one after its last, without its ends."""
-    edges = np.diff((phase == SLACK).astype(int), prepend=0, append=0)
+    edges = np.diff(free.astype(int), prepend=0, append=0)
     found = []
     for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
         cut = round(EDGE * (end - start))
@@ -119,16 +142,44 @@ def _slack(phase: np.ndarray) -> list[tuple[int, int]]:
     return found
 
 
-def _error(task: Task, flights: list[_Flight], weights: np.ndarray, rest: np.ndarray) -> float:
+def _told(task: Task, local: np.ndarray, flights: list[_Flight]) -> _Told | None:
+    """Least squares over all flights; None where they tell nothing."""
+    if not flights:
+        return None
+    table = np.concatenate([_without_start(task, local, flight) for flight in flights])
+    positions, shapes = table[:, 0], table[:, 1:]
+    scale = np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(float).tiny)
+    left, size, right = np.linalg.svd(shapes / scale, full_matrices=False)
+    if not size[-1] > RESOLVED * size[0]:
+        return None
+    weights = left @ (right[:, 0] / size) / scale[0]
+    return _Told(float(weights @ positions), weights, positions - left @ (left.T @ positions))
+
+
+def _without_start(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray:
+    """Positions of a flight and what they consist of, ``(n_seen, 4)``, without what another start could be."""
+    trace = task.traces[flight.record]
+    stated = {**trace.conditions, **dict(zip(task.problem.layout.names, local[flight.record], strict=True))}
+    mass, gravity = stated["weight_mass"] + stated["added_mass"], STANDARD_GRAVITY * np.sin(stated["inclination"])
+    time = trace.step * (flight.samples - flight.samples.mean())
+    # Of the sample in which a weight turns round, the share that it goes one way.
+    direction = np.clip(flight.speed / (0.5 * gravity * trace.step), -1.0, 1.0)
+    turned = integrated(integrated(direction, trace.step), trace.step)
+    path = integrated(flight.position, trace.step)
+    table = np.column_stack([flight.position, 0.5 * gravity * time**2, turned / mass, path / mass])[flight.seen]
+    start, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time])[flight.seen])
+    return table - start @ (start.T @ table)
+
+
+def _error(task: Task, flights: list[_Flight], told: _Told) -> float:
+    """Standard error by the noise of the positions."""
     noise, variance, place = task.noise[POSITION], 0.0, 0
     for r, trace in enumerate(task.traces):
         of_record = np.zeros(len(trace.times))
-        for flight in flights:
-            if flight.record == r:
-                of_record[flight.samples] = weights[place : place + len(flight.samples)]
-                place += len(flight.samples)
+        for samples in (flight.samples[flight.seen] for flight in flights if flight.record == r):
+            of_record[samples] = told.weights[place : place + len(samples)]
+            place += len(samples)
         variance += noise.variance_of_sum(of_record, trace.rate)
-    longest = max(len(flight.samples) for flight in flights)
-    rate = task.traces[0].rate
-    louder = float(np.sqrt(np.mean(rest**2))) / noise.rms(longest / rate, rate)
+    rate, longest = task.traces[0].rate, max(len(flight.samples) for flight in flights)
+    louder = float(np.sqrt(np.mean(told.left**2))) / noise.rms(longest / rate, rate)
     return float(np.sqrt(variance)) * max(1.0, louder)
