@@ -220,10 +220,10 @@ def falls_freely(found: Gravity) -> Check:
     """Whether gravity in free flight is the one the study states, beyond what chance and place may make of it."""
     beyond = max(abs(found.excess) - CHANCE * found.error, 0.0)
     return Check(
-        "free flight has the stated gravity",
-        beyond <= GRAVITY_OFF,
-        beyond,
-        GRAVITY_OFF,
+        name="free flight has the stated gravity",
+        passed=beyond <= GRAVITY_OFF,
+        statistic=beyond,
+        threshold=GRAVITY_OFF,
         identifier="free_flight",
         quantity="gravity in free flight",
         facts={"excess": found.excess, "error": found.error},
