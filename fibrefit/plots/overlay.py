@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,13 +14,8 @@ from fibrefit.plots.quantities import axis_label
 from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, axes_at, label, new_figure, title
 from fibrefit.sampling.thresholds import PRIOR_MATTERS
 
-if TYPE_CHECKING:
-    from fibrefit.sampling.posterior import Prior
-
 CELL, GAP, LEFT, BOTTOM, TOP = 36.0, 8.0, 6.0, 12.0, 16.0
 ACROSS = 4
-WIDER = 3.0
-"""Half-width of the axis in half-widths of the posterior: enough to see the prior go on beside it."""
 BINS, POINTS = 60, 400
 
 
@@ -78,21 +73,3 @@ def _overlay(axes: Axes, one: Drawn, prior: PriorCurve) -> None:
     axes.spines["left"].set_visible(False)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     label(axes, x=axis_label(one.name.rpartition(".")[2] if "noise." not in one.name else one.name, unit))
-
-
-def prior_ends(values: np.ndarray, prior: Prior, share: float) -> tuple[float, float]:
-    """Ends of the axis in SI units: around the posterior, or the whole prior where the data tell little.
-
-    Parameters
-    ----------
-    values : (n_draw,) in SI units
-    prior : Prior
-    share : float
-        Posterior over prior width.
-    """
-    low, middle, high = np.quantile(values, [0.001, 0.5, 0.999])
-    if prior.proper and share >= PRIOR_MATTERS:
-        first, last = prior.quantile(np.array([0.005, 0.995]))
-        return min(float(first), float(low)), max(float(last), float(high))
-    half = max(WIDER * 0.5 * float(high - low), 1e-9 * abs(float(middle)), 1e-300)
-    return max(float(middle) - half, prior.lower), min(float(middle) + half, prior.upper)

@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.records import Compared, compared_figure
-
-if TYPE_CHECKING:
-    from fibrefit.problem.task import Task
+from fibrefit.study.summaries.arrays import Groups
 
 
-def simulation_figures(task: Task, readings: Mapping[str, np.ndarray]) -> Figures:
+def simulation_figures(groups: Groups) -> Figures:
     """One figure a record.
 
     Parameters
     ----------
-    task : Task
-    readings : mapping of channel to (n_record, n_time) in SI units
+    groups : Groups
+        ``observed_data`` and ``predictions``.
 
     Returns
     -------
     Figures
         By ``record <name>``.
     """
+    observed, predicted = groups["observed_data"], groups["predictions"]
     figures = Figures()
-    for r, trace in enumerate(task.traces):
-        count = len(trace.times)
+    for r, record in enumerate(observed["record"].values):
+        times = observed["time"].values[r]
+        inside = np.isfinite(times)
         channels = [
-            Compared(channel, task.units[channel], trace.times, trace.channels[channel], values[r, :count])
-            for channel, values in readings.items()
+            Compared(name, one.unit, times[inside], observed[name].values[r, inside], one.values[r, inside])
+            for name, one in predicted.items()
         ]
-        figures[f"record {trace.name}"] = compared_figure(
-            f"{trace.name}, simulated at the starting values", "", channels
-        )
+        figures[f"record {record}"] = compared_figure(f"{record}, simulated at the starting values", "", channels)
     return figures

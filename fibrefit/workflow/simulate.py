@@ -14,6 +14,7 @@ from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
+from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study, as_study
 from fibrefit.workflow.prediction.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
@@ -50,6 +51,23 @@ class Simulation(Shown, Saved):
     study: Study
     task: Task
     readings: dict[str, np.ndarray]
+
+    def groups(self) -> dict[str, dict[str, Variable]]:
+        """What was measured, and what the model says, by group and name; NaN beyond the end of a record."""
+        traces, units = self.task.traces, self.task.units
+        names, grid = np.array([trace.name for trace in traces], dtype=object), ("record", "sample")
+        size = max(len(trace.times) for trace in traces)
+
+        def rows(each: list[np.ndarray], unit: str) -> Variable:
+            return Variable(np.stack([_filled(one, size) for one in each]), grid, unit)
+
+        observed = {name: rows([trace.channels[name] for trace in traces], units[name]) for name in self.readings}
+        simulated = {
+            name: rows([row[: len(trace.times)] for row, trace in zip(values, traces, strict=True)], units[name])
+            for name, values in self.readings.items()
+        }
+        shared = {"record": Variable(names, ("record",)), "time": rows([trace.times for trace in traces], "s")}
+        return {"observed_data": shared | observed, "predictions": simulated}
 
     def table(self, record: int) -> tuple[list[str], np.ndarray]:
         """One record as it is written.
@@ -101,7 +119,7 @@ class Simulation(Shown, Saved):
         """One figure a record."""
         from fibrefit.plots import simulation_figures
 
-        return simulation_figures(self.task, self.readings)
+        return simulation_figures(self.groups())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``simulated/<record>.csv``."""
@@ -111,6 +129,10 @@ class Simulation(Shown, Saved):
             path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, "\n".join(rows) + "\n")
+
+
+def _filled(values: np.ndarray, size: int) -> np.ndarray:
+    return np.append(values, np.full(size - len(values), np.nan))
 
 
 def simulate_study(study: Study | str | Path) -> Simulation:

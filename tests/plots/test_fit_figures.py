@@ -6,6 +6,7 @@ import dataclasses
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 
 from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
-from fibrefit.plots import fit_figures, save_figures, simulation_figures, small_png
+from fibrefit.plots import fit_figures, save_figures, small_png
 from fibrefit.plots.certainty import correlation_figure, correlations
 from fibrefit.plots.fit import MOST_RECORDS
 from fibrefit.plots.snaps import first_contact
@@ -23,6 +24,7 @@ from fibrefit.plots.style import caption_of
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
 from fibrefit.workflow.fit_files import _starts_group
+from fibrefit.workflow.simulate import Simulation
 from tests.plots.saved import drawn_fit, fitted_of, saved_fit
 from tests.study.test_summaries import PROVENANCE
 
@@ -169,7 +171,7 @@ def test_of_a_long_series_the_worst_records_are_drawn(found: Identification, mon
 
 
 def test_a_simulation_is_drawn_over_what_was_measured(task: Task, found: Identification) -> None:
-    figures = simulation_figures(task, found.readings)
+    figures = Simulation(cast(Any, None), task, dict(found.readings)).plot()
     assert list(figures) == ["record drop_5mm.csv", "record drop_10mm.csv"]
     labels = [line.get_label() for line in figures["record drop_5mm.csv"].axes[0].lines]
     assert labels == ["measured", "simulated"]

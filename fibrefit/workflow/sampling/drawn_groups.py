@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.plots.overlay import POINTS, prior_ends
+from fibrefit.plots.overlay import POINTS
 from fibrefit.plots.traces import SPREAD
+from fibrefit.problem.posterior.prior import Prior
 from fibrefit.sampling.posterior import Posterior
+from fibrefit.sampling.thresholds import PRIOR_MATTERS
 from fibrefit.store.hdf5 import Variable
 
 MOST_STEPS = 400
@@ -46,7 +48,7 @@ def _prior_density(posterior: Posterior) -> dict[str, Variable]:
     target, draws = posterior.target, posterior.draws.reshape(-1, posterior.target.size)
     grids, densities = [], []
     for i, (name, prior) in enumerate(zip(target.names, target.priors, strict=True)):
-        grid = np.linspace(*prior_ends(draws[:, i], prior, posterior.marginals[name].prior_share), POINTS + 1)
+        grid = np.linspace(*_prior_ends(draws[:, i], prior, posterior.marginals[name].prior_share), POINTS + 1)
         grids.append(0.5 * (grid[1:] + grid[:-1]))
         # The slope of the distribution function.
         slope = np.diff(prior.cdf(grid)) / np.diff(grid) if prior.proper else np.full(POINTS, np.nan)
@@ -57,3 +59,17 @@ def _prior_density(posterior: Posterior) -> dict[str, Variable]:
         "at": Variable(np.array(grids), dims, doc="In SI units of the value."),
         "density": Variable(np.array(densities), dims, doc="Per SI unit of the value."),
     }
+
+
+WIDER = 3.0
+"""Half-width of the axis in half-widths of the posterior: enough to see the prior go on beside it."""
+
+
+def _prior_ends(values: np.ndarray, prior: Prior, share: float) -> tuple[float, float]:
+    """Ends of the axis in SI units: around the posterior, or the whole prior where the data tell little."""
+    low, middle, high = np.quantile(values, [0.001, 0.5, 0.999])
+    if prior.proper and share >= PRIOR_MATTERS:
+        first, last = prior.quantile(np.array([0.005, 0.995]))
+        return min(float(first), float(low)), max(float(last), float(high))
+    half = max(WIDER * 0.5 * float(high - low), 1e-9 * abs(float(middle)), 1e-300)
+    return max(float(middle) - half, prior.lower), min(float(middle) + half, prior.upper)
