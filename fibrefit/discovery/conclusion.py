@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, check_time, in_time
+from fibrefit.core.time_limit import Budget, in_time
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
@@ -23,9 +23,10 @@ from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
+from fibrefit.discovery.pairs import alarms_of, curves_beyond
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
@@ -80,8 +81,12 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     """
     search, best, parts = at.search, at.best, _Parts(budget)
     search.tell("testing the innovations", None)
-    alarms = _alarms(search, best)
-    readings = parts.take("curves", partial(_readings, search, best, before), list[Reading]())
+    alarms = alarms_of(search, best)
+    readings = (
+        parts.take("curves", partial(curves_beyond, search, best, before), list[Reading]())
+        if at.curves is None
+        else list(at.curves)
+    )
     complete = not alarms and not readings
     if not complete and best.effects:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
@@ -90,7 +95,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     law = parts.take("law", propose, None) if readings else None
     search.tell("fitting the final model", None)
     found, (best, after, refused) = best, _confirmed(search, best, before, limits, budget)
-    alarms = alarms if best is found else _alarms(search, best)
+    alarms = alarms if best is found else alarms_of(search, best)
     complete = not alarms and not readings
     kept, untried = search.plain(best), _left_out(at)
     verdict, reason = _verdict(best, alarms, readings, bool(untried or at.cut_short or parts.undone))
@@ -178,18 +183,6 @@ def _left_over(
 def _left_out(at: Selection) -> tuple[str, ...]:
     """Names of effects that the time did not suffice for in the last look."""
     return () if at.look is None else tuple(effect.name for effect in at.look.untried)
-
-
-def _readings(search: Search, best: Weighed, before: Identification) -> list[Reading]:
-    found = probe_all(search, best, before, NAMED)
-    check_time()  # curves that were not drawn in time are not known to gain nothing
-    return found
-
-
-def _alarms(search: Search, best: Weighed) -> list[Alarm]:
-    """Tests of the innovations that say the model is not complete."""
-    tested = tests_of(search.scales, best, search.task.traces, search.task.problem.model.rig.channels)
-    return [alarm for alarm in tested if alarm.raised]
 
 
 def _outdone(

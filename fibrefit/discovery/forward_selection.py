@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import beyond_limits, in_time, time_left, time_limit
+from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.discovery.comparison import Comparison, looked
+from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
-from fibrefit.discovery.engine.effort import COMPARED, PROMISING, is_partner, weighed_again
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.effort import COMPARED
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
     APART,
     BEYOND_DOUBT,
     CARRIED,
-    ENOUGH,
     NAMED,
     PRICE,
     SIMPLER,
@@ -28,14 +28,12 @@ from fibrefit.discovery.engine.thresholds import (
 )
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
+from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
-from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import relinearised
-from fibrefit.discovery.search.search import Search, Tried
+from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
-from fibrefit.laws.catalogue import is_costly
-from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.study.summaries.discovery import Candidate, Round
@@ -43,9 +41,6 @@ from fibrefit.study.summaries.summaries import ParameterSummary
 
 LISTED = 8
 """Candidates whose parameters are shown with errors."""
-NOISES = 2
-"""Times the noise of a round is taken from what its best candidate leaves."""
-
 SECONDS = 300.0
 """Time a search is given unless said."""
 
@@ -74,35 +69,6 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Candidates of one round, all weighed alike.
-
-    Parameters
-    ----------
-    search : Search
-        With the scales they were weighed by.
-    parent : Weighed
-        Refitted from where each of the best candidates led.
-    found : tuple of Weighed
-        The most probable first.
-    compared : frozenset of tuple of str
-        Names of those that were weighed in the same noise as the parent; the others are far behind.
-    untried : tuple of Effect classes
-        Candidates that the time did not suffice for.
-    """
-
-    search: Search
-    parent: Weighed
-    found: tuple[Weighed, ...]
-    compared: frozenset[tuple[str, ...]] = frozenset()
-    untried: tuple[type[Effect], ...] = ()
-
-    def gain(self, one: Weighed) -> float:
-        """Logarithm of the Bayes factor over the parent."""
-        return one.log - self.parent.log
-
-
-@dataclass(frozen=True)
 class Selection:
     """Where a search has come to.
 
@@ -117,6 +83,10 @@ class Selection:
         What was added, each with an effect that does as well.
     cut_short : bool
         Whether the time ended before a look at what else might be missing.
+    singles : Comparison or None
+        The first look: effects one by one.
+    curves : sequence of Reading or None
+        What free curves explain beyond the best model; None where they were not drawn on it.
     """
 
     search: Search
@@ -125,6 +95,8 @@ class Selection:
     look: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
     cut_short: bool = False
+    singles: Comparison | None = None
+    curves: Sequence[Reading] | None = None
 
 
 def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
@@ -158,115 +130,27 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     look = looked(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
     at = replace(at, search=look.search, look=look)
     chosen = _chosen(look, limits)
-    alone = not at.best.effects and limits.max_effects > 1 and limits.choose is None
-    if chosen is None and alone and not look.untried and is_incomplete(look.search, look.parent):
-        look, chosen = _pair(look)
+    single, curves = at.singles or look, None
+    if chosen is None and len(at.best.effects) < 2 <= limits.max_effects and not (limits.choose or look.untried):
+        missing, curves = incomplete(look, before)
+        if missing and (pairs := best_pair(single, at.best)) is not None:
+            look, chosen = pairs, pairs.found[0]
     if chosen is None:
-        return replace(at, best=look.parent), False
+        return replace(at, best=look.parent, curves=curves), False
     with beyond_limits():
         found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
-        at = replace(at, best=chosen, look=look, steps=(*at.steps, found), rivals=(*at.rivals, *rivals))
+        at = replace(
+            at,
+            best=chosen,
+            search=look.search,
+            look=look,
+            singles=single,
+            steps=(*at.steps, found),
+            rivals=(*at.rivals, *rivals),
+        )
         if limits.choose is None:
             at = replace(at, best=pruned(at.search.scales, at.best))
     return at, True
-
-
-LOOKING = 0.8
-"""Share of the time left that candidates are given; what remains is for weighing the best ones in one noise."""
-
-
-def looked(search: Search, parent: Weighed, what: str) -> Comparison:
-    """A parent with each further effect, all weighed in the noise that the best one of them leaves.
-
-    Parameters
-    ----------
-    search : Search
-    parent : Weighed
-    what : str
-        What is said of it while it goes on.
-    """
-    effects = search.extensions(parent)
-    swift = [effect for effect in effects if not is_costly(effect)]
-    costly = [effect for effect in effects if is_costly(effect)]
-    with time_limit(LOOKING * time_left()):
-        tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
-    look = _in_one_noise(search, parent, tried)
-    if not costly:
-        return look
-    least, _ = in_time(partial(_worth_following, look), -np.inf)
-    if least == np.inf:
-        return look
-    with time_limit(LOOKING * time_left()):
-        more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
-    found = sorted([*look.found, *more.found], key=lambda one: -one.log)
-    return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
-
-
-def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
-    """Candidates weighed in the noise of the best; in that of the parent where the time ends."""
-    look, _ = in_time(partial(_same_noise, search, parent, tried.found), Comparison(search, parent, tuple(tried.found)))
-    return replace(look, untried=tried.untried)
-
-
-def is_incomplete(search: Search, weighed: Weighed) -> bool:
-    """Whether tests of the innovations say that something is missing."""
-    tested = tests_of(search.scales, weighed, search.task.traces, search.task.problem.model.rig.channels)
-    return any(test.raised for test in tested)
-
-
-def _worth_following(look: Comparison) -> float:
-    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found.
-
-    Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
-    """
-    gain, gap = look.gain(look.found[0]) if look.found else 0.0, look.search.gap(look.search.plain(look.parent))
-    if gain <= NAMED:
-        return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
-    if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
-        return -np.inf
-    return PROMISING * gain
-
-
-def _same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
-    """Candidates and parent weighed in the noise of the most probable of them."""
-    ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
-    again: list[Weighed] = []
-    for _ in range(NOISES):
-        richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
-        scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
-        search = search.weighed_with(scales)
-        once_more = weighed_again([one.log for one in ranked], richest.log > parent.log + NAMED)
-        parent = scales.again(parent)
-        near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
-        again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
-        led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
-        alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
-        parent = max([parent, *alike, *led], key=lambda one: one.log)
-        if not again or again[0].names == ranked[0].names:
-            break
-        ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
-    for one in sorted(ranked, key=lambda one: -behind[one.names]):
-        # What other noise said of it is not held against what this noise says of the rest.
-        if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
-            break
-        if one.evidence.mode.steps and all(one.names != other.names for other in again):
-            again.append(scales.again(one))
-    weighed = {one.names: _sobered(scales, parent, one) for one in again}
-    # The others keep what they were found to be behind.
-    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
-    ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
-    return Comparison(search, parent, tuple(ranked), frozenset(weighed))
-
-
-def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
-    """A candidate whose gain counts for less where the innovations scatter more than they are taken to."""
-    gain = one.log - parent.log
-    if not 0.0 < gain < BEYOND_DOUBT:
-        return one
-    added = [effect for effect in one.effects if effect not in parent.effects]
-    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
-    cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
 
 
 def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
@@ -284,38 +168,6 @@ def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
 def _new(one: Weighed, look: Comparison) -> bool:
     """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
     return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
-
-
-def _pair(look: Comparison) -> tuple[Comparison, Weighed | None]:
-    """The best of two effects together that are more than chance and need each other; None where there is none."""
-    found: list[Weighed] = []
-    search = look.search
-    for first in look.found[:COMPARED]:
-        effects = [
-            one.effects[-1] for one in look.found if one is not first and one.effects[-1] is not first.effects[0]
-        ]
-        partners = [effect for i, effect in enumerate(effects) if is_partner(i)]
-        allowed = [effect for effect in search.extensions(first) if effect in partners]
-        found += search.tried(first, allowed, "trying effects in pairs").found
-    pairs = _same_noise(search, look.parent, found)
-    best = pairs.found[0] if pairs.found else None
-    if best is None or pairs.gain(best) <= NAMED + np.log(max(len(found), 1)):
-        return look, None
-    return (pairs, best) if pruned(pairs.search.scales, best) is best else (look, None)
-
-
-def pruned(scales: Scales, best: Weighed) -> Weighed:
-    """A hypothesis without the effects a later one has made needless."""
-    if len(best.effects) < 2:
-        return best
-    for effect in best.effects:
-        rest = tuple(other for other in best.effects if other is not effect)
-        if any(effect.name in other.needs for other in rest):
-            continue
-        lesser = scales.without(best, rest)
-        if best.log - lesser.log <= NAMED:
-            return pruned(scales, lesser)
-    return best
 
 
 def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:

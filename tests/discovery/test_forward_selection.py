@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
+from fibrefit.discovery.comparison import looked
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.effort import slopes_tell
@@ -26,10 +27,9 @@ from fibrefit.discovery.forward_selection import (
     _chosen,
     candidates,
     forward_select,
-    looked,
-    pruned,
     rivals_of,
 )
+from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, set_up

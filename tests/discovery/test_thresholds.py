@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.discovery import conclusion, forward_selection
+from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
@@ -106,14 +106,14 @@ def chosen(*gains: tuple[float, int]) -> Any:
 def sobered(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
     scales: Any = SimpleNamespace(inflation=lambda one, names: 2.0)
-    return forward_selection._sobered(scales, weighed(0.0), weighed(gain, (effect(1),))).log < gain
+    return comparison._sobered(scales, weighed(0.0), weighed(gain, (effect(1),))).log < gain
 
 
 def nothing_left(gap: float) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
     look: Any = SimpleNamespace(found=(), search=search, parent=weighed(0.0, (effect(1),)))
-    return forward_selection._worth_following(look) == np.inf
+    return comparison._worth_following(look) == np.inf
 
 
 def an_event(share: float) -> bool:
@@ -183,8 +183,8 @@ CASES = (
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
     Bracket("WIDENED", thresholds, lambda x: not thresholds.widens(1.0, x), 1.006, 1.015),
-    Bracket("BEYOND_DOUBT", forward_selection, sobered, 90.0, 110.0),
-    Bracket("ENOUGH", forward_selection, nothing_left, 1.01, 1.03),
+    Bracket("BEYOND_DOUBT", comparison, sobered, 90.0, 110.0),
+    Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),

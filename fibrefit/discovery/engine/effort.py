@@ -6,8 +6,11 @@ What decides stands in `thresholds`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+
+from fibrefit.problem.estimate.gauss_newton import Effort
 
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
@@ -48,9 +51,15 @@ def astray(log: float, parent: float) -> bool:
     return not log > parent - WRONG_MINIMUM
 
 
-def worthless(parent: float) -> float:
-    """Objective, twice a negative logarithm, from which a hypothesis that contains its parent is not followed."""
-    return parent + 2.0 * WRONG_MINIMUM
+def descent(parent: float = np.inf) -> dict[str, Any]:
+    """How a hypothesis is followed, as `mode` takes it; what contains a parent, only as long as it may be better.
+
+    Parameters
+    ----------
+    parent : float
+        Objective of the parent, twice a negative logarithm.
+    """
+    return {"settled": ENOUGH, "effort": Effort(patience=PATIENCE, worthless=parent + 2.0 * WRONG_MINIMUM)}
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
-from fibrefit.discovery.engine.effort import ENOUGH, PATIENCE, astray, worthless
+from fibrefit.discovery.engine.effort import astray, descent
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
-from fibrefit.problem.estimate.gauss_newton import Effort, mode
+from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import (
     RIGID,
@@ -40,8 +40,6 @@ from fibrefit.problem.noise.whittle import noise_of_residuals
 
 DRAWS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-USUAL = Effort(patience=PATIENCE)
-"""Of a hypothesis."""
 
 
 @jax.jit
@@ -140,7 +138,7 @@ class Scales:
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
         gram, sigma = self._secant(parent.frame), np.zeros_like(found.sigma)
-        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, ENOUGH, USUAL)))
+        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, **descent())))
 
     def extended(
         self, parent: Weighed, frame: Supermodel, effect: type[Effect], promise: Promise, slopes: Seed | None = None
@@ -168,8 +166,7 @@ class Scales:
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(frame, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            effort = replace(USUAL, worthless=worthless(found.objective))
-            evidence = self._settled(unknowns, start, frame, found.sigma, slopes, effort)
+            evidence = self._settled(unknowns, start, frame, found.sigma, slopes, found.objective)
             ends.append(Weighed(effects, frame, evidence))
             if not astray(ends[-1].log, parent.log):
                 break
@@ -359,7 +356,7 @@ class Scales:
         frame: Supermodel,
         sigma: np.ndarray | None,
         seed: Seed | None = None,
-        effort: Effort = USUAL,
+        parent: float = np.inf,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        return weigh(unknowns, start, self._secant(frame, seed), sigma, ENOUGH, effort)
+        return weigh(unknowns, start, self._secant(frame, seed), sigma, **descent(parent))

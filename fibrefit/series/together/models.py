@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.discovery.comparison import Comparison, looked
 from fibrefit.discovery.engine.candidates import absent_values, carried
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.forward_selection import Comparison, looked
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun

@@ -1,0 +1,143 @@
+"""One round's comparison: a model with each further effect, all weighed in one noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from fibrefit.core.time_limit import in_time, time_left, time_limit
+from fibrefit.discovery.engine.effort import COMPARED, PROMISING, weighed_again
+from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, occam
+from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.search import Search, Tried
+from fibrefit.laws.catalogue import is_costly
+from fibrefit.laws.law import Effect
+
+NOISES = 2
+"""Times the noise of a round is taken from what its best candidate leaves."""
+
+LOOKING = 0.8
+"""Share of the time left that candidates are given; what remains is for weighing the best ones in one noise."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Candidates of one round, all weighed alike.
+
+    Parameters
+    ----------
+    search : Search
+        With the scales they were weighed by.
+    parent : Weighed
+        Refitted from where each of the best candidates led.
+    found : tuple of Weighed
+        The most probable first.
+    compared : frozenset of tuple of str
+        Names of those that were weighed in the same noise as the parent; the others are far behind.
+    untried : tuple of Effect classes
+        Candidates that the time did not suffice for.
+    """
+
+    search: Search
+    parent: Weighed
+    found: tuple[Weighed, ...]
+    compared: frozenset[tuple[str, ...]] = frozenset()
+    untried: tuple[type[Effect], ...] = ()
+
+    def gain(self, one: Weighed) -> float:
+        """Logarithm of the Bayes factor over the parent."""
+        return one.log - self.parent.log
+
+
+def looked(search: Search, parent: Weighed, what: str) -> Comparison:
+    """A parent with each further effect, all weighed in the noise that the best one of them leaves.
+
+    Parameters
+    ----------
+    search : Search
+    parent : Weighed
+    what : str
+        What is said of it while it goes on.
+    """
+    effects = search.extensions(parent)
+    swift = [effect for effect in effects if not is_costly(effect)]
+    costly = [effect for effect in effects if is_costly(effect)]
+    with time_limit(LOOKING * time_left()):
+        tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
+    look = _in_one_noise(search, parent, tried)
+    if not costly:
+        return look
+    least, _ = in_time(partial(_worth_following, look), -np.inf)
+    if least == np.inf:
+        return look
+    with time_limit(LOOKING * time_left()):
+        more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
+    found = sorted([*look.found, *more.found], key=lambda one: -one.log)
+    return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
+
+
+def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
+    """Candidates weighed in the noise of the best; in that of the parent where the time ends."""
+    look, _ = in_time(
+        partial(in_same_noise, search, parent, tried.found), Comparison(search, parent, tuple(tried.found))
+    )
+    return replace(look, untried=tried.untried)
+
+
+def _worth_following(look: Comparison) -> float:
+    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found.
+
+    Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
+    """
+    gain, gap = look.gain(look.found[0]) if look.found else 0.0, look.search.gap(look.search.plain(look.parent))
+    if gain <= NAMED:
+        return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
+    if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
+        return -np.inf
+    return PROMISING * gain
+
+
+def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
+    """Candidates and parent weighed in the noise of the most probable of them."""
+    ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
+    again: list[Weighed] = []
+    for _ in range(NOISES):
+        richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
+        scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
+        search = search.weighed_with(scales)
+        once_more = weighed_again([one.log for one in ranked], richest.log > parent.log + NAMED)
+        parent = scales.again(parent)
+        near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
+        again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
+        led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
+        alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
+        parent = max([parent, *alike, *led], key=lambda one: one.log)
+        if not again or again[0].names == ranked[0].names:
+            break
+        ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
+    for one in sorted(ranked, key=lambda one: -behind[one.names]):
+        # What other noise said of it is not held against what this noise says of the rest.
+        if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
+            break
+        if one.evidence.mode.steps and all(one.names != other.names for other in again):
+            again.append(scales.again(one))
+    weighed = {one.names: _sobered(scales, parent, one) for one in again}
+    # The others keep what they were found to be behind.
+    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
+    ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
+    return Comparison(search, parent, tuple(ranked), frozenset(weighed))
+
+
+def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
+    """A candidate whose gain counts for less where the innovations scatter more than they are taken to."""
+    gain = one.log - parent.log
+    if not 0.0 < gain < BEYOND_DOUBT:
+        return one
+    added = [effect for effect in one.effects if effect not in parent.effects]
+    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    cost = max(occam(parent.evidence, one.evidence), 0.0)
+    return one.moved_to(parent.log + (gain + cost) / inflation - cost)

@@ -1,0 +1,100 @@
+"""Two effects at once, where one after the other they gain too little or lead astray; and what says that they may."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from fibrefit.core.time_limit import check_time, in_time, time_left
+from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.discovery.curves.free_form import Reading, probe_all
+from fibrefit.discovery.engine.effort import is_partner
+from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.result import Identification
+
+PROBING, PAIRING = 0.3, 0.6
+"""Shares of the time left that free curves are given before effects are tried in pairs, and these pairs."""
+
+
+def alarms_of(search: Search, weighed: Weighed) -> list[Alarm]:
+    """Tests of the innovations that say a model is not complete."""
+    tested = tests_of(search.scales, weighed, search.task.traces, search.task.problem.model.rig.channels)
+    return [alarm for alarm in tested if alarm.raised]
+
+
+def curves_beyond(search: Search, best: Weighed, before: Identification) -> list[Reading]:
+    """Free curves that explain more than a model does, best first.
+
+    Raises
+    ------
+    OutOfTimeError
+        If not all could be drawn: what was not is not known to explain nothing.
+    """
+    found = probe_all(search, best, before, NAMED)
+    check_time()
+    return found
+
+
+def incomplete(look: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
+    """Whether something is missing though no effect gains enough, and the free curves where they were asked."""
+    if alarms_of(look.search, look.parent):
+        return True, None
+    # Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
+    job = partial(curves_beyond, look.search, look.parent, before)
+    curves, _ = in_time(job, None, PROBING * time_left())
+    return bool(curves), curves
+
+
+def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
+    """Two effects together that are more than chance, need each other and gain more than what they take the place of.
+
+    Parameters
+    ----------
+    look : Comparison
+        Of effects one by one: the pairs are those of the best of them.
+    instead : Weighed
+        What was found one by one, with one effect or none.
+
+    Returns
+    -------
+    Comparison or None
+        The pair first; None where there is none.
+    """
+    search, found = look.search, list[Weighed]()
+    best = [one for i, one in enumerate(look.found) if is_partner(i)]
+
+    def partners(first: Weighed, later: Sequence[Weighed]) -> list[Weighed]:
+        allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
+        ordered = [one.effects[-1] for one in later if one.effects[-1] in allowed]
+        return search.tried(first, ordered, "trying effects in pairs").found
+
+    for i, first in enumerate(best):
+        some, _ = in_time(partial(partners, first, best[i + 1 :]), list[Weighed](), PAIRING * time_left())
+        found += some
+    alone = [one for one in look.found if one.names == instead.names]
+    pairs = in_same_noise(search, look.parent, [*found, *alone])
+    most = pairs.found[0] if pairs.found else None
+    least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
+    if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
+        return None
+    return pairs if pruned(pairs.search.scales, most) is most else None
+
+
+def pruned(scales: Scales, best: Weighed) -> Weighed:
+    """A hypothesis without the effects a later one has made needless."""
+    if len(best.effects) < 2:
+        return best
+    for effect in best.effects:
+        rest = tuple(other for other in best.effects if other is not effect)
+        if any(effect.name in other.needs for other in rest):
+            continue
+        lesser = scales.without(best, rest)
+        if best.log - lesser.log <= NAMED:
+            return pruned(scales, lesser)
+    return best

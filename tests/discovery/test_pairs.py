@@ -1,0 +1,120 @@
+"""When effects are tried two at a time, and what such a pair has to gain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from fibrefit.discovery import forward_selection, pairs
+from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.forward_selection import Limits, Selection
+from fibrefit.discovery.pairs import best_pair, incomplete
+from fibrefit.discovery.search.search import Tried
+
+EFFECTS: tuple[Any, ...] = tuple(type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk")
+A, B, C = EFFECTS[:3]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects and their evidence."""
+
+    effects: tuple[Any, ...]
+    log: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.effects)
+
+
+def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
+    """A first look in which effects gain so much one by one, and two together gain nothing beyond but as told."""
+
+    def tried(first: Model, effects: Sequence[Any], what: str) -> Tried:
+        asked.extend((first.effects[0], effect) for effect in effects)
+        ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
+        return Tried(cast("Any", ends), ())
+
+    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, scales=None)
+    found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
+    return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
+
+
+@pytest.fixture(autouse=True)
+def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All are weighed in one noise already, and nothing is needless."""
+
+    def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
+        return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
+
+    monkeypatch.setattr(pairs, "in_same_noise", same)
+    monkeypatch.setattr(pairs, "pruned", lambda scales, best: best)
+
+
+GAINS = {effect: 240.0 - 10.0 * i for i, effect in enumerate(EFFECTS)}
+
+
+def test_a_pair_of_effects_that_are_not_first_by_themselves_is_found() -> None:
+    asked: list[Any] = []
+    look = look_of(GAINS, {(B, C): 290.0}, asked)
+    found = best_pair(look, look.found[0])
+    assert found is not None
+    assert found.found[0].names == (B.name, C.name)
+    # Each two of the best eight, once.
+    assert len(asked) == len(set(asked)) == 8 * 7 // 2
+
+
+@pytest.mark.parametrize(("more", "there"), [(NAMED, False), (NAMED + 3.0, False), (NAMED + 3.5, True)])
+def test_a_pair_has_to_gain_more_than_what_it_replaces_and_its_number_is_paid_for(more: float, there: bool) -> None:
+    # The logarithm of 28 pairs is 3.3.
+    look = look_of(GAINS, {(B, C): 240.0 + more}, [])
+    assert (best_pair(look, look.found[0]) is not None) is there
+
+
+def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pairs, "pruned", lambda scales, best: replace(best, effects=best.effects[:1]))
+    look = look_of(GAINS, {(B, C): 290.0}, [])
+    assert best_pair(look, look.found[0]) is None
+
+
+@pytest.mark.parametrize(("alarm", "curve"), [(True, False), (False, True), (False, False)])
+def test_alarms_and_curves_say_that_something_is_missing(
+    monkeypatch: pytest.MonkeyPatch, alarm: bool, curve: bool
+) -> None:
+    drawn: list[Any] = []
+    monkeypatch.setattr(pairs, "alarms_of", lambda search, best: [object()] * alarm)
+
+    def curves_beyond(*of: Any) -> list[str]:
+        drawn.append(of)
+        return ["curve"] * curve
+
+    monkeypatch.setattr(pairs, "curves_beyond", curves_beyond)
+    missing, curves = incomplete(look_of(GAINS, {}, []), SimpleNamespace())  # type: ignore[arg-type]
+    assert missing is (alarm or curve)
+    # Where tests say so, no curve is drawn for it; else they are handed on.
+    assert (curves, len(drawn)) == ((None, 0) if alarm else (["curve"] * curve, 1))
+
+
+@pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])
+def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missing(
+    monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]
+) -> None:
+    first = look_of(GAINS, {(B, C): 290.0}, [])
+    alone = first.found[0]
+    nothing = Comparison(first.search, alone, (Model((A, B), 241.0),))  # type: ignore[arg-type]
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
+    monkeypatch.setattr(
+        forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({(A.name, B.name)}))
+    )
+    monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
+    monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
+    monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
+    monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
+    at = Selection(first.search, alone, singles=first, look=first)
+    after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
+    assert (after.best.names, grown) == (names, missing)
