@@ -16,7 +16,9 @@ from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.pairs import best_pair, incomplete
 from fibrefit.discovery.search.search import Tried
 
-EFFECTS: tuple[Any, ...] = tuple(type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk")
+EFFECTS: tuple[Any, ...] = tuple(
+    type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk"
+)
 A, B, C = EFFECTS[:3]
 
 
