@@ -1,4 +1,8 @@
-"""Wheel and sdist install into an empty environment outside the checkout, and what was installed is what runs."""
+"""Wheel and sdist install into an empty environment outside the checkout, and what was installed is what runs.
+
+Tools of building make the wheel from the sdist, so the suite is run against the wheel alone: the other would be run
+against the same files again.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +44,20 @@ def installed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     return programs
 
 
+def files_of(environment: Path) -> set[str]:
+    """What was installed of the package, below its folder."""
+    where = "import fibrefit, pathlib; print(pathlib.Path(fibrefit.__file__).parent)"
+    package = Path(said([str(environment / "python"), "-c", where], environment).strip())
+    return {path.relative_to(package).as_posix() for path in package.rglob("*") if path.suffix not in {"", ".pyc"}}
+
+
+def test_all_of_the_package_is_there(installed: Path) -> None:
+    here = {path.relative_to(ROOT / "fibrefit") for path in (ROOT / "fibrefit").rglob("*") if path.suffix != ".pyc"}
+    studies = {Path("shipped_studies") / path.relative_to(ROOT / "configs") for path in (ROOT / "configs").rglob("*")}
+    expected = {path.as_posix() for path in here | studies if path.suffix} | {"glossary.md"}
+    assert files_of(installed) == expected
+
+
 def test_it_is_used_outside_the_checkout(installed: Path, tmp_path: Path) -> None:
     program = str(installed / "fibrefit")
     assert "Commands" in said([program, "--help"], tmp_path)
@@ -50,6 +68,7 @@ def test_it_is_used_outside_the_checkout(installed: Path, tmp_path: Path) -> Non
     assert str(installed.parent) in printed
     assert str(ROOT) not in printed
     assert "drop_series" in printed
+    assert said([program, "glossary", "gap"], tmp_path).startswith("Residuals and noise")
 
 
 def test_nothing_is_required_that_is_not_there(installed: Path, tmp_path: Path) -> None:
@@ -86,6 +105,7 @@ for plot in (arviz_plots.plot_trace_dist, arviz_plots.plot_forest, arviz_plots.p
 """
 
 
+@pytest.mark.parametrize("installed", BUILT[:1], indirect=True, ids=lambda path: path.suffix)
 def test_arviz_draws_a_posterior_by_the_extra(installed: Path, tmp_path: Path) -> None:
     said([str(installed / "python"), "-m", "pip", "install", "--quiet", f"{BUILT[0]}[arviz]"], tmp_path)
     said([str(installed / "fibrefit"), "init", "demo"], tmp_path)
@@ -95,6 +115,7 @@ def test_arviz_draws_a_posterior_by_the_extra(installed: Path, tmp_path: Path) -
     assert len(list(tmp_path.glob("*.png"))) == 3
 
 
+@pytest.mark.parametrize("installed", BUILT[:1], indirect=True, ids=lambda path: path.suffix)
 def test_the_suite_passes_against_it(installed: Path, tmp_path: Path) -> None:
     python = str(installed / "python")
     said([python, "-m", "pip", "install", "--quiet", f"{BUILT[0]}[test]"], tmp_path)
