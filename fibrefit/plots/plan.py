@@ -40,7 +40,8 @@ def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
     panels.append(("detection limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
     height, left, width = ROW * len(best), 62.0, 112.0 / len(panels) - 5.0
     figure = new_figure(height + 26.0)
-    title(figure, "What the next record would add", f"ranked by {summary.purpose}")
+    heading = f"A record like {_name(best[0])} would add most" if best else "No further record was looked at"
+    title(figure, heading, f"ranked by {summary.purpose}")
     rows = np.arange(len(best))
     for i, (words, colour, values) in enumerate(panels):
         axes = axes_at(figure, left + i * (width + 6.0), 12.0, width, height)

@@ -26,6 +26,7 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
+from fibrefit.series.thresholds import SIGNIFICANT
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
@@ -61,7 +62,11 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
     """
     high = TOP + len(population) * (HEIGHT + GAP) - GAP + BOTTOM
     figure = new_figure(high)
-    title(figure, "Population", "open: record by itself; filled: partially pooled; bars: twice the standard error")
+    title(
+        figure,
+        _differing(population),
+        "open: record by itself; filled: partially pooled; bars: twice the standard error",
+    )
     for i, (name, found) in enumerate(population.items()):
         axes = axes_at(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
         _pooled(axes, name, found, values)
@@ -75,6 +80,21 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
         label(axes, x="record" if last and not named else "")
     legend(figure.axes[0], loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
+
+
+def _differing(population: Mapping[str, PopulationSummary]) -> str:
+    """Which parameter differs most surely from record to record, and by how much; or that none does beyond chance."""
+    name, one = min(population.items(), key=lambda item: item[1].chance)
+    unit, worth = readable_unit(np.array([one.mean]), one.unit)
+    by = f"{100.0 * one.between_records:.2g} %" if one.relative else f"{one.between_records / worth:.2g} {unit}"
+    said = f"{_words(name)} differs from record to record by {by} (probability by chance {one.chance:.2g})"
+    if one.chance * len(population) >= SIGNIFICANT:
+        return f"Records differ by no more than chance: {said}"
+    return said[0].upper() + said[1:]
+
+
+def _words(name: str) -> str:
+    return name.rpartition(".")[2].replace("_", " ")
 
 
 def _pooled(axes: Axes, name: str, found: PopulationSummary, values: Values) -> None:
@@ -107,7 +127,7 @@ def trends_figure(
     drawn = trends[:MOST]
     high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
     figure = new_figure(high)
-    title(figure, "Trends, the surest first", TRENDS)
+    title(figure, _strongest(trends), TRENDS)
     wide = (WIDTH - LEFT - RIGHT - (COLUMNS - 1) * ACROSS) / COLUMNS
     for i, one in enumerate(drawn):
         row, column = divmod(i, COLUMNS)
@@ -118,6 +138,15 @@ def trends_figure(
             _points(one, values, conditions),
         )
     return figure
+
+
+def _strongest(trends: Sequence[TrendSummary]) -> str:
+    """How many trends are more than chance, and which is the surest."""
+    sure = sum(one.chance_corrected < SIGNIFICANT for one in trends)
+    if not sure:
+        return f"None of {len(trends)} trends is stronger than chance"
+    first = f"{_words(trends[0].parameter)} over {_words(trends[0].condition)}"
+    return f"{sure} of {len(trends)} possible trends {'is' if sure == 1 else 'are'} stronger than chance: {first} first"
 
 
 def _points(

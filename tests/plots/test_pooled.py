@@ -1,0 +1,70 @@
+"""Pictures of a series say in their titles what is seen."""
+
+from __future__ import annotations
+
+import pytest
+
+from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
+from fibrefit.plots.style import caption_of
+from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+
+RECORDS = ("slow.csv", "middle.csv", "fast.csv")
+MEAN = {"stiffness": 14.7e3, "guide.stribeck_friction.stribeck_speed": 0.02}
+
+
+def population(chance: float) -> dict[str, PopulationSummary]:
+    more = {"unit": "N/m", "relative": True, "between_records": 0.03, "between_records_interval_95": (0.01, 0.05)}
+    ends = {name: (0.99 * mean, 1.01 * mean) for name, mean in MEAN.items()}
+    return {
+        name: PopulationSummary(
+            mean=mean, mean_interval_95=ends[name], new_record_interval_95=ends[name], chance=found, **more
+        )
+        for (name, mean), found in zip(MEAN.items(), (0.6, chance), strict=True)
+    }
+
+
+VALUES = {
+    record: {name: RecordValue(mean * (1.0 + 0.01 * i), 0.01 * mean, mean, 0.005 * mean) for name, mean in MEAN.items()}
+    for i, record in enumerate(RECORDS)
+}
+
+
+@pytest.mark.parametrize(
+    ("chance", "says"),
+    [
+        (0.02, "Stribeck speed differs from record to record by 3 % (probability by chance 0.02)"),
+        (0.03, "Records differ by no more than chance: stribeck speed differs from record to record by 3 %"),
+    ],
+)
+def test_what_differs_is_said_with_its_probability(chance: float, says: str) -> None:
+    """Of two parameters the surer has to be half as probable by chance as one alone."""
+    assert caption_of(population_figure(population(chance), VALUES)).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("chances", "says"),
+    [
+        ((0.01, 0.5), "1 of 2 possible trends is stronger than chance: stiffness over added mass first"),
+        ((0.06, 0.5), "None of 2 trends is stronger than chance"),
+    ],
+)
+def test_trends_are_counted(chances: tuple[float, ...], says: str) -> None:
+    found = [
+        TrendSummary(
+            parameter=name,
+            condition="added_mass",
+            condition_unit="kg",
+            unit="N/m",
+            records=3,
+            slope=1.0,
+            slope_error=1.0,
+            slope_interval_95=(-1.0, 3.0),
+            intercept=mean,
+            between_records=0.0,
+            chance=chance,
+            chance_corrected=chance,
+        )
+        for (name, mean), chance in zip(MEAN.items(), chances, strict=True)
+    ]
+    where = {record: {"added_mass": float(i)} for i, record in enumerate(RECORDS)}
+    assert caption_of(trends_figure(found, VALUES, where)).startswith(says)
