@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, in_time
+from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
@@ -249,7 +249,8 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         horizons=task.horizons[:1, -1:],
     )
     enough, coefficients = time_for_gls(budget.left, budget.seconds), coefficients_of(search, best)
-    return identify(
-        nearby, FINAL_STARTS if coefficients is None else 1, seed, How(whiten=enough, coefficients=coefficients),
-        progress=search.tell, stop=lambda: budget.left < 0.0,
-    )  # fmt: skip
+    with time_limit(budget.left):
+        return identify(
+            nearby, FINAL_STARTS if coefficients is None else 1, seed, How(whiten=enough, coefficients=coefficients),
+            progress=search.tell, stop=lambda: budget.left < 0.0,
+        )  # fmt: skip

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate, Why
@@ -112,7 +114,8 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
     """
     doubt = _doubt(task, success, whiten or not plain.input_errors)
     checks: tuple[Check, ...] = ()
-    gls = None if doubt else gls_estimate(task, plain, bars)
+    gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars), None)
+    doubt = doubt if came else Why("no_time")
     if gls is not None:
         found = _of_gls(task, plain, gls)
         checks = _compared(plain, gls)

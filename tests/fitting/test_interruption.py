@@ -7,11 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from fibrefit.core.time_limit import time_limit
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.multistart import CHUNK, Searched, search, sobol_starts
 from fibrefit.problem.task import Task
-from fibrefit.report.sentences.fit import fit_sentence
+from fibrefit.report.sentences.fit import estimator_sentence, fit_sentence
 
 STARTS = 4 * CHUNK
 
@@ -92,3 +93,12 @@ def test_profiles_that_were_found_are_kept(task: Task) -> None:
 
 def test_a_fit_that_is_let_to_its_end_says_nothing_of_it(found: Identification) -> None:
     assert "the fit ran to its end" not in [check.name for check in found.checks]
+
+
+def test_where_the_time_is_over_the_plain_estimate_is_told_and_why(task: Task, found: Identification) -> None:
+    with time_limit(0.0):
+        plain = identify(task, starts=1)
+    assert (plain.gls, plain.why.identifier) == (None, "no_time")
+    assert found.gls is not None
+    np.testing.assert_allclose(plain.values, found.plain.values, rtol=1e-5)
+    assert estimator_sentence(plain.why).endswith("the time given ended before it was done.")

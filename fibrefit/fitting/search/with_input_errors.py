@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fibrefit.core.time_limit import beyond_limits, time_left
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
@@ -121,7 +122,7 @@ def with_input_errors(
         near = float(np.mean(missed[remaining[0] != 0.0] ** 2)) < MISSED * variance
         # What is learnt from more samples lets still more of them count, until it does not.
         share, before = number / samples, share
-        if near and (share > WHOLE or share < before + MORE):
+        if (near and (share > WHOLE or share < before + MORE)) or time_left() <= 0.0:
             break
         roots = sensitivities.roots()
     assert found is not None
@@ -155,9 +156,10 @@ def linearised_in_errors(
 
 def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> PosteriorMode:
     gram, nothing = view.gram(unknowns), np.zeros(0)
-    normal = arrowhead(unknowns, place, gram)
-    enough = max(SETTLED, COARSE * (normal.cost - number))
-    return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
+    with beyond_limits():  # the first of these is without an alternative, and all are short
+        normal = arrowhead(unknowns, place, gram)
+        enough = max(SETTLED, COARSE * (normal.cost - number))
+        return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
 
 
 def _values(unknowns: Unknowns, problem: Problem, place: Place) -> np.ndarray:

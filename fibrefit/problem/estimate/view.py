@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.time_limit import check_time
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, place_of
@@ -68,11 +69,12 @@ class View:
         return replace(self, whitening=whitening, sensitivities=sensitivities)
 
     def gram(self, unknowns: Unknowns) -> Gram:
-        """What a Gauss-Newton search asks of the records."""
+        """What a Gauss-Newton search asks of the records, as long as there is time, see `time_limit`."""
         free = np.asarray(self.problem.layout.local_free)
         places = np.searchsorted(free, unknowns.columns)
 
         def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            check_time()
             steps = targets - local[:, columns]
             linear = self.problem.linearised_at(local)
             return np.asarray(_products(linear, places, steps, self.whitening, self.sensitivities))

@@ -130,6 +130,7 @@ def estimator_sentence(why: Why) -> str:
 NO_GLS = {
     "robust": "a robust (soft-L1) loss was asked for.",
     "no_end": "the search came to no end.",
+    "no_time": "the time given ended before it was done.",
     "in_a_search": "a search weighs the evidence of what it adds itself.",
     "not_noise": "residuals are not noise alone (failed: {failed}).",
     "not_converged": "it did not converge.",
