@@ -78,7 +78,5 @@ def command(
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     if found.taken_up:
         terminal.remark(f"\n{found.taken_up} of {len(found.jobs)} had been done before.")
-    terminal.remark(
-        f"\nWritten to {found.folder}: summary.json, results.csv, table.csv, table.parquet, items, figures."
-    )
+    terminal.wrote(found.folder)
     return NOT_TRUSTED if found.status == "failed" else 0

@@ -80,7 +80,7 @@ def command(
     code = _answered(terminal, summary)
     for text in person.remarks(summary.added) if person else ():
         terminal.remark(f"\n{text}")
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml of the final model, figures.")
+    terminal.wrote(folder, " The study is that of the final model.")
     return code
 
 

@@ -33,4 +33,4 @@ def command(
         found = confuse_study(asked.study, only=only, exclude=exclude, progress=progress)
         found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.as_json())
-    terminal.remark(f"\nWritten to {folder}: summary.json, figures.")
+    terminal.wrote(folder)

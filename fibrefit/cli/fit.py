@@ -42,8 +42,7 @@ def command(
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         fit.save(folder, force=asked.force, stop=stop)
         interrupted = stop()
-    figures = "no or not all figures" if interrupted else "figures"
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, {figures}.")
+    terminal.wrote(folder, " Not all figures were drawn." if interrupted else "")
     if interrupted:
         return INTERRUPTED
     return NOT_TRUSTED if fit.status == "failed" else 0

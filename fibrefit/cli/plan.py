@@ -43,7 +43,7 @@ def command(
         found = plan_study(asked.study, aim, progress=progress)
         found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
-    terminal.remark(f"\nWritten to {folder}: summary.json, figures.")
+    terminal.wrote(folder)
 
 
 def _costs(given: tuple[str, ...]) -> dict[str, float]:

@@ -35,5 +35,5 @@ def command(
         prediction.save(folder, force=asked.force)
     summary = prediction.summary()
     terminal.answer(prediction.report(), summary.model_dump(mode="json", by_alias=True))
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, figures.")
+    terminal.wrote(folder)
     return NOT_TRUSTED if summary.status != "ok" else 0

@@ -69,5 +69,5 @@ def command(
         progress("drawing and writing", None)
         found.write(directory)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, study.toml, chains.npz, figures.")
+    terminal.wrote(folder)
     return NOT_TRUSTED if found.status == "failed" else 0

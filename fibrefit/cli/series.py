@@ -32,8 +32,5 @@ def command(
         progress("drawing and writing", None)
         found.save(folder, force=asked.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
-    terminal.remark(
-        f"\nWritten to {folder}: summary.json, result.h5, table.csv, table.parquet, figures, and study.toml of the "
-        "model that serves."
-    )
+    terminal.wrote(folder, " The study is that of the model that serves.")
     return 0

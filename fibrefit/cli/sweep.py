@@ -35,5 +35,5 @@ def command(
         progress("drawing and writing", None)
         swept.save(folder, force=force)
     terminal.answer(swept.report(), swept.summary().model_dump(mode="json", by_alias=True))
-    terminal.remark(f"\nWritten to {folder}: summary.json, result.h5, curves, study.toml, figures.")
+    terminal.wrote(folder)
     return NOT_TRUSTED if swept.status == "failed" else 0

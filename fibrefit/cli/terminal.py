@@ -8,6 +8,7 @@ import sys
 import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -59,10 +60,26 @@ class Terminal:
         if not self.quiet:
             say(text)
 
+    def wrote(self, folder: Path, more: str = "") -> None:
+        """Say what lies in the folder of a result, the summary first and folders last.
+
+        Parameters
+        ----------
+        folder : pathlib.Path
+        more : str
+            What there is to say of it besides.
+        """
+        names = [path.name for path in sorted(folder.iterdir(), key=_rank) if not path.name.startswith(".")]
+        self.remark(f"\nWritten to {folder}: {', '.join(names)}.{more}")
+
     def detail(self, text: str) -> None:
         """Say something that only interests those who asked for more."""
         if self.verbose:
             say(text)
+
+
+def _rank(path: Path) -> tuple[bool, bool, str]:
+    return path.is_dir(), path.name != "summary.json", path.name
 
 
 def say(text: str, *, err: bool = True, newline: bool = True) -> None:

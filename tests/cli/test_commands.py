@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli import doctor
+from fibrefit.cli.terminal import Terminal
 from fibrefit.store import files, write_summary
 from fibrefit.study import load_study
 from tests.cli.conftest import Run
@@ -103,6 +104,16 @@ def test_doctor_names_what_is_wrong(fibrefit: Run, monkeypatch: pytest.MonkeyPat
     done = fibrefit("doctor")
     assert done.code == 5
     assert "BAD  devices        RuntimeError: no device" in done.out
+
+
+def test_what_was_written_is_what_lies_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("study.toml", "summary.json", "result.h5", ".lock"):
+        (tmp_path / name).touch()
+    Terminal().wrote(tmp_path)
+    assert capsys.readouterr().err == f"\nWritten to {tmp_path}: summary.json, result.h5, study.toml.\n"
+    (tmp_path / "figures").mkdir()
+    Terminal().wrote(tmp_path, " One more thing.")
+    assert capsys.readouterr().err.endswith("summary.json, result.h5, study.toml, figures. One more thing.\n")
 
 
 def test_every_word_of_the_glossary_is_told(fibrefit: Run) -> None:

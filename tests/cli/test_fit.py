@@ -58,7 +58,7 @@ def test_it_prints_the_report_and_says_where_it_wrote(demo: Run) -> None:
     done = demo("fit", "demo", "--out", "out")
     assert done.code == 0
     assert done.out == "the report\n"
-    assert "Written to out" in done.err
+    assert "Written to out: summary.json" in done.err
     assert Path("out/summary.json").exists()
 
 

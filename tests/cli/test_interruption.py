@@ -124,6 +124,6 @@ def test_what_was_not_drawn_is_said(tmp_path: Path, fits: list[Fit]) -> None:
     fit.interrupt(after=1)
     code, _, remarks = fit.end()
     assert code == 130
-    assert "no or not all figures" in remarks
+    assert "Not all figures were drawn." in remarks
     assert json.loads((out / "summary.json").read_text())["parameters"]
     assert not list((out / "figures").glob("*")) if (out / "figures").exists() else True

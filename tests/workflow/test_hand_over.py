@@ -201,7 +201,10 @@ def test_effects_and_further_records_are_tables(folder: Path, tmp_path: Path) ->
         assert len(repr(one).splitlines()) == 2
         pd.testing.assert_frame_equal(again.to_dataframe(), one.to_dataframe())
         assert set(again.plot()) == set(one.plot())
-        with pytest.raises(UsageError, match="a result of kind"):
+        with pytest.raises(
+            UsageError,
+            match="predictions of a result: none in one of kind .*; expected those of fit, discover, predict",
+        ):
             one.residuals  # noqa: B018
 
 

@@ -143,7 +143,8 @@ class Inspection(Shown):
     def _card(self) -> Card:
         rows = [(str(one.understood["file"] or "planned"), one.verdict) for one in self.seen]
         unread = sum(verdict != "understood" for _, verdict in rows)
-        line = f"{len(rows)} files, {unread or 'none'} of them not ready to be used"
+        files = "1 file" if len(rows) == 1 else f"{len(rows)} files"
+        line = f"{files}, {f'{unread} of them not ready' if unread else 'ready'} to be used"
         return Card(f'Inspection of "{self.name}"', line, ("file", "verdict"), rows)
 
 

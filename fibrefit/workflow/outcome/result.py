@@ -26,6 +26,12 @@ KINDS = {
 }
 """Word for each kind of result, by the middle of its schema."""
 
+HOLDERS = {
+    "estimate": "that of fit or discover, or draws as of sample",
+    "predictions": "those of fit, discover, predict",
+    "posterior": "that of sample",
+}
+"""Which results hold a group of arrays."""
 MOST_ROWS = 12
 """Rows a notebook shows; the others are counted."""
 
@@ -132,7 +138,7 @@ class AnyResult(Shown, ABC):
 
     def _need(self, groups: Mapping[str, Any], name: str) -> None:
         if name not in groups:
-            raise UsageError(name, f"a result of kind {self._kind()}", "one of fit or discover", "")
+            raise UsageError(f"{name} of a result", f"none in one of kind {self._kind()}", HOLDERS[name], "")
 
     def _kind(self) -> str:
         return str(self.summary().schema_name).split("/")[1]
