@@ -78,5 +78,6 @@ def command(
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     if found.taken_up:
         terminal.remark(f"\n{found.taken_up} of {len(found.jobs)} had been done before.")
-    terminal.wrote(found.folder)
+    if found.folder is not None:
+        terminal.wrote(found.folder)
     return NOT_TRUSTED if found.status == "failed" else 0

@@ -61,7 +61,7 @@ def _counts(summary: BatchSummary) -> list[str]:
     found = [item.status or "not possible" for item in summary.items.values()]
     kinds = ("ok", "suspect", "failed", "not possible")
     said = ", ".join(f"{found.count(kind)} {kind}" for kind in kinds if kind in found)
-    return [paragraph(f"{len(found)} identifications: {said}.")]
+    return [paragraph(f"{len(found)} identification{'' if len(found) == 1 else 's'}: {said}.")]
 
 
 def _usable(summary: BatchSummary) -> dict[str, list[ParameterSummary]]:

@@ -38,7 +38,7 @@ def demo(fibrefit: Run, done: list[Any]) -> Run:
 def test_it_prints_the_report_and_says_where_it_wrote(demo: Run) -> None:
     found = demo("batch", "demo", "--jobs", "1", "--out", "out")
     assert found.code == 0
-    assert "1 identifications: 1 ok." in found.out
+    assert "1 identification: 1 ok." in found.out
     assert "Written to out" in found.err
     assert {path.name for path in Path("out").iterdir()} == {
         ".fibrefit",
