@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Asked, Duration, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
@@ -34,10 +34,18 @@ if TYPE_CHECKING:
 @click.option(
     "--time",
     "seconds",
-    type=click.FloatRange(min=1.0),
-    default=300.0,
+    type=Duration(),
+    default="5 min",
     show_default=True,
-    help="Seconds after which there is an answer: the best so far, and what was not tried.",
+    help="Time after which there is an answer: the best so far, and what was not tried. A bare number is in seconds.",
+)
+@click.option(
+    "--least",
+    type=click.FloatRange(min=0.0),
+    default=0.0,
+    show_default=True,
+    help="Smallest strength of interest: rms of what an effect explains over that of the noise. What is there but "
+    "smaller is told, not added.",
 )
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")

@@ -19,6 +19,28 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+class Duration(click.ParamType):
+    """A time such as ``5 min``, in s; a bare number is in seconds."""
+
+    name = "TIME"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Number of seconds, at least one."""
+        from fibrefit.core.errors import UsageError
+        from fibrefit.core.units import parse_quantity
+
+        try:
+            seconds = float(value)
+        except ValueError:
+            try:
+                seconds = parse_quantity(value, "s", "time", error=UsageError)
+            except UsageError as error:
+                self.fail(str(error), param, ctx)
+        if not 1.0 <= seconds < float("inf"):
+            self.fail(f"{value} is not a time of 1 s or more.", param, ctx)
+        return seconds
+
+
 #: Where a command that runs the code a study names keeps whether it may.
 TRUST = "fibrefit.trust"
 

@@ -82,11 +82,8 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     search, best, parts = at.search, at.best, _Parts(budget)
     search.tell("testing the innovations", None)
     alarms = alarms_of(search, best)
-    readings = (
-        parts.take("curves", partial(curves_beyond, search, best, before), list[Reading]())
-        if at.curves is None
-        else list(at.curves)
-    )
+    draw = partial(curves_beyond, search, best, before)
+    readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
     complete = not alarms and not readings
     if not complete and best.effects:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
@@ -94,8 +91,10 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     propose = partial(proposed, search, best, readings)
     law = parts.take("law", propose, None) if readings else None
     search.tell("fitting the final model", None)
-    found, (best, after, refused) = best, _confirmed(search, best, before, limits, budget)
-    alarms = alarms if best is found else alarms_of(search, best)
+    found, (wanted, small) = best, _of_interest(search, best, limits.least)
+    best, after, refused = _confirmed(search, wanted, before, limits, budget)
+    # What was found too small for interest is still there: what is left is that of a model with it.
+    alarms = alarms if best is wanted else alarms_of(search, best)
     complete = not alarms and not readings
     kept, untried = search.plain(best), _left_out(at)
     verdict, reason = _verdict(best, alarms, readings, bool(untried or at.cut_short or parts.undone))
@@ -104,7 +103,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *(refused or _taken_out(at, best))),
+        reason=(*reason, *small, *(refused or _taken_out(at, found if best is wanted else best))),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -147,6 +146,31 @@ def _confirmed(
         said.append(Statement("widens", {"effect": best.names[-1], "gaps": gaps}))
         best = search.scales.without(best, best.effects[:-1])
     return best, before, said
+
+
+def _of_interest(search: Search, best: Weighed, least: float) -> tuple[Weighed, list[Statement]]:
+    """What was found without effects of less than the least strength, the smallest first; and what is said of these.
+
+    A strength is the root of what the mean square of the normalised residuals falls by: the rms of what the effect
+    explains, in units of the noise.
+    """
+    said: list[Statement] = []
+    while least > 0.0:
+        needed = {name for effect in best.effects for name in effect.needs}
+        lesser = {
+            effect: search.scales.without(best, tuple(other for other in best.effects if other is not effect))
+            for effect in best.effects
+            if effect.name not in needed
+        }
+        whole = search.gap(search.plain(best)) ** 2
+        explained = {effect: search.gap(search.plain(one)) ** 2 - whole for effect, one in lesser.items()}
+        smallest = min(explained, key=lambda effect: explained[effect], default=None)
+        if smallest is None or explained[smallest] >= least**2:
+            break
+        strength = float(np.sqrt(max(explained[smallest], 0.0)))
+        said.append(Statement("too_small", {"effect": smallest.name, "strength": strength, "least": least}))
+        best = lesser[smallest]
+    return best, said
 
 
 NOTHING: Verdict = "nothing_missing"

@@ -59,6 +59,8 @@ class Limits:
         After which there is an answer, whatever was not tried then.
     folder : pathlib.Path, optional
         Where what was found is kept for a search that goes on from there.
+    least : float
+        Smallest strength of interest: rms of what an effect explains over that of the noise.
     """
 
     max_effects: int = 3
@@ -66,6 +68,7 @@ class Limits:
     choose: Callable[[Sequence[Candidate]], str | None] | None = None
     seconds: float = SECONDS
     folder: Path | None = None
+    least: float = 0.0
 
 
 @dataclass(frozen=True)

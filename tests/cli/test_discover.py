@@ -69,13 +69,13 @@ def test_it_prints_the_report_and_says_where_it_wrote(demo: Run, calls: list[Any
 def test_options_reach_the_workflow(demo: Run, calls: list[dict[str, Any]]) -> None:
     Path("demo/my.py").write_text("")
     words = ("--only", "guide.*", "--only", "fibre.*", "--exclude", "guide.quadratic_drag", "--also", "my.py:Mine")
-    assert (
-        demo("discover", "demo", "--out", "out", "--seed", "7", "--max-effects", "2", "--time", "60", *words).code == 0
-    )
+    few = ("--seed", "7", "--max-effects", "2", "--time", "1 min", "--least", "0.5")
+    assert demo("discover", "demo", "--out", "out", *few, *words).code == 0
     assert calls == [
         {
             "seed": 7,
             "seconds": 60.0,
+            "least": 0.5,
             "max_effects": 2,
             "only": ("guide.*", "fibre.*"),
             "exclude": ("guide.quadratic_drag",),
@@ -139,7 +139,10 @@ def test_show_prints_the_report_again(demo: Run, calls: list[Any]) -> None:
     ("words", "code", "says"),
     [
         (("--max-effects", "0"), 2, "0 is not in the range x>=1"),
-        (("--time", "0"), 2, "0.0 is not in the range x>=1"),
+        (("--time", "0"), 2, "0 is not a time of 1 s or more."),
+        (("--time", "5 mm"), 2, "expected"),
+        (("--time", "soon"), 2, '"soon" is not a quantity'),
+        (("--least", "-1"), 2, "-1.0 is not in the range x>=0"),
         (("--only", "guide.viscos_friction"), 2, 'Did you mean "guide.viscous_friction"?'),
         (("--exclude", "*"), 2, "no effect is left to try"),
         (("--also", "my.py:Mine"), 4, "Check the path."),

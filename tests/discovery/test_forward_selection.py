@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
+from fibrefit.discovery import conclusion
 from fibrefit.discovery.comparison import looked
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
@@ -37,6 +38,7 @@ from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.discovery import discovery_sentence
 from fibrefit.study.summaries.check import Check
 from tests.discovery.made import BASE, identified
 
@@ -161,6 +163,23 @@ def test_an_effect_that_explains_nothing_costs_its_parameters(case: Callable[...
     pair = both(made)
     assert pair.log < made.search.scales.again(made.base).log
     assert len(pruned(made.search.scales, pair).effects) == 1
+
+
+def test_what_is_there_and_smaller_than_is_of_interest_is_told_and_not_kept(case: Callable[..., Case]) -> None:
+    made = case(FAINT)
+    found = selected(made)
+    (step,) = (step.summary for step in found.steps)
+    strength = float(np.sqrt(step.gap_before**2 - step.gap_after**2))
+    kept, said = conclusion._of_interest(found.search, found.best, 0.9 * strength)
+    assert (kept, said) == (found.best, [])
+    assert conclusion._of_interest(found.search, found.best, 0.0) == (found.best, [])
+    taken, (told,) = conclusion._of_interest(found.search, found.best, 1.1 * strength)
+    assert taken.names == ()
+    assert told.facts["strength"] == pytest.approx(strength, rel=0.05)
+    assert discovery_sentence(told) == (
+        f"{VISCOUS.name} is there, but explains {told.facts['strength']:.2g} of the noise rms, less than the least of "
+        f"interest ({1.1 * strength:g}): it was not added."
+    )
 
 
 def test_a_person_s_choice_stands(case: Callable[..., Case]) -> None:

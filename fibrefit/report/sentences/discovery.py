@@ -237,6 +237,10 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "noise_left": _noise_left,
     "widens": _widens,
     "taken_out": _taken_out,
+    "too_small": lambda facts: (
+        f"{facts['effect']} is there, but explains {facts['strength']:.2g} of the noise rms, less than the least of "
+        f"interest ({facts['least']:g}): it was not added."
+    ),
     "time_ended": lambda facts: (
         "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
     ),

@@ -55,6 +55,7 @@ class SearchOptions:
     also: tuple[str, ...] = ()
     seed: int = 0
     seconds: float = SECONDS
+    least: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what no search can do."""
@@ -62,12 +63,20 @@ class SearchOptions:
             raise UsageError("max_effects", str(self.max_effects), "1 or more")
         if not 0.0 <= self.seconds < float("inf"):
             raise UsageError("seconds", f"{self.seconds:g}", "a time in seconds")
+        if not 0.0 <= self.least < float("inf"):
+            raise UsageError("least", f"{self.least:g}", "0 or more, in units of the noise")
 
     def as_settings(self) -> dict[str, str]:
         """Settings as a summary keeps them; the seed has a place of its own there."""
         lists = {name: ", ".join(sorted(getattr(self, name))) for name in ("only", "exclude", "also")}
         time = {} if self.seconds == SECONDS else {"time": f"{self.seconds:g}"}
-        return {"max_effects": str(self.max_effects), **time, **{name: text for name, text in lists.items() if text}}
+        least = {"least": f"{self.least:g}"} if self.least else {}
+        return {
+            "max_effects": str(self.max_effects),
+            **time,
+            **least,
+            **{name: text for name, text in lists.items() if text},
+        }
 
 
 @dataclass(frozen=True, repr=False)
@@ -158,8 +167,8 @@ class Discovery(Predicts, Saved):
 
 def discover_study(
     study: Study | str | Path, *, max_effects: int = 3, only: Sequence[str] = (), exclude: Sequence[str] = (),
-    also: Sequence[str] = (), seed: int = 0, seconds: float = SECONDS, choose: Choose | None = None,
-    folder: Path | None = None, progress: Progress | None = None,
+    also: Sequence[str] = (), seed: int = 0, seconds: float = SECONDS, least: float = 0.0,
+    choose: Choose | None = None, folder: Path | None = None, progress: Progress | None = None,
 ) -> Discovery:  # fmt: skip
     """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
 
@@ -176,6 +185,9 @@ def discover_study(
         Of the scatter of starts; the same seed gives the same result.
     seconds : float
         After which there is an answer: the best so far, and what was not tried.
+    least : float
+        Smallest strength of interest, the rms of what an effect explains over that of the noise: what is there but
+        smaller is told, not added. It takes no part in the test of whether an effect is there.
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
     folder : pathlib.Path, optional
@@ -203,11 +215,11 @@ def discover_study(
     'nothing_missing'
     """
     study = as_study(study)
-    options = SearchOptions(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds)
+    options = SearchOptions(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds, least)
     candidates = candidates_of(study, options.only, options.exclude, options.also)
     (progress or quiet)("reading records", None)
     records = read_records(study)
-    limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, folder)
+    limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, folder, least)
     finding = discover(task_of(study, records), tuple(candidates.values()), limits, progress)
     return Discovery(study, records, finding, candidates, options, choose is not None)
 
