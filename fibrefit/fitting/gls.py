@@ -1,9 +1,9 @@
 """The last step of a fit: the likelihood that the search for effects weighs hypotheses with, at its mode.
 
-Plain least squares is honest under noise that wanders, but wasteful, and it takes all records for alike. From where it
-ended, each sample is weighed by what it adds to those before it, each record may deviate in the rig's own parameters,
-and errors of measured inputs are eliminated with what is known of them beforehand. Where what is left is not noise, the
-plain estimate stands.
+Plain least squares is honest under autocorrelated noise, but wasteful, and it takes all records for alike. From where
+it ended, each sample is weighed by what it adds to those before it, each record may deviate in the rig's own
+parameters, and errors of measured inputs are eliminated with what is known of them beforehand. Where what is left is
+not noise, the plain estimate stands.
 """
 
 from __future__ import annotations

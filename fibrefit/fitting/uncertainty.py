@@ -21,7 +21,7 @@ from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0
-"""Longest correlation allowed for, as a share of a record: the wander of a logger has no time scale of its own."""
+"""Longest correlation allowed for, as a share of a record: the slow noise of a logger has no time scale of its own."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def stationary(scores: Scores, rate: float) -> np.ndarray:
     ---
     ``S = integral of P(f) X(f)* X(f) df`` with X the transform of the slopes, and P = white + pink / f of each channel
     by maximum likelihood from the residuals of all records. Below one over the length of a record P stays as it is
-    there: noise that wanders more slowly than a record lasts is an offset in it, which no part of that record can tell.
+    there: noise that is slower than a record lasts is an offset in it, which no part of that record can tell.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ class Effect(eqx.Module):
     name : str
         Name in the catalogue, ``port.effect``.
     stands_for : tuple of str
-        Parameters of the rig that it holds at nought where a study does not state them: it says the same as they do.
+        Parameters of the rig that it holds at zero where a study does not state them: it says the same as they do.
     parameters : tuple of Parameter
         Made from the fields declared with `quantity`, in their order; ``parameter.name`` is the field's name.
     strength : tuple of str

@@ -27,7 +27,7 @@ from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
-#: Those of what is exactly nought while a machine stands.
+#: Those of what is exactly zero while a machine stands.
 _SPEEDS = ("m/s", "rad/s", "Hz")
 
 
@@ -151,7 +151,7 @@ def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
     return (
         values / round(inverse)
         if 0 < factor < 1 and abs(inverse - round(inverse)) < 1e-9 * inverse
-        else values * factor + 0.0  # nought has no sign
+        else values * factor + 0.0  # zero has no sign
     )
 
 

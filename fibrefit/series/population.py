@@ -149,7 +149,7 @@ def _profile(y: np.ndarray, s: np.ndarray) -> tuple[float, float]:
 
 
 def _where_q_is(y: np.ndarray, s: np.ndarray, goal: float) -> float:
-    """Standard deviation between records with which Cochran's Q is `goal`; nought where it is less anyway."""
+    """Standard deviation between records with which Cochran's Q is `goal`; zero where it is less anyway."""
     low, high = 0.0, FARTHEST * max(float(np.ptp(y)), float(s.max()))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)

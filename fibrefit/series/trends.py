@@ -34,7 +34,7 @@ class Quantity:
     values : (n_record,) in `unit`
         NaN where nothing is known.
     errors : (n_record,) in `unit`
-        Standard errors; nought where it is known exactly.
+        Standard errors; zero where it is known exactly.
     """
 
     name: str

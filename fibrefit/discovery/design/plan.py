@@ -219,12 +219,12 @@ def _with(frame: Supermodel, data: Observations) -> Supermodel:
 
 
 @eqx.filter_jit
-def _foretold(problem: Problem, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+def _predicted(problem: Problem, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
     return problem.predict(local, experiment)
 
 
 def _readings(problem: Problem, local: np.ndarray, experiment: Experiment) -> dict[str, jax.Array]:
-    readings = _foretold(problem, jnp.asarray(local), experiment)
+    readings = _predicted(problem, jnp.asarray(local), experiment)
     return {channel: readings[channel] for channel in problem.observations.measured}
 
 

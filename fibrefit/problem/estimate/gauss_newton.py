@@ -124,7 +124,7 @@ def mode(
         else:
             found, exact = _again(found, gram), True
     if not exact and np.isfinite(found.normal.cost):
-        found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were foreseen
+        found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were predicted
         step = step_within(found, radius)
     return replace(found, promised=np.inf if step is None else step.promised)
 

@@ -1,7 +1,7 @@
 """Least squares under noise with a memory: each sample counts by what it adds to those before it.
 
-Where noise wanders, plain least squares listens to it for as long as a record lasts. Residuals and slopes are whitened
-instead, and the same Gauss-Newton step taken on what they become: no unbiased estimate is surer.
+Where noise is autocorrelated, plain least squares listens to it for as long as a record lasts. Residuals and slopes are
+whitened instead, and the same Gauss-Newton step taken on what they become: no unbiased estimate is surer.
 """
 
 from __future__ import annotations

@@ -237,7 +237,7 @@ def _begun(setting: ParameterSetting) -> float | None:
 
 
 def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = False) -> Slot:
-    """Slot of a parameter; one that an effect stands for is held at nought where the study does not state it."""
+    """Slot of a parameter; one that an effect stands for is held at zero where the study does not state it."""
     limits = Range.of(parameter).within(setting.lower, setting.upper)
     fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
     if spoken_for and setting.initial is None:

@@ -13,7 +13,7 @@ from fibrefit.problem.statement.problem import Problem
 
 STRONG = 5.0
 """What unknown errors of the inputs do to a sample, in units of its own noise, beyond which it counts less and less."""
-FORETOLD = 0.5
+MISSED = 0.5
 """Miss of the linearised problem, in units of a sample's noise, beyond which the sample counts less and less."""
 NEARBY = 0.005
 """Time in s about such a miss in which it counts: other values of a model move it."""
@@ -58,7 +58,7 @@ def downweights(
     missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
     reached = sensitivities if roots is None else list(map(_seen_through, roots, sensitivities))
     strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reached])
-    return 1.0 / np.sqrt((1.0 + (missed / FORETOLD) ** 4) * (1.0 + (strength / STRONG) ** 4))
+    return 1.0 / np.sqrt((1.0 + (missed / MISSED) ** 4) * (1.0 + (strength / STRONG) ** 4))
 
 
 def _seen_through(root: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -28,7 +28,7 @@ LINES = 3
 LINE_WIDTH = 0.02
 """Half width of a line in Hz: it keeps its phase for some ten seconds."""
 LOWEST = 0.25
-"""Lowest corner, in periods a record: what wanders more slowly still is an offset of each record."""
+"""Lowest corner, in periods a record: what is slower still is an offset of each record."""
 HIGHEST = 0.15
 """Highest corner, as a share of the sampling rate."""
 

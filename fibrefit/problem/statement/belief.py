@@ -37,7 +37,7 @@ class Belief:
 
     @property
     def relative(self) -> float:
-        """Standard deviation as a share of the centre; infinite about nought."""
+        """Standard deviation as a share of the centre; infinite about zero."""
         if self.log:
             return self.spread
         return abs(self.spread / self.centre) if self.centre else float("inf")

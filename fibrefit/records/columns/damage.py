@@ -60,7 +60,7 @@ class Flat:
     saturated : (n,) bool array
         At the extreme of the column.
     at_zero : (n,) bool array
-        The same where that extreme is exactly nought: so it is for an input that takes one sign, and for the speed of a
+        The same where that extreme is exactly zero: so it is for an input that takes one sign, and for the speed of a
         machine that stands.
     stuck : (n,) bool array
         Elsewhere.

@@ -197,7 +197,7 @@ def _suggested(frame: Supermodel, blank: np.ndarray, suggested: dict[str, np.nda
 
 
 def kept_records(scales: Scales, frame: Supermodel, kept: np.ndarray) -> Callable[..., np.ndarray]:
-    """What a Gauss-Newton search asks of records, those with a nought in `kept` ``(n_record,)`` saying nothing."""
+    """What a Gauss-Newton search asks of records, those with a zero in `kept` ``(n_record,)`` saying nothing."""
     seen = scales.yardstick.on(frame)
 
     def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:

@@ -149,7 +149,7 @@ class RecordPlan(AnyResult, Saved):
 
 
 REMARKS = (
-    "Foretold from slopes about the values found, with white noise and known inputs; what differs between records "
+    "Predicted from slopes about the values found, with white noise and known inputs; what differs between records "
     "beyond their noise is left out.",
 )
 
