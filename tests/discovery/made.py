@@ -81,7 +81,15 @@ def identified(
         motion=motion,
         starts=Starts(names, ends, ends, np.tile(values, (4, 1)), np.ones(4), np.ones(4, int), np.zeros(4, int)),
         checks=(
-            Check(name=GAP, passed=passed, statistic=ratio, threshold=1.1, fatal=fatal, identifier="residual_size"),
+            Check(
+                name=GAP,
+                passed=passed,
+                statistic=ratio,
+                threshold=1.1,
+                fatal=fatal,
+                identifier="residual_size",
+                quantity="residual size",
+            ),
         ),
         advice=() if passed else (Advice("search"), Advice("rest")),
         seconds=1.0,

@@ -140,10 +140,11 @@ def identifiers(path: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_every_check_has_an_identifier(path: Path) -> None:
+def test_every_check_has_an_identifier_and_names_its_quantity(path: Path) -> None:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "Check":
-            assert {"identifier", None} & {keyword.arg for keyword in node.keywords}, f"line {node.lineno}"
+            said = {keyword.arg for keyword in node.keywords}
+            assert None in said or {"identifier", "quantity"} <= said, f"line {node.lineno}"
 
 
 def test_interval_kind_and_probability_are_stated() -> None:
