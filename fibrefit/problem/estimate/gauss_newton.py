@@ -72,6 +72,7 @@ EVERYTHING = Effort()
 """To the end."""
 
 
+@np.errstate(invalid="ignore", over="ignore")  # where a motion is lost there are no numbers, and the place is left
 def mode(
     unknowns: Unknowns,
     start: Place | PosteriorMode,
