@@ -137,6 +137,16 @@ def test_dragging_zooms_all_panels_and_a_double_click_goes_back(seen: Tab) -> No
     assert seen.range == pytest.approx(whole)
 
 
+@pytest.mark.parametrize("level", [1, 2])
+def test_a_line_that_falls_is_drawn_where_it_was_at_every_level(seen: Tab, level: int) -> None:
+    """Extremes of a group lie at its ends: thinning makes no stairs of a slope."""
+    ramp = "Float64Array.from({length: 257}, (_, i) => i)"
+    times, falling, rising = seen.ask(f"fibrefit.levels([{ramp}, {ramp}.map((t) => 300 - t), {ramp}])({level})")
+    assert rising[:-1] == times[:-1]
+    assert falling[:-1] == [300 - time for time in times[:-1]]
+    assert np.all(np.diff(times) > 0.0)
+
+
 def test_a_view_has_an_address(seen: Tab, browser: Any) -> None:
     seen.ask(f"{VIEW}.open(1, 0.5, 0.75)")
     seen.ask(f"{VIEW}.toggle('first')")

@@ -69,7 +69,9 @@ fibrefit.overlay = (records) => {
   }
 
   records.box.addEventListener("redrawn", () => draw());
-  return [make("h4", {}, "The same moment of every record, one over the other"),
+  const several = view.records.length > 1;
+  const some = view.records.length > MOST ? ` The first ${MOST} records that have it.` : "";
+  return [make("h4", {}, several ? "The same moment of every record, one over the other" : "A moment of the record, enlarged"),
     make("div", { class: "controls moments", role: "group", "aria-label": "moments" }, ...buttons, channel, width), place, legend,
-    make("p", { class: "help" }, `Points: measured; lines: ${model.label}. Time counts from the moment in each record.`)];
+    make("p", { class: "help" }, `Points: measured; lines: ${model.label}. Time counts from the moment${several ? " in each record" : ""}.${some}`)];
 };
