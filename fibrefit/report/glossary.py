@@ -46,17 +46,20 @@ def terms() -> list[Explained]:
 
 
 def terms_with(words: Sequence[str]) -> list[Explained]:
-    """Terms that have one of `words` in them, in the order of the glossary.
+    """Terms that have one of `words` in them, or in their meaning where no term has it; in the order of the glossary.
 
     Raises
     ------
     UsageError
-        If there is none with a word.
+        If a word is nowhere.
     """
     known = terms()
     found: set[Explained] = set()
     for word in words:
-        having = [term for term in known if re.search(rf"\b{re.escape(word)}", term.word, re.IGNORECASE)]
+        begins = re.compile(rf"(?<!\w){re.escape(word)}", re.IGNORECASE)
+        having = [term for term in known if begins.search(term.word)] or [
+            term for term in known if begins.search(term.meaning)
+        ]
         if not having:
             single = {part for term in known for part in re.findall(r"[\w-]+", term.word)}
             hint = did_you_mean(word, sorted(single)) or "fibrefit glossary lists them all."

@@ -133,6 +133,7 @@ def test_a_word_is_looked_up(fibrefit: Run) -> None:
     assert done.out.startswith("Estimates\n---------\nHausman test: whether OLS and GLS estimates differ")
     assert "Posterior\n---------\nR-hat: ratio" in done.out
     assert "walker" not in done.out
+    assert fibrefit("glossary", "interference").out.startswith("Residuals and noise\n-------------------\nmains line:")
 
 
 def test_a_word_that_is_not_in_the_glossary(fibrefit: Run) -> None:
