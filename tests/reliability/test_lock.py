@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -23,13 +22,15 @@ import sys, time
 from pathlib import Path
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
-out, name, instant, seconds = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), float(sys.argv[4])
-time.sleep(max(instant - time.time(), 0.0))
+out, name, seconds = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+if seconds == "told":
+    print("ready", flush=True)
+    sys.stdin.readline()
 try:
     with ResultDirectory(out, force=True) as result:
         (result.path / f"{name}0.csv").write_text(name)
         print("in", flush=True)
-        time.sleep(seconds)
+        sys.stdin.readline() if seconds == "told" else time.sleep(float(seconds))
         (result.path / f"{name}1.csv").write_text(name)
 except UsageError as error:
     print(error, flush=True)
@@ -37,9 +38,21 @@ except UsageError as error:
 """
 
 
-def writer(out: Path, name: str, instant: float = 0.0, seconds: float = 0.4) -> subprocess.Popen[str]:
-    words = [sys.executable, "-c", WRITER, str(out), name, str(instant), str(seconds)]
-    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+def writer(out: Path, name: str, seconds: float | None = None) -> subprocess.Popen[str]:
+    """A process that writes for so long; without a time it begins, and ends, at a line that it is told."""
+    words = [sys.executable, "-c", WRITER, str(out), name, "told" if seconds is None else str(seconds)]
+    return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def line_of(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline()
+
+
+def tell(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
 
 
 def names(folder: Path) -> set[str]:
@@ -47,9 +60,15 @@ def names(folder: Path) -> set[str]:
 
 
 def test_of_two_at_one_instant_one_computes_and_the_other_says_so(tmp_path: Path) -> None:
-    instant = time.time() + 3.0
-    pairs = [[writer(tmp_path / f"{i}" / "out", name, instant) for name in "ab"] for i in range(PAIRS)]
-    heard = [[process.communicate(timeout=60)[0] for process in pair] for pair in pairs]
+    pairs = [[writer(tmp_path / f"{i}" / "out", name) for name in "ab"] for i in range(PAIRS)]
+    heard = []
+    for pair in pairs:
+        assert [line_of(process) for process in pair] == ["ready\n"] * 2
+        for process in pair:
+            tell(process)
+        # The one that is in stays in until the other has spoken.
+        said = [line_of(process) for process in pair]
+        heard.append([first + process.communicate(timeout=60)[0] for first, process in zip(said, pair, strict=True)])
     for i, pair in enumerate(pairs):
         said = heard[i]
         assert sorted(process.returncode for process in pair) == [0, 2], said
