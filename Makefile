@@ -19,8 +19,8 @@ bench: .venv/installed-bench
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
 
 validate: .venv/installed-bench
-	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation
-	$(RUN) -m pytest -s -m slow --ignore=tests/validation
+	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation tests/reliability
+	$(RUN) -m pytest -s -m slow --ignore=tests/validation --ignore=tests/reliability
 
 # ARGS="--release LABEL --kind null --rig fibre_mass --cases 20" carries out twenty further cases; a label draws its own.
 validate-discover: .venv/installed-bench
