@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
-from fibrefit.discovery.engine.screening import WEAK, directions, starting_strength
+from fibrefit.discovery.engine.screening import SLIGHT, WEAK, directions, slightly, starting_strength
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
@@ -48,3 +48,22 @@ def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> 
     # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.
     assert starting_strength(frame, name, weak, -5.0) == pytest.approx(weak)
     assert starting_strength(frame, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)
+
+
+@pytest.mark.parametrize(
+    ("name", "strength", "share"),
+    [
+        ("guide.viscous_friction", "viscous_coefficient", SLIGHT),
+        ("sensor.force_gain", "gain", SLIGHT),
+        ("guide.presliding", "bristle_stiffness", 1.0),
+        ("sensor.gauge_resonance", "natural_frequency", 1.0),
+    ],
+)
+def test_slopes_are_taken_over_little_of_a_weak_strength_unless_it_changes_the_model(
+    task: Task, name: str, strength: str, share: float
+) -> None:
+    effect = CATALOGUE[name]
+    frame, null = supermodel_of(task, (effect,)), {p.name: p.null for p in effect.parameters}[strength]
+    weak = next(value for way in directions(effect) for found, value in way.strengths if found == strength)
+    there = slightly(frame, effect, f"{name}.{strength}", weak)
+    assert there == (weak if share == 1.0 else pytest.approx(null + share * (weak - null), rel=1e-12))

@@ -12,7 +12,7 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
 from fibrefit.discovery.engine.effort import astray, descent
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
-from fibrefit.discovery.engine.screening import Approach, Promise, directions, starting_strength
+from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
@@ -229,22 +229,23 @@ class Scales:
         there: dict[type[Effect], Approach],
     ) -> list[tuple[type[Effect], Promise]]:
         """Score test of each direction: its gain less what it costs, and where that is."""
-        ways = [(effect, name, value) for effect, way in there.items() for name, value in way.strengths]
-        columns = np.array([frame.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
+        ways = [
+            (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
+        ]
+        columns = np.array([frame.names.index(name) for _, name, _ in ways])
         place = place_of(unknowns, local, found.place.eta)
-        values = np.array([value for *_, value in ways])
+        values = np.array([slightly(frame, *way) for way in ways])
         grams = local_grams(unknowns, place, gram, (columns, values))
         score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
         seen = np.where(information > 0.0, information, np.inf)
         gains = np.where(information > 0.0, 0.5 * score**2 / seen - PRICE, -np.inf)
         found_all = []
-        for (effect, name, value), gain, share in zip(ways, gains, -score / seen, strict=True):
+        for (effect, name, weak), value, gain, share in zip(ways, values, gains, -score / seen, strict=True):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            whole = f"{effect.name}.{name}"
-            start = {whole: starting_strength(frame, whole, value, share)}
-            little = there[effect].strengths[0][1] if effect.singular else value
-            weak = {whole: starting_strength(frame, whole, little, float(np.sign(share) or 1.0))}
-            found_all.append((effect, Promise(float(gain), shapes | start, shapes | weak)))
+            start = {name: starting_strength(frame, name, float(value), share)}
+            little = there[effect].strengths[0][1] if effect.singular else weak
+            hardly = {name: starting_strength(frame, name, little, float(np.sign(share) or 1.0))}
+            found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly)))
         return found_all
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:

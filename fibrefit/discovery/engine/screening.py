@@ -14,6 +14,9 @@ from fibrefit.laws.law import Effect
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
+SLIGHT = 1.0 / 64.0
+"""Share of that over which slopes are taken: a motion that bounces multiplies any change, and over more the cost bends.
+A breakaway friction that gains 22 nats on a driven rig was promised -3 over the whole of it, and 16 over this."""
 LADDER = (1.0, 5.0, 25.0)
 """Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of
 them, a resonance that passes through the motion's own, tells little of what it does at another."""
@@ -68,6 +71,17 @@ def directions(effect: type[Effect]) -> list[Approach]:
         shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
         found.append(Approach(shapes, tuple(strengths)))
     return found
+
+
+def slightly(frame: Supermodel, effect: type[Effect], name: str, weak: float) -> float:
+    """Strength at which slopes are taken, for one at which an effect is weak.
+
+    What changes a model's kind is looked at where it is weak: slopes nearer to its null are those of another model.
+    """
+    declared = frame.declared[name]
+    if effect.singular or declared.reciprocal or declared.unit == "Hz":
+        return weak
+    return declared.null + SLIGHT * (weak - declared.null)
 
 
 def starting_strength(frame: Supermodel, name: str, weak: float, share: float) -> float:
