@@ -43,7 +43,8 @@ def test_frictions_are_more_alike_than_a_friction_and_a_delay(study: Study) -> N
     assert "drowns weak effects" in found.report().replace("\n", " ")
 
 
-@pytest.mark.parametrize(("ripple", "louder"), [pytest.param(0.0, False, marks=pytest.mark.slow), (1.5, True)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("ripple", "louder"), [(0.0, False), (1.5, True)])
 def test_effects_of_the_model_are_not_listed_and_what_is_left_hides_weak_ones(
     tmp_path: Path, ripple: float, louder: bool
 ) -> None:

@@ -58,6 +58,7 @@ def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
     assert np.mean(found.sensitivities.downweight < 0.5) < 0.5 * np.mean(first.downweight < 0.5)
 
 
+@pytest.mark.slow
 def test_error_bars_do_not_rest_on_what_was_predicted_only_once_the_errors_were_learnt() -> None:
     study = load_study(STUDY)
     bars = []

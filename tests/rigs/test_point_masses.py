@@ -40,7 +40,9 @@ def test_force_and_position_are_those_of_the_reference(name: str) -> None:
 
 
 @pytest.mark.parametrize("damping", [25.0, 1.0, 0.0])
-@pytest.mark.parametrize("points", [1, 4, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "points", [1, pytest.param(4, marks=pytest.mark.slow), pytest.param(8, marks=pytest.mark.slow)]
+)
 def test_bounces_of_a_light_fibre_are_those_of_one_without_mass(points: int, damping: float) -> None:
     """Its segments go taut and slack thousands of times faster than it is sampled; nothing rings and nothing bursts."""
     effect, values = point_masses(points), {"damping": damping, MASS: 1.63e-3}
@@ -58,7 +60,7 @@ def test_a_heavier_fibre_moves_the_weight_another_way() -> None:
     assert deviation(heavy, light) > 5.0 * LIGHT
 
 
-@pytest.mark.parametrize("kind", ["pendulum", "drive"])
+@pytest.mark.parametrize("kind", [pytest.param("pendulum", marks=pytest.mark.slow), "drive"])
 def test_other_rigs_have_such_fibres_too(kind: str) -> None:
     experiment = {"pendulum": pendulum, "drive": drive}[kind](1601)
     plain, found, zero = (

@@ -168,7 +168,7 @@ def test_a_batch_is_a_table(folder: Path, tmp_path: Path) -> None:
     pd.testing.assert_frame_equal(frame, found.to_dataframe())
     with pytest.raises(UsageError, match="take to_dataframe|Take to_dataframe"):
         found.to_datatree()
-    with pytest.raises(UsageError, match="a result of kind batch"):
+    with pytest.raises(UsageError, match="none in one of kind batch"):
         found.residuals  # noqa: B018
 
 
