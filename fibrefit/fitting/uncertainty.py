@@ -189,6 +189,8 @@ def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
     ----------
     normal, middle : (n_free, n_free)
     """
+    if not (np.isfinite(normal).all() and np.isfinite(middle).all()):
+        return np.diag(np.full(len(normal), np.inf))  # where slopes are no numbers nothing is known
     scale = np.sqrt(np.diag(normal))
     seen = scale > 0.0
     safe = np.where(seen, scale, 1.0)

@@ -14,6 +14,7 @@ from fibrefit.discovery.residuals.innovations import (
     FEWEST,
     Alarm,
     _drifts,
+    _gain,
     _windows,
     against_rest,
 )
@@ -192,3 +193,9 @@ def test_too_little_rest_tells_nothing() -> None:
 def test_an_alarm_is_raised_below_its_threshold() -> None:
     assert Alarm("rest", 0.5e-4, 1e-4).raised
     assert not Alarm("rest", 2e-4, 1e-4).raised
+
+
+def test_slopes_that_are_no_numbers_tell_nothing() -> None:
+    assert _gain(np.diag([1.0, np.nan]), np.ones(2), np.ones(2)) == (0.0, 0)
+    assert _gain(np.eye(2), np.array([1.0, np.nan]), np.ones(2)) == (0.0, 0)
+    assert _gain(np.eye(2), np.array([3.0, 4.0]), np.ones(2)) == (25.0, 2)

@@ -190,3 +190,13 @@ def test_what_the_data_do_not_see_does_not_choose_the_error_bars() -> None:
     problem = SimpleNamespace(layout=Layout(slots, ("r.csv",)))
     sizes = [error_bars.size(problem, np.diag([np.inf, variance])) for variance in (1.0, 9.0)]
     assert sizes[0] < sizes[1] < np.inf
+
+
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+def test_where_slopes_are_no_numbers_nothing_is_known_and_nothing_fails(lost: float) -> None:
+    normal = np.array([[2.0, 1.0], [1.0, 3.0]])
+    broken = normal.copy()
+    broken[0, 1] = broken[1, 0] = lost
+    for pair in ((broken, normal), (normal, broken)):
+        np.testing.assert_array_equal(np.diag(sandwich(*pair)), [np.inf, np.inf])
+    np.testing.assert_allclose(sandwich(normal, normal), np.linalg.inv(normal))

@@ -128,6 +128,8 @@ def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
 
 
 def _gain(information: np.ndarray, score: np.ndarray, scale: np.ndarray) -> tuple[float, int]:
+    if not (np.isfinite(information).all() and np.isfinite(score).all()):
+        return 0.0, 0  # where slopes are no numbers they tell nothing
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     seen = values > RANK
     along = vectors.T @ (score / scale)
