@@ -237,6 +237,8 @@ def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]
         raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
     if studies:
         return load_study(studies[0], overrides)
+    if lost := next((file for file in files if not Path(file).exists()), None):
+        raise UsageError(lost, "no such file or folder", "a study, or records", "Check the path.")
     if rig is None:
         raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
     return study_from_files(files, rig, overrides)

@@ -167,3 +167,14 @@ def test_a_reader_that_stops_reading_does_no_harm() -> None:
     process.stderr.close()
     process.wait()
     assert b"Traceback" not in errors
+
+
+@pytest.mark.parametrize(
+    "words", [("fit", "nosuch.csv"), ("discover", "no/such"), ("fit", "nosuch.csv", "--rig", "fibre_mass")]
+)
+def test_a_path_that_leads_nowhere_is_told_first(fibrefit: Run, words: tuple[str, ...]) -> None:
+    done = fibrefit(*words)
+    assert done.code == 2
+    assert done.err.strip() == (
+        f"error: {words[1]}: no such file or folder; expected a study, or records. Check the path."
+    )
