@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.outweighed import Outweighed
-from fibrefit.fitting.result import ChannelMisfit, Gap, InputError, Starts, total
+from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.thresholds import (
     AGREEMENT,
     ASTRAY,
@@ -30,6 +30,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 
 CONVERGED = "convergence"
 COMPLETION = "completion"
@@ -176,19 +177,19 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     return Check(name="the gap is noise", passed=ratio <= limit, statistic=ratio, threshold=limit, **named)
 
 
-def signal_explained(gaps: Mapping[str, ChannelMisfit]) -> Check:
+def signal_explained(gaps: Gap) -> Check:
     """Whether what is left beyond the noise is small against each signal.
 
     Parameters
     ----------
-    gaps : mapping of channel to ChannelMisfit
+    gaps : Gap
         That of a driving force has no noise.
     """
-    shares = {name: _unexplained(gap) for name, gap in gaps.items() if np.isfinite(gap.explained)}
+    shares = {name: _unexplained(gap.explained, gap) for name, gap in gaps.items() if gap.explained is not None}
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
-    hopeless = any(left > USELESS for name, left in shares.items() if np.isfinite(gaps[name].noise))
+    hopeless = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
     return Check(
         name="the signal is explained",
         passed=share <= UNEXPLAINED,
@@ -241,13 +242,13 @@ def exchanged() -> Check:
     )
 
 
-def _unexplained(gap: ChannelMisfit) -> float:
+def _unexplained(explained: float, gap: ChannelGap) -> float:
     """Share of the variance of a signal that is left and is not noise."""
-    noise = gap.noise if np.isfinite(gap.noise) else 0.0
-    return (1.0 - gap.explained) * max(1.0 - (GAP * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0
+    noise = gap.noise or 0.0
+    return (1.0 - explained) * max(1.0 - (GAP * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0
 
 
-def inputs_within_noise(errors: Mapping[str, InputError]) -> list[Check]:
+def inputs_within_noise(errors: Mapping[str, InputErrorSummary]) -> list[Check]:
     """Whether what had to be taken off each measured input is no larger than its noise."""
     return [
         Check(

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import innovations
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 
 class Why(NamedTuple):
@@ -76,7 +76,7 @@ class GlsEstimate:
     bars : ErrorBars
     intervals : (n_free, 2) in SI units
         Of 95 %.
-    between : mapping of name to Between
+    between : mapping of name to BetweenRecordsSummary
         How much records differ.
     noise : tuple of Noise
         Of each channel, in SI units.
@@ -92,7 +92,7 @@ class GlsEstimate:
     residuals: np.ndarray
     bars: ErrorBars
     intervals: np.ndarray
-    between: Mapping[str, Between]
+    between: Mapping[str, BetweenRecordsSummary]
     noise: tuple[Noise, ...]
     evidence: MarginalLikelihood
     seen: View

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.fitting.result import ChannelMisfit, Gap
+from fibrefit.fitting.result import Gap
 from fibrefit.problem.diagnose.phases import Motion, motion_of_fit
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests
+from fibrefit.study.summaries.summaries import ChannelGap
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,8 @@ def evaluate(task: Task, problem: Problem, local: np.ndarray) -> Evaluation:
 
 def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[str, Gap]]:
     data, names = task.problem.observations, task.problem.layout.records
-    gaps: dict[str, dict[str, ChannelMisfit]] = {name: {} for name in names}
-    whole: dict[str, ChannelMisfit] = {}
+    gaps: dict[str, dict[str, ChannelGap]] = {name: {} for name in names}
+    whole: dict[str, ChannelGap] = {}
     for channel, reading in readings.items():
         weight = np.asarray(data.weight[channel])
         counted = weight > 0.0
@@ -60,11 +61,11 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
         for r, name in enumerate(names):
             rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
             share = _explained(float(np.sum(error[r] ** 2)), float(squares[r]))
-            gaps[name][channel] = ChannelMisfit(rms, float(sigma[r]), task.units[channel], share)
+            gaps[name][channel] = ChannelGap.beside(float(sigma[r]), rms, task.units[channel], share)
         number = counted.sum(axis=1)
         rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
         share = _explained(float(np.sum(error**2)), float(squares.sum()))
-        whole[channel] = ChannelMisfit(rms, noise, task.units[channel], share)
+        whole[channel] = ChannelGap.beside(noise, rms, task.units[channel], share)
     return whole, gaps
 
 

@@ -23,7 +23,7 @@ from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
-from fibrefit.fitting.result import ChannelMisfit, Gap, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
@@ -37,6 +37,7 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corre
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ChannelGap
 
 Stop = Callable[[], bool]
 
@@ -174,7 +175,7 @@ def _concluded(
     problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
-    balance = None if force is None else ChannelMisfit(force.rms, math.nan, "N", force.explained)
+    balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (

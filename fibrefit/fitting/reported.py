@@ -17,7 +17,7 @@ from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
 from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
-from fibrefit.fitting.result import InputError, total
+from fibrefit.fitting.result import total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -29,6 +29,7 @@ from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import InputErrorSummary
 
 NOT_COMPARED = Why("not_converged")
 
@@ -70,7 +71,7 @@ class Reported:
         None where the plain estimate stands.
     seen : Evaluation
     sound : Sound
-    input_errors : mapping of input to InputError
+    input_errors : mapping of input to InputErrorSummary
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
@@ -86,7 +87,7 @@ class Reported:
     gls: GlsEstimate | None
     seen: Evaluation
     sound: Sound
-    input_errors: Mapping[str, InputError]
+    input_errors: Mapping[str, InputErrorSummary]
     coefficients: InputCoefficients
     expected_gap: float
     why: Why = NOT_COMPARED
@@ -197,8 +198,8 @@ def _of_residuals(
     return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left)
 
 
-def _errors(task: Task, plain: Optimum, coefficients: InputCoefficients) -> Mapping[str, InputError]:
+def _errors(task: Task, plain: Optimum, coefficients: InputCoefficients) -> Mapping[str, InputErrorSummary]:
     if not coefficients:
         return plain.input_errors
     rms = error_rms(task.problem, input_errors(task), coefficients)
-    return {name: InputError(rms[name], error.noise, error.unit) for name, error in plain.input_errors.items()}
+    return {name: error.model_copy(update={"rms": rms[name]}) for name, error in plain.input_errors.items()}

@@ -12,11 +12,11 @@ from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check, Status, status_by
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap, InputErrorSummary
 
 
 @dataclass(frozen=True)
@@ -60,56 +60,12 @@ class Estimate:
     plain_error: float = math.nan
 
 
-@dataclass(frozen=True)
-class ChannelMisfit:
-    """Distance of model and measurement in one channel.
-
-    Parameters
-    ----------
-    rms : float
-        Of measured minus simulated, in `unit`.
-    noise : float
-        Noise rms, in `unit`.
-    unit : str
-    explained : float
-        Share of the measured signal's variance within each record.
-    """
-
-    rms: float
-    noise: float
-    unit: str
-    explained: float = math.nan
-
-    @property
-    def ratio(self) -> float:
-        """1 for a perfect model."""
-        return self.rms / self.noise
-
-
-Gap = Mapping[str, ChannelMisfit]
+Gap = Mapping[str, ChannelGap]
 
 
 def total(gap: Gap) -> float:
     """Root of the mean of the squared ratios of all channels."""
-    return float(np.sqrt(np.mean([channel.ratio**2 for channel in gap.values()])))
-
-
-@dataclass(frozen=True)
-class InputError:
-    """Error that was found in a measured input.
-
-    Parameters
-    ----------
-    rms : float
-        In `unit`.
-    noise : float
-        Noise rms of the input, in `unit`.
-    unit : str
-    """
-
-    rms: float
-    noise: float
-    unit: str
+    return float(np.sqrt(np.mean([math.nan if one.ratio is None else one.ratio**2 for one in gap.values()])))
 
 
 @dataclass(frozen=True)
@@ -198,7 +154,7 @@ class Identification:
     plain : PlainEstimate
     gls : GlsEstimate or None
         The whitened estimate, where it is the one reported.
-    input_errors : dict of input to InputError
+    input_errors : dict of input to InputErrorSummary
     coefficients : dict of input to (n_record, n_wave)
         The errors themselves, see `fibrefit.problem.inputs.errors_in_variables`.
     """
@@ -224,9 +180,9 @@ class Identification:
     why: Why
     plain: PlainEstimate
     gls: GlsEstimate | None = None
-    input_errors: Mapping[str, InputError] = field(default_factory=dict)
+    input_errors: Mapping[str, InputErrorSummary] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
-    balance: ChannelMisfit | None = None
+    balance: ChannelGap | None = None
 
     @property
     def status(self) -> Status:
@@ -239,7 +195,7 @@ class Identification:
         return ResidualSet(self.problem, self.residuals, self.motion, self.noise)
 
     @property
-    def between(self) -> Mapping[str, Between]:
+    def between(self) -> Mapping[str, BetweenRecordsSummary]:
         """How much records differ in each parameter that may deviate, by name; empty where that was not asked."""
         return {} if self.gls is None else self.gls.between
 

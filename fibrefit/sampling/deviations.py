@@ -13,7 +13,7 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, weig
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at
 from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
-from fibrefit.problem.estimate.population import Between, between
+from fibrefit.problem.estimate.population import between
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View, apart
 from fibrefit.problem.noise.choose import after_step, least_squares_step
@@ -23,6 +23,7 @@ from fibrefit.problem.posterior.random_effects import Conditional, RandomEffects
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 LIGHT = 1e-6
 """Weight of a point of the grid, as a share of the largest, below which it is left out of the density."""
@@ -195,7 +196,7 @@ def _follow(curvature: np.ndarray, sigma: np.ndarray, weight: np.ndarray) -> np.
     return np.einsum("g,grij->rij", weight / weight.sum(), each)
 
 
-def between_of(density: LogPosterior, where: Differing, points: np.ndarray) -> dict[str, Between]:
+def between_of(density: LogPosterior, where: Differing, points: np.ndarray) -> dict[str, BetweenRecordsSummary]:
     """Standard deviations between records, by name, the mean over draws ``(n_point, n)``."""
     evidence, random_effects = where.evidence, density.random_effects
     assert evidence is not None

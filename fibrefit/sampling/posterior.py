@@ -9,7 +9,6 @@ import numpy as np
 
 from fibrefit.core.statement import Statement
 from fibrefit.problem.estimate.hausman import HausmanTest
-from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
@@ -19,6 +18,7 @@ from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 INTERVAL_KIND = "equal_tailed"
 GAINED = 0.8
@@ -136,7 +136,7 @@ class Posterior:
     settings : Settings
     channel_units : mapping of channel to str
     seconds : float
-    between : mapping of name to Between
+    between : mapping of name to BetweenRecordsSummary
         How much records differ; empty where that was not sought.
     """
 
@@ -152,7 +152,7 @@ class Posterior:
     settings: Settings
     channel_units: Mapping[str, str]
     seconds: float
-    between: Mapping[str, Between] = field(default_factory=dict)
+    between: Mapping[str, BetweenRecordsSummary] = field(default_factory=dict)
 
     @property
     def course(self) -> ChainHistory:

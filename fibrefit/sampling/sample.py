@@ -15,7 +15,6 @@ import numpy as np
 
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check
-from fibrefit.problem.estimate.population import Between
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, unit_of
@@ -40,6 +39,7 @@ from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
 from fibrefit.sampling.posterior import Posterior, marginals
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target, target_of
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 if TYPE_CHECKING:
     from fibrefit.study.parameters import PriorSetting
@@ -259,7 +259,7 @@ def _concluded(
     )
 
 
-def _between(ready: _Ready, course: ChainHistory) -> dict[str, Between]:
+def _between(ready: _Ready, course: ChainHistory) -> dict[str, BetweenRecordsSummary]:
     """How much records differ, over some of the draws."""
     if ready.differing is None:
         return {}

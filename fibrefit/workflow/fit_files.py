@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import PHASES
-from fibrefit.fitting import result
 from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.records import Record
@@ -17,11 +16,9 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import (
     Basin,
-    BetweenRecordsSummary,
     ChannelGap,
     CorrelationSummary,
     FitSummary,
-    InputErrorSummary,
     ParameterSummary,
     Provenance,
     RecordSummary,
@@ -48,9 +45,9 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         },
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
-        input_errors={name: InputErrorSummary.of(error) for name, error in found.input_errors.items()},
+        input_errors=dict(found.input_errors),
         records={record.name: _record_summary(record, found) for record in records},
-        between_records={name: BetweenRecordsSummary.of(one) for name, one in found.between.items()},
+        between_records=dict(found.between),
         checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
@@ -101,10 +98,10 @@ def _prior(estimate: Estimate, layout: Layout) -> dict[str, float]:
     return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(estimate.value))}
 
 
-def gap_summary(gap: Gap, force: result.ChannelMisfit | None = None) -> GapSummary:
+def gap_summary(gap: Gap, force: ChannelGap | None = None) -> GapSummary:
     """A gap as `summary.json` has it; `force` is that of a force that drives the rig, of which no noise is known."""
     channels = {} if force is None else {"force": force}
-    return GapSummary(total=total(gap), **{name: ChannelGap.of(one) for name, one in (channels | dict(gap)).items()})
+    return GapSummary(total=total(gap), **(channels | dict(gap)))
 
 
 def starts_summary(starts: Starts) -> StartsSummary:

@@ -12,14 +12,14 @@ from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import Why
-from fibrefit.fitting.result import ChannelMisfit, Estimate, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import Estimate, Identification, PlainEstimate, Starts
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.summaries import ChannelGap, ParameterSummary
 
 RELEASE = 0.12
 BASE = {"stiffness": 2.2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1.5e-4, "release": RELEASE}
@@ -60,7 +60,7 @@ def identified(
         readings,
     )
     ratio = float(np.hypot(1.0, wrong / np.sqrt(2.0)))
-    gap = {c: ChannelMisfit(ratio * noise[c], noise[c], task.units[c]) for c in channels}
+    gap = {c: ChannelGap.beside(noise[c], ratio * noise[c], task.units[c]) for c in channels}
     values = np.array([estimate.value for estimate in estimates])
     names = tuple(slot.name for slot, r in layout.entries if r is None)
     ends = np.tile(values[: len(names)], (4, 1))

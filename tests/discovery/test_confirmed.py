@@ -11,7 +11,7 @@ import pytest
 from fibrefit.core.time_limit import Budget
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.forward_selection import Limits
-from fibrefit.fitting.result import ChannelMisfit
+from fibrefit.study.summaries.summaries import ChannelGap
 
 FIRST, SECOND = (SimpleNamespace(name=f"guide.{name}") for name in ("one", "other"))
 
@@ -19,7 +19,7 @@ FIRST, SECOND = (SimpleNamespace(name=f"guide.{name}") for name in ("one", "othe
 def fit(gap: float, ended: bool = True, alike: bool = False) -> Any:
     check = SimpleNamespace(identifier="completion", passed=ended)
     gls = None if alike else "whitened"
-    return SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N", 0.99)}, checks=(check,), gls=gls)
+    return SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N", 0.99)}, checks=(check,), gls=gls)
 
 
 def model(*effects: Any) -> Any:

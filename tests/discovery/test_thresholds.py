@@ -13,8 +13,8 @@ from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
 from fibrefit.discovery.residuals import innovations
-from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.study.summaries.summaries import ChannelGap
 from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
@@ -172,7 +172,7 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelMisfit(gap, 1.0, "N")}, expected_gap=1.0, inflation=1.0)
+    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, inflation=1.0)
     return limits._beyond_noise(fit) == ((), 1.0)
 
 

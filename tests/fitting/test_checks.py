@@ -14,7 +14,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
 from fibrefit.fitting.misfit.structure import structure_checks
-from fibrefit.fitting.result import ChannelMisfit, Identification, InputError, Starts
+from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.uncertainty import sandwich
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -25,6 +25,7 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weakness_sentence
 from fibrefit.simulation.model import Experiment
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
 CHANNELS = ("force", "position")
@@ -35,8 +36,8 @@ def starts(basin: list[int], cost: list[float]) -> Starts:
     return Starts(("k",), *(np.zeros((n, 1)),) * 3, np.array(cost), np.zeros(n, dtype=int), np.array(basin))
 
 
-def gap(ratio: float) -> dict[str, ChannelMisfit]:
-    return {"force": ChannelMisfit(ratio, 1.0, "N"), "position": ChannelMisfit(ratio, 1.0, "m")}
+def gap(ratio: float) -> dict[str, ChannelGap]:
+    return {"force": ChannelGap.beside(1.0, ratio, "N"), "position": ChannelGap.beside(1.0, ratio, "m")}
 
 
 def known(samples: int) -> dict[str, Noise]:
@@ -212,7 +213,7 @@ def test_a_force_that_depends_on_speed_is_named(clean: ResidualSet) -> None:
 
 @pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
 def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
-    (check,) = judge.inputs_within_noise({"drive": InputError(rms * 1e-5, 1e-5, "m")})
+    (check,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=rms * 1e-5, noise=1e-5, unit="m")})
     assert check.passed is passed
     assert (
         passed
@@ -221,7 +222,7 @@ def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool
 
 
 def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
-    (check,) = judge.inputs_within_noise({"drive": InputError(0.0, 1e-5, "m")})
+    (check,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=0.0, noise=1e-5, unit="m")})
     assert not check.passed
     assert (
         fit_sentence(check)

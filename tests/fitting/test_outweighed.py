@@ -10,12 +10,12 @@ import pytest
 
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.misfit import outweighed as judged
-from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import status_by
+from fibrefit.study.summaries.summaries import ChannelGap
 
 TRUTH = 2.0
 POSITIVE = Range(0.0, np.inf, 1.0)
@@ -59,7 +59,7 @@ def test_a_value_that_was_driven_to_nothing_is_held_against_its_typical_size() -
 
 def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     explained, left = (
-        judge.signal_explained({"force": ChannelMisfit(1.0, 1e-6, "N", share)}) for share in (0.999, 0.98)
+        judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", share)}) for share in (0.999, 0.98)
     )
     told = judge.useless(left, said(1.5))
     assert status_by([told]) == "failed"

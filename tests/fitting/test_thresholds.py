@@ -14,13 +14,13 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, outweighed, structure
-from fibrefit.fitting.result import ChannelMisfit, InputError
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts
@@ -31,7 +31,7 @@ __all__ = ["clean"]
 
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
-    return judge.signal_explained({"force": ChannelMisfit(1.0, 1e-6, "N", 1.0 - share)})
+    return judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
 
 
 def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float = 0.0) -> bool:
@@ -86,7 +86,7 @@ CASES = (
     Bracket(
         "INPUT_ERROR",
         judge,
-        lambda x: judge.inputs_within_noise({"drive": InputError(x, 1.0, "m")})[0].passed,
+        lambda x: judge.inputs_within_noise({"drive": InputErrorSummary(rms=x, noise=1.0, unit="m")})[0].passed,
         1.1,
         1.2,
     ),

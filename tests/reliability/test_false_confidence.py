@@ -15,13 +15,13 @@ from fibrefit import fit
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.result import ChannelMisfit
 from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
 from fibrefit.study.summaries.check import status_by
+from fibrefit.study.summaries.summaries import ChannelGap
 from fibrefit.workflow.prepare import read_records, task_of
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
@@ -106,7 +106,7 @@ def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch)
     ("explained", "status"), [(0.999, "ok"), (0.98, "suspect"), (0.94, "failed"), (-3.0, "failed")]
 )
 def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
-    gap = ChannelMisfit(10.0, 0.4, "N", explained)
+    gap = ChannelGap.beside(0.4, 10.0, "N", explained)
     check = checks.signal_explained({"force": gap})
     assert status_by([check]) == status
     assert ("of no use" in fit_sentence(check)) == (status == "failed")

@@ -9,7 +9,6 @@ import numpy as np
 
 from fibrefit.core.roles import ROLES
 from fibrefit.fitting import uncertainty
-from fibrefit.fitting.result import InputError
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.with_input_errors import WithInputErrors, noise_left, with_input_errors
 from fibrefit.problem.estimate.view import View
@@ -19,6 +18,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.summaries import InputErrorSummary
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Optimum:
     scores : Scores
     expected_gap : float
         Of a perfect model.
-    input_errors : dict of input to InputError
+    input_errors : dict of input to InputErrorSummary
     coefficients : mapping of input to (n_record, n_wave)
         Errors of the inputs, see `input_error`.
     view : View, optional
@@ -50,7 +50,7 @@ class Optimum:
     linear: Linearised
     scores: uncertainty.Scores
     expected_gap: float = 1.0
-    input_errors: Mapping[str, InputError] = field(default_factory=dict)
+    input_errors: Mapping[str, InputErrorSummary] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
     view: View | None = None
     further: float | None = None
@@ -83,7 +83,7 @@ def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | No
     linear, scores = _scores(found, np.asarray(problem.observations.experiment.count), shares)
     rms = error_rms(problem, known, found.coefficients)
     usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
-    errors = {name: InputError(size, usual[name], ROLES[name]) for name, size in rms.items()}
+    errors = {name: InputErrorSummary(rms=size, noise=usual[name], unit=ROLES[name]) for name, size in rms.items()}
     expected = float(np.sqrt(np.mean(shares**2)))
     return Optimum(
         found.problem, found.values, linear, scores, expected, errors, found.coefficients, found.view, found.promised

@@ -7,14 +7,13 @@ Student's distribution.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import ndtr
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.normal_equations import RIGID
 from fibrefit.problem.estimate.schur import solved
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 INSIDE_95 = (0.025, 0.975)
 HALVINGS = 60
@@ -24,36 +23,15 @@ LIGHT = 1e-4
 """Weight on the grid, as a share of the largest, below which a point is left out of covariances."""
 
 
-@dataclass(frozen=True)
-class Between:
-    """Relative standard deviation of a parameter between records.
-
-    Parameters
-    ----------
-    sd : float
-        Median of what is believed of it.
-    interval_95 : tuple of float
-    agree : float
-        Probability that the records do not differ in it.
-    """
-
-    sd: float
-    interval_95: tuple[float, float]
-    agree: float
-
-    @property
-    def found(self) -> bool:
-        """Whether records differ more probably than not."""
-        return self.agree < 0.5
-
-
-def between(evidence: MarginalLikelihood) -> dict[str, Between]:
+def between(evidence: MarginalLikelihood) -> dict[str, BetweenRecordsSummary]:
     """Standard deviations between records of all parameters that may deviate, by name."""
     unknowns, found = evidence.mode.unknowns, {}
     for index, column in enumerate(unknowns.scattering):
         levels, weight = evidence.levels(index)
         low, middle, high = (_level_at(levels, weight, share) for share in (INSIDE_95[0], 0.5, INSIDE_95[1]))
-        found[unknowns.names[column]] = Between(middle, (low, high), evidence.agree(index))
+        found[unknowns.names[column]] = BetweenRecordsSummary(
+            sd=middle, interval_95=(low, high), agree=evidence.agree(index)
+        )
     return found
 
 
@@ -118,4 +96,4 @@ def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
     return total
 
 
-__all__ = ["INSIDE_95", "Between", "between", "covariance_of_all", "mixture_quantile", "quantiles"]
+__all__ = ["INSIDE_95", "between", "covariance_of_all", "mixture_quantile", "quantiles"]

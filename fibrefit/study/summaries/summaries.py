@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Known, KnownInterval, Part
@@ -45,7 +46,7 @@ class ParameterSummary(Part):
 class ChannelGap(Part):
     """Residual of one channel: measured minus simulated."""
 
-    rms: float = Field(description="Root mean square of measured minus simulated, in `unit`.")
+    rms: Annotated[float, AllowInfNan()] = Field(description="Root mean square of measured minus simulated, in `unit`.")
     unit: str
     noise: Known = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
     ratio: Known = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
@@ -55,6 +56,11 @@ class ChannelGap(Part):
         "window, about a uniform motion, on a rig simulated in windows; of a force that drives the rig, by inverse "
         "dynamics.",
     )
+
+    @classmethod
+    def beside(cls, noise: float, rms: float, unit: str, explained: float = math.nan) -> Self:
+        """A residual with its ratio to the noise, both in `unit`; nan stands for what is not known."""
+        return cls(rms=rms, unit=unit, noise=noise, ratio=rms / noise, explained=explained)
 
 
 class Gap(BaseModel):
@@ -116,7 +122,7 @@ class Provenance(Part):
 class InputErrorSummary(Part):
     """Error that was estimated in a measured input, and subtracted from it (errors in variables)."""
 
-    rms: float
+    rms: Annotated[float, AllowInfNan()]
     noise: float = Field(description="Noise rms of the input.")
     unit: str
 
@@ -128,6 +134,11 @@ class BetweenRecordsSummary(Part):
     interval_95: Interval = Field(description="95 % interval of it.")
     unit: Literal["1"] = "1"
     agree: Known = Field(default=None, description="Probability that the records do not differ in it.")
+
+    @property
+    def found(self) -> bool:
+        """Whether records differ more probably than not."""
+        return self.agree is not None and self.agree < 0.5
 
 
 class CorrelationSummary(Part):

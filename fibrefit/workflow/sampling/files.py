@@ -14,7 +14,6 @@ from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
-    BetweenRecordsSummary,
     ForesightSummary,
     Measure,
     ModeSummary,
@@ -44,7 +43,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         effects=tuple(effect.name for effect in posterior.density.problem.model.effects),
         parameters={name: _parameter(found, marginal) for name, marginal in found.parameters.items()},
         records={record: _of_record(found, record) for record in records},
-        between_records={name: BetweenRecordsSummary.of(one) for name, one in posterior.between.items()},
+        between_records=dict(posterior.between),
         interval_kind=INTERVAL_KIND,
         interval_probability=posterior.settings.interval,
         likelihood=posterior.noise_model.kind + (", Student's t" if found.options.heavy else ""),
