@@ -105,6 +105,25 @@ def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
     np.testing.assert_allclose(away.spread, found.spread, rtol=1e-3)
 
 
+def test_what_slopes_promise_and_no_step_brings_is_no_evidence() -> None:
+    """Q with a kink: slopes say that it falls, and it rises wherever one goes."""
+    of, linear = unknowns(()), Linear.drawn(2, TRUTH, loud=10.0)
+    start = begun(of)
+    here = PosteriorMode(of, start, arrowhead(of, start, linear.gram), np.zeros(0), np.inf, 1)
+
+    def kinked(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        grams = linear.gram(local, columns, targets).copy()
+        grams[:, -1, -1] += 1e6 * float(np.abs(local - here.local).max() > 0.0)
+        return grams
+
+    best, stuck = weighed(linear, of), weigh(of, start, kinked, settled=1e-9)
+    fall = here.objective - best.mode.objective
+    assert fall > 10.0
+    assert stuck.mode.unmet == pytest.approx(fall, rel=1e-4)
+    assert stuck.log == pytest.approx(best.log - 0.5 * fall, abs=0.01)
+    assert best.mode.unmet < 1e-6
+
+
 def test_a_nuisance_that_is_held_is_not_integrated() -> None:
     of, linear = unknowns(), Linear.drawn(3, TRUTH)
     free = of.free.copy()

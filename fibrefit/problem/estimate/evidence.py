@@ -3,11 +3,12 @@
 Law
 ---
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
-of the priors; ``Z`` is the mean of that over a grid of the standard deviations between records. With probability one
-half records agree in all parameters. What makes them differ in one hardly leaves the others alone: each standard
-deviation is else zero with a probability of one in ten, or anything up to eight percent, uniform to one percent and
-log-uniform beyond: a prior that is log-uniform throughout lets few records that happen to agree say that all would. All
-points of the grid share the slopes found at the mode: that is algebra on small matrices.
+of the priors, and Q what was found there, not what slopes promise beyond; ``Z`` is the mean of that over a grid of the
+standard deviations between records. With probability one half records agree in all parameters. What makes them differ
+in one hardly leaves the others alone: each standard deviation is else zero with a probability of one in ten, or
+anything up to eight percent, uniform to one percent and log-uniform beyond: a prior that is log-uniform throughout lets
+few records that happen to agree say that all would. All points of the grid share the slopes found at the mode: that is
+algebra on small matrices.
 
 Source
 ------
@@ -174,7 +175,7 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
         + np.einsum("gi,gi->g", right, dz)
         - np.einsum("ri,gri->g", pulls, solved(blocks, np.broadcast_to(pulls, blocks.shape[:-1])[..., None])[..., 0])
     )
-    log = -0.5 * lowest - 0.5 * (_log_det(schur) + _log_det(blocks).sum(axis=-1))
+    log = -0.5 * (lowest + found.unmet) - 0.5 * (_log_det(schur) + _log_det(blocks).sum(axis=-1))
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
     inside = np.clip(place.z + dz, unknowns.lower, unknowns.upper)
     log = log + 0.5 * float(_log_det(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)

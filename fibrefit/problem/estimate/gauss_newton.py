@@ -127,7 +127,9 @@ def mode(
     if not exact and np.isfinite(found.normal.cost):
         found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were predicted
         step = step_within(found, radius)
-    return replace(found, promised=np.inf if step is None else step.promised)
+    if step is None:
+        return replace(found, promised=np.inf)
+    return replace(found, promised=step.promised, unmet=max(step_within(found, np.inf).promised, 0.0))
 
 
 def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:

@@ -149,9 +149,12 @@ class PosteriorMode:
         There.
     sigma : (n_scattering,)
     promised : float
-        Fall of Q that one more step promises.
+        Fall of Q that one more step within reach promises.
     steps : int
         Evaluations.
+    unmet : float
+        Fall of Q that slopes promise of a step as far as they say, and that no step brought. Where Q is kinked, the
+        reach shrinks and this stays.
     """
 
     unknowns: Unknowns
@@ -160,6 +163,7 @@ class PosteriorMode:
     sigma: np.ndarray
     promised: float
     steps: int
+    unmet: float = 0.0
 
     @property
     def local(self) -> np.ndarray:
