@@ -30,6 +30,7 @@ def simulation_figures(groups: Groups) -> Figures:
         channels = [
             Compared(name, one.unit, times[inside], observed[name].values[r, inside], one.values[r, inside])
             for name, one in predicted.items()
+            if one.values.ndim > 1  # read again, there are numbers of records and samples beside the channels
         ]
         figures[f"record {record}"] = compared_figure(f"{record}, simulated at the starting values", "", channels)
     return figures

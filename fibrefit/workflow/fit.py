@@ -15,25 +15,21 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Estimate, Identification
 from fibrefit.problem.task import Task
 from fibrefit.records import Record
-from fibrefit.report.text import fit_report
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
-    from fibrefit.store import ResultDirectory
     from fibrefit.store.hdf5 import Variable
 
 STARTS = 32
 
 
 @dataclass(frozen=True, repr=False)
-class Fit(Predicts, Saved):
+class Fit(Predicts):
     """An identified study.
 
     Parameters
@@ -73,20 +69,6 @@ class Fit(Predicts, Saved):
     def groups(self) -> dict[str, dict[str, Variable]]:
         """Arrays of ``result.h5``."""
         return fit_groups(self.identification)
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return fit_report(self.summary())
-
-    def plot(self) -> Figures:
-        """Figures by name: records, snaps, starts, correlation."""
-        from fibrefit.plots import fit_figures
-
-        return fit_figures(self.summary(), fit_groups(self.identification))
-
-    def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
 
 
 def fit_study(

@@ -11,6 +11,7 @@ from fibrefit.core.formats import FIGURES
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study
+from fibrefit.workflow.outcome.result import AnyResult
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
@@ -58,6 +59,16 @@ class Saved(ABC):
         with ResultDirectory(Path(out), force=force) as directory:
             self.write(directory, stop)
         return directory.out
+
+
+class FoundResult(AnyResult, Saved):
+    """A result that was just found: all that is kept of it is its summary, its arrays and the study to go on with."""
+
+    study: Study
+
+    def write_data(self, directory: ResultDirectory) -> None:
+        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
+        write_parts(directory, self.summary(), self.groups(), self.study)
 
 
 def write_parts(

@@ -14,7 +14,8 @@ from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.files import write_whole
-from fibrefit.store.hdf5 import Variable
+from fibrefit.store.hdf5 import Variable, write_result
+from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.workflow.prediction.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
@@ -35,6 +36,8 @@ PRINTED = {
     "force_2": ("force_2 [N]", 1.0, "%.6g"),
 }
 """Header, factor from SI, and format of each channel as written."""
+SCHEMA = "fibrefit/simulation/1"
+"""Of ``result.h5``, from which figures are drawn again."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,13 +125,15 @@ class Simulation(Shown, Saved):
         return simulation_figures(self.groups())
 
     def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``simulated/<record>.csv``."""
+        """Write ``simulated/<record>.csv``, and ``result.h5`` with what was measured beside it."""
         for r, trace in enumerate(self.task.traces):
             headers, columns = self.table(r)
             rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
             path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, "\n".join(rows) + "\n")
+        origin = provenance(self.study.resolved_toml(), self.study.input_files())
+        write_result(directory.path / "result.h5", SCHEMA, self.groups(), origin)
 
 
 def _filled(values: np.ndarray, size: int) -> np.ndarray:

@@ -13,7 +13,6 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.core.roles import ROLES
-from fibrefit.report.sweep import sweep_report
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
@@ -22,20 +21,19 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.sweep import SweepSummary
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import model_of
-from fibrefit.workflow.saved import Saved, write_parts
+from fibrefit.workflow.saved import FoundResult
 from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    pass
 
 KIND = "inverted_pendulum"
 CHANNELS = tuple((name, ROLES[name]) for name in ("angle", "force_1", "force_2"))
 
 
 @dataclass(frozen=True, repr=False)
-class Sweep(AnyResult, Saved):
+class Sweep(FoundResult):
     """A sweep that was carried out.
 
     Parameters
@@ -81,19 +79,9 @@ class Sweep(AnyResult, Saved):
         """Arrays of ``result.h5``."""
         return _groups(self.curves)
 
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return sweep_report(self.summary())
-
-    def plot(self) -> Figures:
-        """One figure a curve, and one of all."""
-        from fibrefit.plots import sweep_figures
-
-        return sweep_figures(self.summary(), self.groups())
-
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``curves/<name>.csv`` and the study."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
+        super().write_data(directory)
         folder = directory.path / "curves"
         folder.mkdir(parents=True, exist_ok=True)
         for curve, stem in zip(self.curves, _stems(self.curves), strict=True):

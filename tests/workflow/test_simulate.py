@@ -7,9 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import UsageError
+from fibrefit.plots import save_figures
 from fibrefit.records import read_record
 from fibrefit.study import Study, load_study
 from fibrefit.workflow import fit_study, simulate_study
+from fibrefit.workflow.outcome.draw import draw_result
+from fibrefit.workflow.outcome.stored import load_result
 from tests.fitting import made
 
 VALUES = "".join(
@@ -50,6 +54,18 @@ def test_files_hold_the_readings_at_the_records_own_samples(stated: Study, tmp_p
     for channel in made.NOISE:
         expected = simulation.readings[channel][0, : made.SAMPLES]
         np.testing.assert_allclose(record.channels[channel], expected, atol=AS_PRINTED * np.ptp(expected))
+
+
+def test_a_saved_simulation_is_drawn_again_as_it_was(stated: Study, tmp_path: Path) -> None:
+    out = simulate_study(stated).save(tmp_path / "out")
+    for again in (draw_result(out), load_result(out).plot()):
+        drawn = save_figures(again, tmp_path / "again")
+        assert {path.name: path.read_bytes() for path in drawn} == {
+            path.name: path.read_bytes() for path in (out / "figures").iterdir()
+        }
+    (out / "result.h5").unlink()
+    with pytest.raises(UsageError, match="cannot be drawn from what was saved"):
+        draw_result(out)
 
 
 def test_what_was_simulated_is_identified(stated: Study, tmp_path: Path) -> None:

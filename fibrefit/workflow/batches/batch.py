@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
@@ -36,8 +35,6 @@ from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows, write_table
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.plots import Figures
-    from fibrefit.store.hdf5 import Variable
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
 
@@ -128,14 +125,6 @@ class Batch(AnyResult):
         """Population and trends, where each record was identified by itself."""
         return pooled_batch(self._with_conditions) if self.conditions else ({}, ())
 
-    def groups(self) -> dict[str, dict[str, Variable]]:
-        """None: the arrays of a batch are those of its items."""
-        return {}
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return batch_report(self.summary())
-
     def tidy(self) -> pd.DataFrame:
         """One row a record and parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
         names = [name for name, item in self.items.items() if item.status in USABLE]
@@ -144,12 +133,6 @@ class Batch(AnyResult):
     def table(self) -> list[list[str]]:
         """Head and one row an item: conditions, status, gap, values and errors, in SI units."""
         return batch_table(self.items, self.conditions)
-
-    def plot(self) -> Figures:
-        """``parameters``: every value of every item with its error; ``population`` and ``trends`` of records."""
-        from fibrefit.plots import batch_figures
-
-        return batch_figures(self.summary())
 
     def write(self, directory: ResultDirectory) -> None:
         """Write all but the items, which are there already, into a folder that is being made."""

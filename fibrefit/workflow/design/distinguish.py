@@ -15,7 +15,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.report.confusion import ALIKE, distinguish_report
+from fibrefit.report.confusion import ALIKE
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
@@ -23,16 +23,15 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
-from fibrefit.workflow.saved import Saved
+from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    pass
 
 
 @dataclass(frozen=True, repr=False)
-class Confused(AnyResult, Saved):
+class Confused(FoundResult):
     """What the records of a study can show and distinguish.
 
     Parameters
@@ -69,23 +68,9 @@ class Confused(AnyResult, Saved):
             provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
         )
 
-    def groups(self) -> dict[str, dict[str, Any]]:
-        """None: all of it is in the summary."""
-        return {}
-
     def as_json(self) -> dict[str, Any]:
         """The same as a document for programs."""
         return self.summary().model_dump(mode="json", by_alias=True)
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return distinguish_report(self.summary())
-
-    def plot(self) -> Figures:
-        """The matrix of absolute cosines."""
-        from fibrefit.plots import confusion_figures
-
-        return confusion_figures(self.summary())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``."""

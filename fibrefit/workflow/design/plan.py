@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from fibrefit.discovery.search.setup import begun, set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
-from fibrefit.report.plan import plan_report
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.rigs.rig import Rig
 from fibrefit.store import ResultDirectory, read_summary
@@ -29,12 +28,11 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import is_planned, task_of
-from fibrefit.workflow.saved import Saved
+from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    pass
 
 Purpose = Literal["errors", "rivals", "power"]
 RECORD = "record"
@@ -68,7 +66,7 @@ class Aim:
 
 
 @dataclass(frozen=True, repr=False)
-class RecordPlan(AnyResult, Saved):
+class RecordPlan(FoundResult):
     """The next records, the most useful first.
 
     Parameters
@@ -128,20 +126,6 @@ class RecordPlan(AnyResult, Saved):
             nats=worth.nats if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
-
-    def groups(self) -> dict[str, dict[str, Any]]:
-        """None: all of it is in the summary."""
-        return {}
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return plan_report(self.summary())
-
-    def plot(self) -> Figures:
-        """What the best records would add."""
-        from fibrefit.plots import plan_figures
-
-        return plan_figures(self.summary())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``."""

@@ -17,7 +17,6 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import LAWS
 from fibrefit.fitting.result import Estimate
 from fibrefit.records import Record
-from fibrefit.report.discovery import discovery_report
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
@@ -26,10 +25,9 @@ from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_parts
+from fibrefit.workflow.saved import write_parts
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
 
 Choose = Callable[[Sequence[Candidate]], str | None]
@@ -80,7 +78,7 @@ class SearchOptions:
 
 
 @dataclass(frozen=True, repr=False)
-class Discovery(Predicts, Saved):
+class Discovery(Predicts):
     """What the model of a study lacks.
 
     Parameters
@@ -140,19 +138,9 @@ class Discovery(Predicts, Saved):
         """Arrays of ``result.h5``."""
         return discovery_groups(self.finding)
 
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return discovery_report(self.summary())
-
     def predicting(self) -> Study:
         """The study of the final model."""
         return self.final
-
-    def plot(self) -> Figures:
-        """Figures by name: gaps, candidates, the free curve, places, states, spectrum, records before and after."""
-        from fibrefit.plots import discovery_figures
-
-        return discovery_figures(self.summary(), discovery_groups(self.finding))
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model."""

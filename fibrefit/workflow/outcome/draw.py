@@ -28,7 +28,7 @@ def draw_result(result: Path | str) -> Figures:
     Parameters
     ----------
     result : pathlib.Path or str
-        Folder of any result but a simulation, which keeps tables alone.
+        Folder of any result.
 
     Returns
     -------
@@ -42,10 +42,31 @@ def draw_result(result: Path | str) -> Figures:
         If a result of this kind, or of this age, cannot be drawn from what it saved.
     """
     folder = Path(result)
+    if (folder / "simulated").is_dir():
+        return simulated_figures(folder)
     summary = read_summary(folder)
     folder = folder if folder.is_dir() else folder.parent
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
     return saved_figures(summary, groups, str(result))
+
+
+def simulated_figures(folder: Path) -> Figures:
+    """Figures of a saved simulation, one a record.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+
+    Raises
+    ------
+    UsageError
+        If an earlier version saved it, which kept tables alone.
+    """
+    from fibrefit.plots import simulation_figures
+
+    if not (folder / "result.h5").is_file():
+        raise _not_drawn(str(folder))
+    return simulation_figures(read_result(folder / "result.h5")[0])
 
 
 def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
@@ -66,9 +87,13 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
     """
     figures = figures_of(summary, groups)
     if figures is None:
-        kinds = "any result but a simulation, of this version, with all of its files"
-        raise UsageError(result, "cannot be drawn from what was saved", kinds, "Run it again: figures come with it.")
+        raise _not_drawn(result)
     return figures
+
+
+def _not_drawn(result: str) -> UsageError:
+    do = "Run it again: figures come with it."
+    return UsageError(result, "cannot be drawn from what was saved", "a result of this version with all its files", do)
 
 
 def _of_summary(summary: Part) -> Figures | None:

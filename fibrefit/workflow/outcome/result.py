@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from fibrefit.plots import Figures
+
 KINDS = {
     "fit": "Fit",
     "discovery": "Discovery",
@@ -43,15 +45,32 @@ class AnyResult(Shown, ABC):
     def summary(self) -> Any:
         """Content of ``summary.json``."""
 
-    @abstractmethod
     def groups(self) -> Mapping[str, Mapping[str, Any]]:
-        """Arrays of ``result.h5``: group to name to `fibrefit.store.hdf5.Variable`; empty where there are none."""
+        """Arrays of ``result.h5``: group to name to `fibrefit.store.hdf5.Variable`; empty where the summary is all."""
+        return {}
+
+    @property
+    def status(self) -> str:
+        """``ok``, ``suspect`` or ``failed``."""
+        return str(self.summary().status)
 
     def report(self) -> str:
         """The terminal report, at most 80 columns wide."""
         from fibrefit.report.any import report_of
 
         return report_of(self.summary())
+
+    def plot(self) -> Figures:
+        """Figures by name, drawn from ``summary()`` and ``groups()`` alone: those of a result read again are the same.
+
+        Raises
+        ------
+        UsageError
+            If a result of this kind, or of this age, cannot be drawn from what it saved.
+        """
+        from fibrefit.workflow.outcome.draw import saved_figures
+
+        return saved_figures(self.summary(), self.groups(), self._place())
 
     def to_dataframe(self) -> pd.DataFrame:
         """Every parameter, one row a value; of a plan the further records, of ``distinguish`` the effects.
@@ -142,6 +161,9 @@ class AnyResult(Shown, ABC):
 
     def _kind(self) -> str:
         return str(self.summary().schema_name).split("/")[1]
+
+    def _place(self) -> str:
+        return f"a result of kind {self._kind()}"
 
     def _card(self) -> Card:
         from fibrefit.report.any import sentence_of

@@ -61,11 +61,6 @@ class StoredResult(AnyResult):
         return self._kind()
 
     @property
-    def status(self) -> str:
-        """``ok``, ``suspect`` or ``failed``."""
-        return str(self.summary().status)
-
-    @property
     def parameters(self) -> dict[str, Any]:
         """What all records share, by name: ``value``, ``std_error``, ``interval_95``, ``unit``."""
         return dict(getattr(self.summary(), "parameters", {}))
@@ -108,17 +103,8 @@ class StoredResult(AnyResult):
             return pd.read_parquet(table)
         return super().to_dataframe()
 
-    def plot(self) -> Figures:
-        """Figures by name, drawn again from what was saved.
-
-        Raises
-        ------
-        UsageError
-            If a result of this kind, or of this age, cannot be drawn from what it saved.
-        """
-        from fibrefit.workflow.outcome.draw import saved_figures
-
-        return saved_figures(self.summary(), self.groups(), str(self.folder))
+    def _place(self) -> str:
+        return str(self.folder)
 
     def __fspath__(self) -> str:
         """Its folder: whatever takes a path to a result takes a result that was loaded."""
@@ -191,6 +177,18 @@ class StoredSimulation(Shown):
 
         return pd.concat(self.records, names=["record"]).reset_index("record").reset_index(drop=True)
 
+    def plot(self) -> Figures:
+        """One figure a record, drawn again from ``result.h5``.
+
+        Raises
+        ------
+        UsageError
+            If an earlier version saved it, which kept tables alone.
+        """
+        from fibrefit.workflow.outcome.draw import simulated_figures
+
+        return simulated_figures(self.folder)
+
     @property
     def figures(self) -> dict[str, Path]:
         """Pictures by name."""
@@ -215,7 +213,7 @@ def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimul
         Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
         ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``,
         ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``document`` and ``to_dataframe()``.
-        Of ``simulate``: ``records``.
+        Of ``simulate``: ``records`` and ``plot()``.
 
     Raises
     ------

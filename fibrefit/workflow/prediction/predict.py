@@ -18,34 +18,26 @@ from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.report.prediction import prediction_report
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import Known, known_from, known_of
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.prepare import model_of, read_records
-from fibrefit.workflow.saved import Saved, write_parts
+from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
-    from fibrefit.store import ResultDirectory
+    pass
 
 
 @dataclass(frozen=True, repr=False)
-class Prediction(Predicted, AnyResult, Saved):
+class Prediction(Predicted, FoundResult):
     """Records beside what was predicted of them, to be read, drawn and saved."""
-
-    @property
-    def status(self) -> str:
-        """``ok``, ``suspect`` or ``failed``."""
-        return self.summary().status
 
     @property
     def verdict(self) -> str:
@@ -60,20 +52,6 @@ class Prediction(Predicted, AnyResult, Saved):
     def groups(self) -> Groups:
         """Arrays of ``result.h5``."""
         return prediction_groups(self)
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return prediction_report(self.summary())
-
-    def plot(self) -> Figures:
-        """One figure a record: readings, and under them how far measurement and band lie from the prediction."""
-        from fibrefit.plots import prediction_figures
-
-        return prediction_figures(self.groups())
-
-    def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
 
 
 def predict_study(

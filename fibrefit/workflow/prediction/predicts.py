@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fibrefit.study import Study, as_study
-from fibrefit.workflow.outcome.result import AnyResult
+from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
     from fibrefit.workflow.prediction.predict import Prediction
 
 
-class Predicts(AnyResult):
+class Predicts(FoundResult):
     """A result whose values can be held against other records."""
-
-    study: Study
 
     def predicting(self) -> Study:
         """The study with the model that the values belong to."""

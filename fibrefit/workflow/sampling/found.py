@@ -41,7 +41,7 @@ class SamplingOptions:
     compare: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Findings:
     """The posterior of a study, and all that was asked of it.
 

@@ -14,7 +14,6 @@ from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
-from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
@@ -31,11 +30,9 @@ from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, SamplingOptions
 from fibrefit.workflow.sampling.progress import followed
 from fibrefit.workflow.sampling.start import CHAINS, begin
-from fibrefit.workflow.saved import Saved, write_parts
 
 if TYPE_CHECKING:
     from fibrefit.plots import Figures
-    from fibrefit.store import ResultDirectory
     from fibrefit.store.hdf5 import Variable
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
@@ -48,7 +45,7 @@ def identity(options: SamplingOptions, settings: Settings) -> str:
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
 
 
-class Sampled(Predicts, Findings, Saved):
+class Sampled(Findings, Predicts):
     """The posterior of a study, to be read, drawn and saved."""
 
     def summary(self) -> PosteriorSummary:
@@ -73,16 +70,6 @@ class Sampled(Predicts, Findings, Saved):
     @cached_property
     def _arrays(self) -> dict[str, dict[str, Variable]]:
         return groups_of(self)
-
-    def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
-        return posterior_report(self.summary())
-
-    def plot(self) -> Figures:
-        """Figures by name: corner, traces, ranks, prior, and each record with its bands."""
-        from fibrefit.plots import posterior_figures
-
-        return posterior_figures(self.summary(), self.groups())
 
     def plot_corner(self, *names: str) -> Figures:
         """Joint distribution of every two of some values: all that records share, unless named.
@@ -171,10 +158,6 @@ class Sampled(Predicts, Findings, Saved):
         from fibrefit.plots import prior_figures
 
         return prior_figures(self.summary(), self.groups(), names)
-
-    def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
 
 
 def settings_of(asked: Mapping[str, Any]) -> Settings:

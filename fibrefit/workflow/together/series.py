@@ -18,9 +18,8 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.prepare import read_records, task_of
-from fibrefit.workflow.saved import Saved, write_parts
+from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
 from fibrefit.workflow.together.pooled import population_summary, trend_summary
@@ -30,7 +29,6 @@ from fibrefit.workflow.together.words import BASE, answer_in_words
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
 
 FEWEST = 3
@@ -38,7 +36,7 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, repr=False)
-class SeriesResult(AnyResult, Saved):
+class SeriesResult(FoundResult):
     """A series that was asked whether one set of parameters serves all speeds.
 
     Parameters
@@ -139,12 +137,6 @@ class SeriesResult(AnyResult, Saved):
         from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows
 
         return tidy_frame(tidy_rows(self.names, self.parameters, self._with_speeds))
-
-    def plot(self) -> Figures:
-        """``answer``: parameters over speed; ``trends``: over the conditions; ``population``."""
-        from fibrefit.plots.series import series_figures
-
-        return series_figures(self.summary())
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model and the table."""
