@@ -18,14 +18,6 @@ FIGURES: ContextVar[tuple[str, ...]] = ContextVar("FIGURES", default=("png",))
 def figure_formats(text: str) -> tuple[str, ...]:
     """Formats from a list with commas, such as ``pdf,svg``; ``none`` for no figures.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    tuple of str
-
     Raises
     ------
     UsageError

@@ -38,10 +38,6 @@ def discover(
     limits : Limits, optional
     progress : callable, optional
         Told what is being done and the share that is finished.
-
-    Returns
-    -------
-    Finding
     """
     limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(limits.seconds)

@@ -14,16 +14,7 @@ if TYPE_CHECKING:
 
 
 def confusion_figures(summary: DistinguishSummary) -> Figures:
-    """The |cosine| of the sensitivities of any two effects.
-
-    Parameters
-    ----------
-    summary : DistinguishSummary
-
-    Returns
-    -------
-    Figures
-    """
+    """The |cosine| of the sensitivities of any two effects."""
     names, cosine = tuple(one.effect for one in summary.effects), np.array(summary.cosine)
     heading = "No two effects can be compared"
     below = np.tril(np.nan_to_num(cosine), -1) if len(names) > 1 else np.zeros((0, 0))

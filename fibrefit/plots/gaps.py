@@ -42,12 +42,7 @@ Pair = tuple[float, float]
 
 
 def gap_figure(summary: DiscoverySummary) -> Figure:
-    """A row for each record and one for all; a column for each channel, and one for records that were left out.
-
-    Parameters
-    ----------
-    summary : DiscoverySummary
-    """
+    """A row for each record and one for all; a column for each channel, and one for records that were left out."""
     after = {name: one.gap for name, one in summary.records.items()} | {"all records": summary.gap}
     changed = bool(summary.added) and summary.before is not None
     before = {**summary.before.records, "all records": summary.before.gap} if changed and summary.before else after

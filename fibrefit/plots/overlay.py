@@ -36,13 +36,7 @@ class PriorCurve(NamedTuple):
 
 
 def overlay_figure(drawn: list[Drawn], priors: list[PriorCurve]) -> Figure:
-    """Density of prior and posterior of each value, on one axis.
-
-    Parameters
-    ----------
-    drawn : list of Drawn
-    priors : list of PriorCurve
-    """
+    """Density of prior and posterior of each value, on one axis."""
     rows = -(-len(drawn) // ACROSS) or 1
     figure = new_figure(TOP + rows * (CELL + BOTTOM))
     widest = max((prior.share for prior in priors if np.isfinite(prior.share)), default=0.0)

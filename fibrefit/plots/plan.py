@@ -20,16 +20,7 @@ ROW = 7.0
 
 
 def plan_figures(summary: PlanSummary) -> Figures:
-    """The best records of a plan, and what each would add.
-
-    Parameters
-    ----------
-    summary : PlanSummary
-
-    Returns
-    -------
-    Figures
-    """
+    """The best records of a plan, and what each would add."""
     return Figures({"plan": _plan(summary, summary.further[:MOST])})
 
 

@@ -14,10 +14,6 @@ COLOURS = 48
 def small_png(png: bytes) -> tuple[bytes, str]:
     """A PNG with fewer dots and colours, and the caption it holds.
 
-    Parameters
-    ----------
-    png : bytes
-
     Returns
     -------
     png : bytes

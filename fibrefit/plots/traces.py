@@ -49,12 +49,7 @@ class Way:
 
 
 def traces_figure(ways: list[Way]) -> Figure:
-    """One row a value: the walkers of each ensemble over the steps, and the ranks of its draws among all.
-
-    Parameters
-    ----------
-    ways : list of Way
-    """
+    """One row a value: the walkers of each ensemble over the steps, and the ranks of its draws among all."""
     figure = new_figure(TOP + BOTTOM + len(ways) * (ROW + GAP) - GAP)
     worst = max(ways, key=lambda way: way.r_hat)
     heading = f"{len(ways[0].draws)} ensembles of walkers agree to an R-hat of {worst.r_hat:.3f} or better"

@@ -21,10 +21,6 @@ def first_copy(records: Sequence[Record]) -> tuple[Record, Record] | None:
 
     The same is what is alike to `ALIKE` of its own steps from sample to sample, in every channel. Records are looked up
     by a few of their samples, so that a thousand take a thousand comparisons and not half a million.
-
-    Parameters
-    ----------
-    records : sequence of Record
     """
     groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
     for number, record in enumerate(records):

@@ -23,10 +23,6 @@ def distinguish_report(summary: DistinguishSummary) -> str:
     ----------
     summary : DistinguishSummary
         Content of ``summary.json``.
-
-    Returns
-    -------
-    str
     """
     lines = [summary.study, "=" * WIDTH]
     for remark in summary.remarks:

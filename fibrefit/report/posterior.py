@@ -59,14 +59,7 @@ def posterior_report(summary: PosteriorSummary) -> str:
 
 
 def posterior_advice(checks: Sequence[Check], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
-    """What to do next, the most useful first.
-
-    Parameters
-    ----------
-    checks : sequence of Check
-    converged : bool
-    asked_nuts : bool
-    """
+    """What to do next, the most useful first."""
     said = [REMEDIES[check.identifier] for check in checks if not check.passed and check.identifier in REMEDIES]
     if not converged:
         said.append(

@@ -17,10 +17,6 @@ def text_plot(across: str, up: str, x: np.ndarray, without: np.ndarray, with_it:
         What the axes show.
     x, without, with_it : (n_point,)
         The second curve is drawn over the first.
-
-    Returns
-    -------
-    list of str
     """
     both = np.concatenate([without, with_it])
     low, high = _range(both)

@@ -42,12 +42,7 @@ class Picture:
 
 
 def picture_of(effect: type[Effect]) -> Picture | None:
-    """Picture of an effect at its typical values; None where none says anything.
-
-    Parameters
-    ----------
-    effect : Effect class
-    """
+    """Picture of an effect at its typical values; None where none says anything."""
     law = effect(**{p.name: jnp.asarray(p.typical) for p in effect.parameters})
     for kind, draw in (
         (GuideLaw, _guide),

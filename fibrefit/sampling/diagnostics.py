@@ -40,10 +40,6 @@ def mixing(chain: np.ndarray) -> Mixing:
     Parameters
     ----------
     chain : (n_ensemble, n_step, n_walker, n)
-
-    Returns
-    -------
-    Mixing
     """
     ensembles, steps, walkers, size = chain.shape
     columns = [_ranked(chain[..., i]) for i in range(size)]

@@ -39,10 +39,6 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory
     course : ChainHistory
     seed : int
 
-    Returns
-    -------
-    Evidence
-
     Source
     ------
     Meng and Wong, Statistica Sinica 6 (1996); error: Fruehwirth-Schnatter, Econometrics Journal 7 (2004).

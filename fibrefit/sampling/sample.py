@@ -103,10 +103,6 @@ def sample_posterior(
         bit.
     progress : callable, optional
 
-    Returns
-    -------
-    Posterior
-
     Raises
     ------
     StudyError

@@ -58,10 +58,6 @@ def target_of(
         SI value that a noise coordinate of zero stands for.
     batch : int
         Points evaluated at once.
-
-    Returns
-    -------
-    Target
     """
     names = density.problem.layout.free_names + density.likelihood.names
     size = density.problem.layout.size

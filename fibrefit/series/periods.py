@@ -139,10 +139,6 @@ def steady_state(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, 
         At the beginning of a period.
     patience : () in s
         Time for which it is waited at most.
-
-    Returns
-    -------
-    SteadyState
     """
     size = ravel_pytree(state)[0].size
     far = jnp.full(len(CHANNELS), jnp.inf)

@@ -136,10 +136,6 @@ def sweep(
     plan : Plan
     progress : callable, optional
         Called with the share that is done.
-
-    Returns
-    -------
-    tuple of SweptCurve
     """
     systems = [_system(model, values, curve.rig) for curve in curves]
     stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *systems)

@@ -83,10 +83,6 @@ def propagate_tangents(
         As given to `solve`.
     solution : Solution
     tangents : Tangents
-
-    Returns
-    -------
-    TrajectoryTangents
     """
     number, (times, count, inputs) = tangents.start_time.shape[0], grid
     tangents = jax.tree.map(_padded, tangents)

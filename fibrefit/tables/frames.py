@@ -170,10 +170,6 @@ def _phases(variable: Any) -> np.ndarray | None:
 def batch_frame(path: Path) -> pd.DataFrame:
     """``results.csv`` of a batch: one row an item, with its conditions, status, gap, values and errors.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-
     Returns
     -------
     pandas.DataFrame

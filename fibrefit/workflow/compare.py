@@ -64,12 +64,6 @@ def rival_of(folder: Path, study: Study) -> Rival:
 def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> ComparedModel:
     """One model against another: block by block, so that what both find hard cancels.
 
-    Parameters
-    ----------
-    own : CrossValidation
-    evidence : Evidence or None
-    rival : Rival
-
     Raises
     ------
     UsageError

@@ -17,10 +17,6 @@ def bound_programs(most: int = MOST_PROGRAMS) -> bool:
 
     JAX keeps every program for every shape it has met until the process ends.
 
-    Parameters
-    ----------
-    most : int
-
     Returns
     -------
     bool

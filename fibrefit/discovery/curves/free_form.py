@@ -192,10 +192,6 @@ def shape_errors(spread: np.ndarray) -> np.ndarray:
 def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Every variable the rig has while it moves in the simulated motion, in SI units, and the time it stays there in s.
 
-    Parameters
-    ----------
-    found : Identification
-
     Returns
     -------
     dict of str to ((n_sample,), (n_sample,))

@@ -92,10 +92,6 @@ def confusion(
         Those of the frame that may be missing.
     limit : callable
         Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `gate`.
-
-    Returns
-    -------
-    Confusion
     """
     strengths = strengths_of(effects)
     gates = np.array([limit(len(effect.parameters)) for effect in effects])
@@ -131,10 +127,6 @@ def detectable(search: Search) -> tuple[Detectable, ...]:
     """Smallest strength of each effect that a search with nothing to find would have found, in its frames.
 
     An effect without a frame was not tried, as there was nothing left for it to explain.
-
-    Parameters
-    ----------
-    search : Search
     """
     jobs, seen = [], set[type[Effect]]()
     for frame in search.frames:
@@ -160,12 +152,7 @@ FACTORS = (0.5, 2.0)
 
 
 def menu_of(task: Task) -> list[Choice]:
-    """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller.
-
-    Parameters
-    ----------
-    task : Task
-    """
+    """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller."""
     rig = task.problem.model.rig
     menu = [Choice(0, conditions) for conditions in rig.menu(task.problem.observations.experiment.conditions)]
     for record in range(len(task.problem.layout.records) if rig.inputs else 0):

@@ -44,11 +44,6 @@ def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
     """The record of the menu on which two explanations differ most; None where the rig has no menu.
 
     Each keeps the values it was found with but for a record's own zero and start. Inputs count as known.
-
-    Parameters
-    ----------
-    search : Search
-    rivals : Rivals
     """
     if not (menu := menu_of(search.task)):
         return None

@@ -136,10 +136,6 @@ def refit(
     max_steps : int
     enough : float
         Relative fall of the objective below which it stops.
-
-    Returns
-    -------
-    Refit
     """
     unknown = _Map(frame, subset, local)
     x, damping = unknown.clipped(unknown.unknowns()), 1e-3

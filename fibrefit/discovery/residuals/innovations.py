@@ -69,15 +69,7 @@ class Alarm:
 
 
 def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[Alarm, ...]:
-    """Tests of the innovations of a hypothesis.
-
-    Parameters
-    ----------
-    scales : Scales
-    best : Weighed
-    traces : sequence of Trace
-    channels : sequence of str
-    """
+    """Tests of the innovations of a hypothesis."""
     tested = []
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(scales, best)

@@ -108,10 +108,6 @@ def most_of(found: ResidualSet) -> Statement:
     Channel and phase; how soon after the fibre goes taut and whether it depends on the speed at which it does; whether
     it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is told only where it
     is beyond what noise would show.
-
-    Parameters
-    ----------
-    found : ResidualSet
     """
     pieces = channel_residuals(found)
     excess = _by_phase(pieces)

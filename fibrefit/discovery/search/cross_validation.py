@@ -16,13 +16,7 @@ STEPS = 15
 
 
 def cv_residuals(search: Search, hypothesis: Hypothesis) -> np.ndarray:
-    """Normalised residual RMS of each record, ``(n_record,)``, all but its own zero and start from the other records.
-
-    Parameters
-    ----------
-    search : Search
-    hypothesis : Hypothesis
-    """
+    """Normalised residual RMS of each record, ``(n_record,)``, all but its zero and start from the other records."""
     found = []
     for r in range(len(search.context.whole)):
         search.tell("predicting each record from the others", r / len(search.context.whole))
@@ -40,13 +34,7 @@ def _cv_residual(search: Search, hypothesis: Hypothesis, record: int) -> float:
 
 
 def held_out(search: Search, base: Hypothesis, best: Hypothesis) -> tuple[HeldOut, ...]:
-    """Each record as predicted without and with what was found; none where there is but one.
-
-    Parameters
-    ----------
-    search : Search
-    base, best : Hypothesis
-    """
+    """Each record as predicted without and with what was found; none where there is but one."""
     records: Sequence[str] = search.task.problem.layout.records
     if len(records) == 1:
         return ()

@@ -19,26 +19,14 @@ from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 
 def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | None:
-    """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without such inputs.
-
-    Parameters
-    ----------
-    search : Search
-    weighed : Weighed
-    """
+    """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without any."""
     if (sensitivities := weighed.frame.sensitivities) is None:
         return None
     return coefficients_at(*search.task_with(weighed), sensitivities)
 
 
 def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
-    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs.
-
-    Parameters
-    ----------
-    search : Search
-    weighed : Weighed
-    """
+    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs."""
     if (coefficients := coefficients_of(search, weighed)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)

@@ -94,10 +94,6 @@ def search(
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.
 
-    Returns
-    -------
-    Searched
-
     Raises
     ------
     KeyboardInterrupt

@@ -37,10 +37,6 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
     start : (n_free,) in SI units
     scale : (n_free,) in SI units
         A small step of each value.
-
-    Returns
-    -------
-    SecondOpinion
     """
     from scipy.optimize import least_squares
 

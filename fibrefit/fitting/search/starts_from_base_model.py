@@ -51,12 +51,7 @@ def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Call
 
 
 def without_effects(task: Task) -> Task | None:
-    """The task without effects whose strength is free, and what needs them; None where there are none.
-
-    Parameters
-    ----------
-    task : Task
-    """
+    """The task without effects whose strength is free, and what needs them; None where there are none."""
     problem, layout = task.problem, task.problem.layout
     free = {slot.name for slot, _ in layout.entries}
     gone = {

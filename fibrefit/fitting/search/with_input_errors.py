@@ -167,13 +167,7 @@ def _values(unknowns: Unknowns, problem: Problem, place: Place) -> np.ndarray:
 
 
 def noise_left(task: Task, found: WithInputErrors) -> np.ndarray:
-    """Share of the noise's rms that errors of inputs leave when they are fitted, ``(n_record, n_channel)``.
-
-    Parameters
-    ----------
-    task : Task
-    found : WithInputErrors
-    """
+    """Share of the noise's rms that errors of inputs leave when they are fitted, ``(n_record, n_channel)``."""
     random, weights = np.random.default_rng(0), found.sensitivities.downweight
     data, channels = task.problem.observations, task.problem.model.rig.channels
     seen = np.stack([np.asarray(data.weight[channel]) > 0.0 for channel in channels], axis=1)

@@ -1,5 +1,3 @@
-"""Friction that grows or falls while a record lasts, as in a guide that warms up."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

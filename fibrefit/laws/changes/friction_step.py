@@ -1,5 +1,3 @@
-"""Friction that changes at an instant of one record, as when dirt gets into the guide."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

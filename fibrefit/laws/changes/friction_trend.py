@@ -1,5 +1,3 @@
-"""Friction that grows or falls from record to record, as in a guide that is run in."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

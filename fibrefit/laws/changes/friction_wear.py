@@ -1,5 +1,3 @@
-"""Friction that grows or falls with the path travelled, as surfaces run in or wear."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

@@ -1,5 +1,3 @@
-"""A knot that slips: all at once the fibre is longer."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

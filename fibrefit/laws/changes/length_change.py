@@ -1,5 +1,3 @@
-"""A fibre that is longer or shorter from one record on."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A fibre that lengthens steadily while a record lasts."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

@@ -1,5 +1,3 @@
-"""A fibre that lengthens from record to record."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

@@ -1,5 +1,3 @@
-"""A fibre that sets: its free length grows with use, load cycle by load cycle."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A stiffness that is another one from one record on."""
-
 from __future__ import annotations
 
 from typing import ClassVar

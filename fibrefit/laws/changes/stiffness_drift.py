@@ -1,5 +1,3 @@
-"""A stiffness that grows or fades while a record lasts."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

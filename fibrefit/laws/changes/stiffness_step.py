@@ -1,5 +1,3 @@
-"""A stiffness that changes at an instant of one record, as when a strand breaks."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

@@ -1,5 +1,3 @@
-"""A stiffness that grows or fades from record to record."""
-
 from __future__ import annotations
 
 from typing import ClassVar, Self

@@ -1,5 +1,3 @@
-"""A stiffness that grows or fades with use, load cycle by load cycle."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A mount of the drive that yields to the pull of the fibre."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""A drive with play: after each reversal it runs free before it takes the fibre along."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A fibre that creeps: under load it lengthens, and stays so."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Stiffness that grows with stretch."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Rate-independent hysteresis of strands that rub on each other."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Maxwell element parallel to the fibre (standard linear solid): tension that relaxes."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Stiffness that depends on the rate of stretch."""
-
 from __future__ import annotations
 
 from typing import ClassVar

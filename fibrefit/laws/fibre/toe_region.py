@@ -1,5 +1,3 @@
-"""A fibre that is soft until its strands have straightened."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Coulomb friction that differs between the two directions."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Viscous friction that differs between the two directions."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Coulomb friction that differs along the guide."""
-
 from __future__ import annotations
 
 from typing import ClassVar

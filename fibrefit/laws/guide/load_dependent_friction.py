@@ -1,5 +1,3 @@
-"""Friction that grows with the pull of the fibre, as when it draws the weight askew."""
-
 from __future__ import annotations
 
 from typing import ClassVar

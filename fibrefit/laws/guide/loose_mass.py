@@ -1,5 +1,3 @@
-"""A part of the weight that hangs loosely on it and swings along the guide."""
-
 from __future__ import annotations
 
 from typing import ClassVar

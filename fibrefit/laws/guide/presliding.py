@@ -1,5 +1,3 @@
-"""Presliding, as of LuGre's bristles: the weight moves a little before it breaks away."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""Drag that grows with the square of speed."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A spring between the mass in a guide and the ground."""
-
 from __future__ import annotations
 
 from typing import ClassVar

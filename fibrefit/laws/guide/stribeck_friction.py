@@ -1,5 +1,3 @@
-"""Friction that falls as sliding sets in."""
-
 from __future__ import annotations
 
 from typing import ClassVar

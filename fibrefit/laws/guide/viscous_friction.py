@@ -1,5 +1,3 @@
-"""Friction proportional to speed, as of a lubricated guide."""
-
 from __future__ import annotations
 
 from typing import ClassVar

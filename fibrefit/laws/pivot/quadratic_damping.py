@@ -1,5 +1,3 @@
-"""Drag of a pendulum that grows with the square of its rate."""
-
 from __future__ import annotations
 
 from typing import ClassVar

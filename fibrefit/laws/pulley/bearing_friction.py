@@ -1,5 +1,3 @@
-"""A pulley whose bearing rubs, and holds it at rest."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A locked pulley over which the fibre slips."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A pulley that does not run true."""
-
 from __future__ import annotations
 
 from typing import ClassVar

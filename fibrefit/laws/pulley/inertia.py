@@ -1,5 +1,3 @@
-"""Inertia of the pulley, which has to be set in motion."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force that acts later than it is recorded."""
-
 from __future__ import annotations
 
 from typing import ClassVar

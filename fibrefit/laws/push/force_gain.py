@@ -1,5 +1,3 @@
-"""A force channel that is off by a factor from the force on the mass."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A guide whose slope is not quite what was noted."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force gauge that feels the acceleration of the weight besides the force."""
-
 from __future__ import annotations
 
 from typing import ClassVar

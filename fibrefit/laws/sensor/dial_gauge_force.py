@@ -1,5 +1,3 @@
-"""A dial gauge that pushes on the weight whose position it measures."""
-
 from __future__ import annotations
 
 from typing import ClassVar

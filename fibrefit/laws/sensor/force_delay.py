@@ -1,5 +1,3 @@
-"""A force channel that is late against the others."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force gauge whose zero drifts while it is read."""
-
 from __future__ import annotations
 
 from typing import ClassVar

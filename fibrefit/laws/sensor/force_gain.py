@@ -1,5 +1,3 @@
-"""A force gauge whose calibration is off."""
-
 from __future__ import annotations
 
 from typing import ClassVar

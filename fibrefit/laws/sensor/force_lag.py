@@ -1,5 +1,3 @@
-"""A force channel behind a first-order low-pass filter."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force gauge that does not read zero at zero force."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force gauge whose reading is not proportional to the force."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A force gauge that rings at its own frequency."""
-
 from __future__ import annotations
 
 import math

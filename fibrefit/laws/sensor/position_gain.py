@@ -1,5 +1,3 @@
-"""A displacement gauge whose calibration is off, or that stands askew."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A displacement gauge with an error that repeats over its scale, as encoders and magnetic strips have it."""
-
 from __future__ import annotations
 
 from typing import ClassVar

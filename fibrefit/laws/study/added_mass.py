@@ -1,5 +1,3 @@
-"""A mass added to the weight that is not what the study says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A logger whose clock, or sampling rate, is not what the study or the file says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A drive whose force on the mass is not what the study says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A guide whose slope is not what the study says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""A weight that falls from another height than the study says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

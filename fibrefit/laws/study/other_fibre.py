@@ -1,5 +1,3 @@
-"""A record that was taken with another fibre than the others."""
-
 from __future__ import annotations
 
 from typing import ClassVar

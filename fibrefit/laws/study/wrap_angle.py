@@ -1,5 +1,3 @@
-"""A pulley that the fibre lies on over another angle than the study says."""
-
 from __future__ import annotations
 
 from typing import ClassVar

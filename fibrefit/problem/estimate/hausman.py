@@ -57,10 +57,6 @@ def hausman_at(
         Noise over what the whitening assumes.
     belief : (n_free + 1, n_free + 1), optional
         At the plain estimate, see `Layout.prior_gram`; both estimates share it.
-
-    Returns
-    -------
-    HausmanTest
     """
     slopes = np.asarray(linear.slopes)
     prior = 0.0 if belief is None else belief[:-1, :-1]
@@ -78,10 +74,6 @@ def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.n
     difference : (n_free,)
     of_plain, of_whitened : (n_free, n_free)
         Their covariances, if the model is right.
-
-    Returns
-    -------
-    HausmanTest
 
     Source
     ------

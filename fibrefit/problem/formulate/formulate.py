@@ -50,10 +50,6 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         The study's records as read, in its order.
     model : Model
 
-    Returns
-    -------
-    Task
-
     Raises
     ------
     StudyError

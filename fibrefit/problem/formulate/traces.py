@@ -50,10 +50,6 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     stated : mapping of str to float or None
         What the study says of the record, in SI units.
 
-    Returns
-    -------
-    Trace
-
     Raises
     ------
     StudyError

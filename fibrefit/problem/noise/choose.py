@@ -105,10 +105,6 @@ def choose_noise_model(
     spectrum : mapping of channel to Noise
         Noise of the rests. Where the kind is ``"coloured"`` it is taken as it is; where it is ``"auto"`` it is only
         where the search for the spectrum of the residuals begins.
-
-    Returns
-    -------
-    NoiseModel
     """
     channels = problem.model.rig.channels
     known = known or (False,) * len(channels)

@@ -35,13 +35,7 @@ with noise that does, 2.0 once and else 3.3 to 11."""
 
 
 def growth_with_load(traces: Sequence[Trace], channel: str) -> float:
-    """Share by which noise of a force is larger at the largest load than at none; zero where that is not clear.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    channel : str
-    """
+    """Share by which noise of a force is larger at the largest load than at none; zero where that is not clear."""
     growth, error = growth_and_error(traces, channel)
     return growth if growth > SURE * error else 0.0
 

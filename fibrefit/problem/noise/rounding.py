@@ -33,13 +33,7 @@ CHANGED = 0.02
 
 
 def coarse_step(traces: Sequence[Trace], channel: str) -> float | None:
-    """Step of a channel whose noise does not reach across it; None where it is fine, in SI units.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    channel : str
-    """
+    """Step of a channel whose noise does not reach across it; None where it is fine, in SI units."""
     signals = [trace.channels[channel] for trace in traces]
     size = min(resolution(signal) for signal in signals)
     fast = float(np.sqrt(np.mean([fast_part(signal) ** 2 for signal in signals])))

@@ -119,17 +119,7 @@ class Noise:
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
-    """Noise of one channel, from the rests of all records.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-    channel : str
-
-    Returns
-    -------
-    Noise
-    """
+    """Noise of one channel, from the rests of all records."""
     pieces = at_rest(traces, channel)
     if not pieces:
         return _from_differences(traces, channel)

@@ -177,13 +177,7 @@ class Density(eqx.Module):
 
 @dataclass(frozen=True)
 class Priors:
-    """One prior for each free value of a layout, in its order.
-
-    Parameters
-    ----------
-    names, units : tuple of str
-    each : tuple of Prior
-    """
+    """One prior for each free value of a layout, in its order."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -211,10 +205,6 @@ def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[s
         What the data suggest; places in time and space, which have no zero of their own, get a wide prior around it.
     stated : mapping of name to Prior, or to what a study states
 
-    Returns
-    -------
-    Priors
-
     Raises
     ------
     StudyError
@@ -236,11 +226,6 @@ def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[s
 
 def default_prior(declared: Parameter, limits: Range) -> Prior:
     """A prior that excludes nothing sensible and prefers little.
-
-    Parameters
-    ----------
-    declared : Parameter
-    limits : Range
 
     Returns
     -------

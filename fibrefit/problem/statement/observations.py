@@ -48,10 +48,6 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
     noise : mapping of channel to (n_record,) in SI units
         Noise rms of each channel in each record, or of each of its readings, ``(n_time,)``.
 
-    Returns
-    -------
-    Observations
-
     Raises
     ------
     DataError

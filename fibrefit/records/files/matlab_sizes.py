@@ -24,11 +24,6 @@ _PART = 1 << 16
 def count_declared(path: Path, allowed: Allowance) -> None:
     """Take from an allowance what the arrays of a file are declared with, and what they unpack to.
 
-    Parameters
-    ----------
-    path : Path
-    allowed : Allowance
-
     Raises
     ------
     FibrefitError

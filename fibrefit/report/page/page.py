@@ -41,11 +41,6 @@ SCRIPTS = (
 def page(results: Sequence[Result], title: str) -> str:
     """HTML of all results, one below the other, with a table that sets their parameters side by side.
 
-    Parameters
-    ----------
-    results : sequence of Result
-    title : str
-
     Returns
     -------
     str

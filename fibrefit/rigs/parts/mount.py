@@ -10,12 +10,7 @@ from fibrefit.laws.law import DriveLaw
 
 
 class Mount(eqx.Module):
-    """A drive that moves the end of the fibre as measured, but for the laws that were added.
-
-    Parameters
-    ----------
-    laws : tuple of DriveLaw
-    """
+    """A drive that moves the end of the fibre as measured, but for the laws that were added."""
 
     laws: tuple[DriveLaw, ...] = ()
 

@@ -39,10 +39,6 @@ class RigDeclaration(Protocol):
 def derived_study(rig: RigDeclaration) -> type[Study]:
     """Model of the studies of a rig.
 
-    Parameters
-    ----------
-    rig : RigDeclaration
-
     Returns
     -------
     type of Study

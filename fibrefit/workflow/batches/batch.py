@@ -165,10 +165,6 @@ def batch_studies(
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
-    Returns
-    -------
-    Batch
-
     Raises
     ------
     UsageError

@@ -118,10 +118,6 @@ class Outcome(NamedTuple):
 def identified(job: Job) -> Outcome:
     """Carry out one identification.
 
-    Parameters
-    ----------
-    job : Job
-
     Raises
     ------
     FibrefitError

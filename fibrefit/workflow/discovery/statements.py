@@ -26,12 +26,7 @@ PERCENT = 100.0
 
 
 def statements_of(finding: Finding) -> tuple[str, ...]:
-    """Sentences on what was added that is a mistake of the study or belongs to one record.
-
-    Parameters
-    ----------
-    finding : Finding
-    """
+    """Sentences on what was added that is a mistake of the study or belongs to one record."""
     return tuple(sentence for effect in finding.added for sentence in _of(effect, finding))
 
 

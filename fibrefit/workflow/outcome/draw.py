@@ -53,10 +53,6 @@ def draw_result(result: Path | str) -> Figures:
 def simulated_figures(folder: Path) -> Figures:
     """Figures of a saved simulation, one a record.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-
     Raises
     ------
     UsageError

@@ -41,12 +41,7 @@ class Held:
 
 
 def with_nuisances_found(task: Task) -> Held:
-    """The task with its parameters held at its start and each record's own values fitted.
-
-    Parameters
-    ----------
-    task : Task
-    """
+    """The task with its parameters held at its start and each record's own values fitted."""
     layout = task.problem.layout
     local = np.asarray(layout.local(jnp.asarray(task.start)))
     declared = {parameter.name for parameter in task.problem.model.parameters}

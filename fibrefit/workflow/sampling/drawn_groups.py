@@ -16,12 +16,7 @@ MOST_STEPS = 400
 
 
 def drawn_groups(posterior: Posterior) -> dict[str, dict[str, Variable]]:
-    """Groups ``traces`` and, where there are priors, ``prior_density``.
-
-    Parameters
-    ----------
-    posterior : Posterior
-    """
+    """Groups ``traces`` and, where there are priors, ``prior_density``."""
     groups = {"traces": _traces(posterior)}
     return groups | {"prior_density": _prior_density(posterior)} if posterior.target.priors else groups
 
