@@ -153,8 +153,8 @@ def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(dro
     grams = seen.grams(*values, whole)
     np.testing.assert_allclose(products.sum(axis=1), grams, rtol=EXACT, atol=1e-12 * np.abs(grams).max())
     rows = whitened(yardstick.whitening, changes(frame, *values, whole))
-    expected = np.einsum("irt,rt->ri", rows[:-1] ** 2, rows[-1] ** 2)
-    np.testing.assert_allclose(squares.sum(axis=1), expected, rtol=1e-4)
+    expected = np.einsum("irt,jrt,rt->rij", rows[:-1], rows[:-1], rows[-1] ** 2)
+    np.testing.assert_allclose(squares, expected, rtol=1e-4, atol=1e-9 * np.abs(expected).max())
     # A stretch holds a sixty-fourth of each record, all channels together.
     size = -(-rows.shape[-1] // (2 * STRETCHES))
     first = rows.reshape(3, 2, 2, -1)[..., :size]

@@ -15,6 +15,7 @@ from fibrefit.discovery.residuals.innovations import (
     Alarm,
     _drifts,
     _gain,
+    _levelled,
     _windows,
     against_rest,
 )
@@ -68,6 +69,43 @@ def drift(information: np.ndarray, score: np.ndarray) -> Alarm:
 
 
 BOTH = [constancy, drift]
+
+
+def levelled(slopes: np.ndarray, innovations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Information and levelled scores of each stretch."""
+    information, score = scores_of(slopes, innovations)
+    single = slopes * innovations[..., None]
+    pairs = zip(information.sum(axis=1), np.einsum("rstp,rstq->rpq", single, single), strict=True)
+    return information, np.einsum("rpq,rsq->rsp", np.array([_levelled(*pair) for pair in pairs]), score)
+
+
+def test_scores_are_levelled_to_the_variance_that_the_information_says() -> None:
+    random = np.random.default_rng(3)
+    slopes = random.standard_normal((500, 3)) @ random.standard_normal((3, 3)) * np.array([1e6, 1.0, 1e-3])
+    scores = slopes * (random.standard_normal(500) * np.where(np.arange(500) % 3, 0.2, 2.0))[:, None]
+    information, squares = slopes.T @ slopes, scores.T @ scores
+    way = _levelled(information, squares)
+    np.testing.assert_allclose(way @ squares @ way.T, information, rtol=1e-6)
+    # Noise of one level is one factor, and none at all changes nothing.
+    np.testing.assert_allclose(_levelled(information, 0.25 * information), 2.0 * np.eye(3), atol=1e-6)
+    np.testing.assert_array_equal(_levelled(information, 0.0 * information), np.eye(3))
+
+
+@pytest.mark.parametrize("test", BOTH)
+def test_readings_that_say_most_and_are_quieter_than_taken_do_not_make_the_others_loud(test: Any) -> None:
+    """Slopes that explode late in a motion: one direction of the parameters, seen by readings that count for little."""
+    random = np.random.default_rng(4)
+    slopes = slopes_of(random, contacts=False)
+    late = np.arange(STRETCHES) >= STRETCHES - 4
+    slopes[:, late] += 30.0 * random.standard_normal((RECORDS, 4, SAMPLES, 1)) * np.array([1e3, 20.0, 3.0])
+    innovations = random.standard_normal(slopes.shape[:3])
+    innovations[:, late] *= 0.05
+    assert not test(*levelled(slopes, innovations)).raised
+    # The negative control: one factor for each parameter is that of the readings which say most of it.
+    information, score = scores_of(slopes, innovations)
+    squares = np.einsum("rstp,rst->rp", slopes**2, innovations**2)
+    level = np.sqrt(squares / np.einsum("rspp->rp", information))
+    assert constancy(information, score / level[:, None]).raised
 
 
 @pytest.mark.parametrize("test", BOTH)

@@ -215,8 +215,8 @@ def stretch_products(
     -------
     products : (n_record, STRETCHES, n_active + 1, n_active + 1)
         The residuals last.
-    squares : (n_record, STRETCHES, n_active)
-        Sums of the squares of each change and residual together.
+    squares : (n_record, n_active, n_active)
+        Sums over all stretches of the products of each two changes and the squared residual.
     """
     active = len(columns)
     width = max(next(width for width in WIDTHS if width >= active), *frame.compiled)
@@ -381,5 +381,6 @@ def _within_stretches(
     whole = jnp.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
     parts = whole.reshape(*whole.shape[:3], STRETCHES, size)
     products = jnp.einsum("rkcst,rlcst->rskl", parts, parts)
-    squares = jnp.einsum("rkcst,rcst->rsk", parts[:, :-1] ** 2, parts[:, -1] ** 2)
+    scores = (rows[:, :-1] * rows[:, -1:]).reshape(len(rows), rows.shape[1] - 1, -1)
+    squares = jnp.einsum("rkn,rln->rkl", scores, scores)
     return products, squares

@@ -87,7 +87,7 @@ def _names(best: Weighed) -> tuple[str, ...]:
 def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of what may vary.
 
-    Scores are those of a noise as large as the innovations are where each parameter is seen.
+    Scores are those of a noise as large as the innovations are where each combination of parameters is seen.
     """
     unknowns, place = best.evidence.mode.unknowns, best.evidence.mode.place
     columns = unknowns.shared[unknowns.scattering]
@@ -96,11 +96,40 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     frame = scales.yardstick.on(best.frame)
     products, squares = stretch_products(frame, local, columns, targets, scales.context.whole)
     information, score = products[:, :, :-1, :-1] / STEP**2, products[:, :, :-1, -1] / STEP
-    seen = np.einsum("rspp->rsp", information).sum(axis=1)
-    level = squares.sum(axis=1) / STEP**2 / np.where(seen > 0.0, seen, 1.0)
-    level = np.sqrt(np.where((seen > 0.0) & (level > 0.0), level, 1.0))[:, None]
     assert place.eta.shape[1] == len(columns)
-    return information, score / level
+    pairs = zip(information.sum(axis=1), squares / STEP**2, strict=True)
+    return information, np.einsum("rpq,rsq->rsp", np.array([_levelled(*pair) for pair in pairs]), score)
+
+
+def _levelled(information: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """The symmetric matrix ``(p, p)`` that brings scores to the variance which the information takes them to have.
+
+    Noise that is louder in some readings than in others is not one factor for all parameters: a combination of them
+    that only a few readings tell of is judged by the noise of these.
+
+    Parameters
+    ----------
+    information : (p, p)
+    squares : (p, p)
+        Sum of the outer products of the scores of single readings: their variance, whatever the noise is.
+
+    Source
+    ------
+    White, Econometrica 50 (1982); the map between two covariances is that of Olkin and Pukelsheim, Linear Algebra
+    Appl. 48 (1982).
+    """
+    if not (np.isfinite(information).all() and np.isfinite(squares).all()):
+        return np.eye(len(information))
+    scale = scale_of(information)
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    seen = values > RANK
+    root = vectors[:, seen] * np.sqrt(values[seen])
+    inner = root.T @ (squares / np.outer(scale, scale)) @ root
+    sizes, along = np.linalg.eigh(inner)
+    if not seen.any() or not sizes[0] > RANK * RANK * sizes[-1]:
+        return np.eye(len(information))  # without noise there is nothing to be levelled
+    way = root @ along
+    return (way / np.sqrt(sizes)) @ way.T * np.outer(scale, 1.0 / scale)
 
 
 def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
