@@ -93,13 +93,13 @@ def test_scores_are_levelled_to_the_variance_that_the_information_says() -> None
 
 @pytest.mark.parametrize("test", BOTH)
 def test_readings_that_say_most_and_are_quieter_than_taken_do_not_make_the_others_loud(test: Any) -> None:
-    """Slopes that explode late in a motion: one direction of the parameters, seen by readings that count for little."""
+    """Slopes that explode in a part of a motion: one direction of the parameters, and readings that count for little."""
     random = np.random.default_rng(4)
     slopes = slopes_of(random, contacts=False)
-    late = np.arange(STRETCHES) >= STRETCHES - 4
-    slopes[:, late] += 30.0 * random.standard_normal((RECORDS, 4, SAMPLES, 1)) * np.array([1e3, 20.0, 3.0])
+    wild = np.abs(np.arange(STRETCHES) - STRETCHES // 2) < 2
+    slopes[:, wild] += 30.0 * random.standard_normal((RECORDS, 3, SAMPLES, 1)) * np.array([1e3, 20.0, 3.0])
     innovations = random.standard_normal(slopes.shape[:3])
-    innovations[:, late] *= 0.05
+    innovations[:, wild] *= 0.05
     assert not test(*levelled(slopes, innovations)).raised
     # The negative control: one factor for each parameter is that of the readings which say most of it.
     information, score = scores_of(slopes, innovations)
