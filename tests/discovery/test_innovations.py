@@ -93,7 +93,7 @@ def test_scores_are_levelled_to_the_variance_that_the_information_says() -> None
 
 @pytest.mark.parametrize("test", BOTH)
 def test_readings_that_say_most_and_are_quieter_than_taken_do_not_make_the_others_loud(test: Any) -> None:
-    """Slopes that explode in a part of a motion: one direction of the parameters, and readings that count for little."""
+    """Slopes that explode in a part of a motion, along one direction, by readings that count for little."""
     random = np.random.default_rng(4)
     slopes = slopes_of(random, contacts=False)
     wild = np.abs(np.arange(STRETCHES) - STRETCHES // 2) < 2
