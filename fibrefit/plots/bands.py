@@ -20,13 +20,12 @@ from fibrefit.plots.style import (
     SMALL,
     label,
     legend,
-    new_figure,
-    stacked_axes,
+    stacked_figure,
     title,
 )
 
-LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 17.0, 10.0, 4.5
 TALL, LOW = 33.0, 25.0
+"""Heights in mm of the readings and of what is off their median: three channels stand on a page."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,7 @@ def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold
         What the bands are.
     """
     heights = [TALL, LOW] * len(channels)
-    figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
-    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
+    figure, axes = stacked_figure(heights)
     inside = " and ".join(f"{100 * channel.covered:.1f} % ({channel.name})" for channel in channels)
     title(figure, f"{heading}: {inside} of the samples lie inside the band", beside)
     for number, channel in enumerate(channels):

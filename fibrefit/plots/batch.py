@@ -12,14 +12,17 @@ from matplotlib.figure import Figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLACK, BLUE, ORANGE, PURPLE, SMALL, label, legend, new_figure, stacked_axes, title
+from fibrefit.plots.style import BLACK, BLUE, LETTER_SMALL, ORANGE, PURPLE, SMALL, label, legend, stacked_figure, title
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 
-ROW, LEFT, RIGHT, TOP, BOTTOM, GAP = 30.0, 20.0, 5.0, 18.0, 12.0, 5.0
+ROW = 30.0
+"""Height of a parameter, in mm: five of them and the gap stand on a page."""
 MOST_NAMED = 30
 """Items whose names are written below the axis."""
+MOST_LETTERS = 40
+"""Letters of a name there is room for below the axis."""
 STATES = {"ok": BLUE, "suspect": ORANGE, "failed": PURPLE}
 
 
@@ -46,12 +49,10 @@ def _parameters(items: Mapping[str, BatchItem]) -> Figures:
 
 def _figure(items: Mapping[str, BatchItem], free: Mapping[str, str]) -> Figure:
     named = len(items) <= MOST_NAMED
-    below = BOTTOM + (1.2 * max(min(len(name), 40) for name in items) if named else 0.0)
-    heights = [ROW] * (len(free) + 1)
-    figure = new_figure(TOP + below + sum(heights) + GAP * (len(heights) - 1))
+    below = LETTER_SMALL * max(min(len(name), MOST_LETTERS) for name in items) if named else 0.0
+    figure, axes = stacked_figure([ROW] * (len(free) + 1), below)
     usable = sum(item.status in ("ok", "suspect") for item in items.values())
     title(figure, f"{usable} of {len(items)} identifications can be used", "bars: twice the standard error; below: gap")
-    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     numbers = np.arange(1, len(items) + 1)
     for panel, (name, unit) in zip(axes, free.items(), strict=False):
         _values(panel, numbers, items, name, unit)

@@ -13,24 +13,12 @@ from fibrefit.plots.lines import draw_line, mark_masked, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import Compared, crop
 from fibrefit.plots.spectrum import spectrum_of_channel
-from fibrefit.plots.style import (
-    FIRST,
-    MEASURED,
-    PALE,
-    PLACE,
-    SIMULATED,
-    SMALL,
-    label,
-    legend,
-    new_figure,
-    stacked_axes,
-    title,
-)
+from fibrefit.plots.style import FIRST, MEASURED, PALE, PLACE, SIMULATED, SMALL, label, legend, stacked_figure, title
 from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import GapPlace
 
-LEFT, RIGHT, TOP, BOTTOM, GAP = 16.0, 5.0, 16.0, 10.0, 4.5
 TALL, LOW = 32.0, 22.0
+"""Heights in mm of readings and residuals: the smaller signal has the smaller room."""
 BAND = 2.0
 """Half-width of the noise band, in noise rms."""
 SMOOTH = 0.004
@@ -55,8 +43,7 @@ def before_after_figure(
     channels = before.compared(record)
     finals = after.compared(record) if after else [None] * len(channels)
     heights = [TALL, LOW] * len(channels)
-    figure = new_figure(TOP + BOTTOM + sum(heights) + GAP * (len(heights) - 1))
-    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
+    figure, axes = stacked_figure(heights)
     heading = f"{before.records[record]}: {_gaps_in_words(channels, finals)}"
     title(figure, heading, _beside(before, record, bool(places)))
     label(axes[-1], x="time / s")

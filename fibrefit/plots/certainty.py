@@ -22,6 +22,7 @@ METHODS = {
     "block_bootstrap": "block bootstrap",
 }
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
+"""Side of a cell, in mm, that holds a number; values up to which it does; side of the whole at most, in mm."""
 LETTER = 1.3
 """Width of a small letter, in mm, not less."""
 

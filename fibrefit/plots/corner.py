@@ -18,13 +18,17 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 
 CELL, WIDEST = 33.0, 178.0
+"""Side of a panel where there is room, and width of the whole at most, in mm: a page."""
 LEFT, RIGHT, BOTTOM, TOP = 22.0, 4.0, 19.0, 21.0
+"""Margins in mm: numbers stand aslant here, and the label beside them."""
 LETTER, BESIDE = 1.55, 9.0
 """Width of a letter of a label, and room of the numbers between a panel and its label, in mm."""
 BINS = 36
+"""Bins of a histogram each way: finer ones would show chance."""
 SMOOTH = 1.1
 """Width of the smoothing of the contours, in bins: they are then those of the density and not of chance."""
 MOST_DRAWS = 20000
+"""Draws that are binned at most: some fifteen for each cell."""
 LEVELS = (0.5, 0.9)
 """Shares of the draws inside the contours."""
 EDGE = 0.08

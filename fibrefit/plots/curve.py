@@ -12,11 +12,15 @@ from matplotlib.figure import Figure
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLUE,
+    BOTTOM,
     GREY,
+    LEFT,
     ORANGE,
     PALE,
+    RIGHT,
     SKY,
     SMALL,
+    TOP,
     axes_at,
     label,
     legend,
@@ -26,8 +30,10 @@ from fibrefit.plots.style import (
 )
 from fibrefit.study.summaries.discovery import FreeCurve
 
-LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 16.0, 5.0, 17.0, 11.0, 14.0
-LARGE, STAYS, GAP = 58.0, 12.0, 2.0
+LARGE, STAYS, APART = 58.0, 12.0, 2.0
+"""Heights in mm of the best curve and of where the motion stays, and what is between them: they share an axis."""
+BETWEEN = 14.0
+"""Room in mm between small pictures for the numbers and the label of the right one."""
 SMALL_HEIGHT, ABOVE = 22.0, 20.0
 """Height of a small picture, and room between rows of them, in mm."""
 COLUMNS, WIDEST = 3, 40
@@ -48,7 +54,7 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     """
     best, others = curves[0], curves[1:]
     rows = -(-len(others) // COLUMNS)
-    figure = new_figure(TOP + LARGE + GAP + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
+    figure = new_figure(TOP + LARGE + APART + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
     beside = f"with it, the gap (residual RMS / noise) is {best.gap_after:.2f}"
     title(figure, f"What is missing looks like {best.says}", beside)
     across, up = figure.get_size_inches() * 25.4
@@ -57,7 +63,7 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     _curve(axes, best)
     axes.tick_params(labelbottom=False)
     legend(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    _stays(axes_at(figure, LEFT, up - TOP - LARGE - GAP - STAYS, width, STAYS), axes, best)
+    _stays(axes_at(figure, LEFT, up - TOP - LARGE - APART - STAYS, width, STAYS), axes, best)
     small = (width - (COLUMNS - 1) * BETWEEN) / COLUMNS
     for i, curve in enumerate(others):
         row, column = divmod(i, COLUMNS)

@@ -9,11 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.style import (
+    BOTTOM,
     FINAL,
     FIRST,
     GREY,
     PALE,
+    RIGHT,
     SMALL,
+    TOP,
     USUAL,
     axes_at,
     label,
@@ -24,15 +27,18 @@ from fibrefit.plots.style import (
 )
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
-TOP, BOTTOM, ROW, RIGHT, BETWEEN = 17.0, 11.0, 5.0, 6.0, 6.0
+ROW, BETWEEN = 5.0, 6.0
+"""Height of a record, two lines of small text, and room between channels for the end of a number, in mm."""
 NUMBERS = 26.0
 """Room for numbers beside the bars, in mm."""
 LETTER = 1.25
 """Width of a small letter, in mm, not less."""
 LONGEST = 34
+"""Letters of a name, which then takes a quarter of the width."""
 ONLY_NOISE = 1.1
 """Gap, over that of noise alone, up to which only noise is left."""
 MOST_CANDIDATES = 16
+"""Candidates that are drawn: those of the lists in reports, twice over."""
 BEYOND = 1.25
 """Ratio to the gap before at which the axis of the candidates ends; a longer bar carries its number."""
 WIDE = 8.0

@@ -11,12 +11,15 @@ from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.corner import Drawn
 from fibrefit.plots.quantities import axis_label
-from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, axes_at, label, new_figure, title
+from fibrefit.plots.style import POSTERIOR, PRIOR, SMALL, TOP, axes_at, label, new_figure, title
 from fibrefit.sampling.thresholds import PRIOR_MATTERS
 
-CELL, GAP, LEFT, BOTTOM, TOP = 36.0, 8.0, 6.0, 12.0, 16.0
-ACROSS = 4
+CELL, ACROSS, BETWEEN, MARGIN = 36.0, 4, 8.0, 6.0
+"""Width of a panel in mm and panels in a row; room between them and left of the first: heights have no numbers."""
+BELOW = 12.0
+"""Room in mm below a panel for numbers and label."""
 BINS, POINTS = 60, 400
+"""Bins of the posterior, and points of the prior: more than can be seen in a panel."""
 
 
 class PriorCurve(NamedTuple):
@@ -38,14 +41,14 @@ class PriorCurve(NamedTuple):
 def overlay_figure(drawn: list[Drawn], priors: list[PriorCurve]) -> Figure:
     """Density of prior and posterior of each value, on one axis."""
     rows = -(-len(drawn) // ACROSS) or 1
-    figure = new_figure(TOP + rows * (CELL + BOTTOM))
+    figure = new_figure(TOP + rows * (CELL + BELOW))
     widest = max((prior.share for prior in priors if np.isfinite(prior.share)), default=0.0)
     said = "The prior matters" if widest >= PRIOR_MATTERS else "The records, not the prior, determine every value"
     title(figure, f"{said}: posterior / prior width is {100 * widest:.2g} % at most", "orange: prior;  blue: posterior")
     for number, (one, prior) in enumerate(zip(drawn, priors, strict=True)):
         row, column = divmod(number, ACROSS)
-        bottom = BOTTOM + (rows - 1 - row) * (CELL + BOTTOM)
-        axes = axes_at(figure, LEFT + column * (CELL + GAP), bottom, CELL, 0.85 * CELL)
+        bottom = BELOW + (rows - 1 - row) * (CELL + BELOW)
+        axes = axes_at(figure, MARGIN + column * (CELL + BETWEEN), bottom, CELL, 0.85 * CELL)
         _overlay(axes, one, prior)
     return figure
 

@@ -36,8 +36,11 @@ from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, ParameterSummary
 
 LEFT, RIGHT, TOP, BOTTOM = 15.0, 4.0, 27.0, 6.0
+"""Margins in mm: above there is room for the verdict, what explains it, and the legend."""
 TALL, LOW, GAP, BETWEEN = 26.0, 18.0, 3.0, 9.0
+"""Heights in mm of readings and residuals, and room between panels: all of it stands on one page."""
 MOST_RECORDS, MOST_VALUES, MOST_GAPS, MOST_DOUBTS = 3, 12, 12, 4
+"""Records, values, gaps and doubts there is room for on that page."""
 LINE, BELOW = 4.2, 14.0
 """Height of a line of text, and room below the records for the label of their axis, in mm."""
 ACROSS = 135

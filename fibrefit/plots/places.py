@@ -11,14 +11,31 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from fibrefit.plots.fitted import Fitted
-from fibrefit.plots.style import GREEN, ORANGE, PURPLE, SKY, SMALL, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import (
+    BOTTOM,
+    GREEN,
+    LETTER_SMALL,
+    ORANGE,
+    PURPLE,
+    RIGHT,
+    SKY,
+    SMALL,
+    TOP,
+    axes_at,
+    label,
+    legend,
+    new_figure,
+    title,
+)
 from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import GapPlace
 
-TOP, BOTTOM, ROW, SHARES, BETWEEN, RIGHT = 17.0, 11.0, 8.0, 52.0, 8.0, 5.0
-LETTER = 1.25
-LEAST_ROWS = 4
+ROW, LEAST_ROWS = 8.0, 4
+"""Height of a record in mm, and rows there is room for at least: the phases beside them have as many."""
+PHASES, SHARES, BETWEEN = 26.0, 52.0, 8.0
+"""Room in mm for the names of phases, for their bars, and between those and the names of records."""
 CHANNELS = (GREEN, PURPLE, ORANGE, SKY)
+"""Colours of channels in their order: none of them means a model or what was measured."""
 ROOM = 0.09
 """Room of a number, as a share of the axis; of places closer than that only the larger one has its number."""
 
@@ -45,10 +62,10 @@ def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str,
     beside = "shares of the gap beyond noise: by phase, and in the stretches that hold most of it"
     title(figure, _heading(shares), beside)
     across = figure.get_size_inches()[0] * 25.4
-    axes = axes_at(figure, 26.0, BOTTOM, SHARES, height)
+    axes = axes_at(figure, PHASES, BOTTOM, SHARES, height)
     channels = first.channels
     _phases(axes, shares, channels)
-    left = 26.0 + SHARES + BETWEEN + LETTER * max(map(len, records))
+    left = PHASES + SHARES + BETWEEN + LETTER_SMALL * max(map(len, records))
     _times(axes_at(figure, left, BOTTOM, across - left - RIGHT, height), first, places)
     return figure
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
 MOST = 12
+"""Records that are drawn, the most useful first."""
 ROW = 7.0
 """Height of a row, in mm."""
 

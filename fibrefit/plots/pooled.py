@@ -13,10 +13,13 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLACK,
     BLUE,
+    GAP,
     GREY,
     PALE,
+    RIGHT,
     SKY,
     SMALL,
+    TOP,
     VERMILLION,
     WIDTH,
     axes_at,
@@ -31,9 +34,12 @@ from fibrefit.series.thresholds import SIGNIFICANT
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
-LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
-HEIGHT, GAP = 32.0, 4.0
-COLUMNS, MOST, NAMED = 3, 12, 12
+LEFT, BOTTOM, ACROSS, UP = 17.0, 13.0, 17.0, 15.0
+"""Margins for names of records in two lines, and room between panels for the label of the next, in mm."""
+HEIGHT, COLUMNS = 32.0, 3
+"""Height of a panel in mm, and panels in a row."""
+MOST, NAMED = 12, 12
+"""Trends that are drawn, a page of them, and records whose names fit below an axis."""
 TRENDS = (
     "line: weighted regression; bars: twice the standard error; red: outlier; chance: probability of as strong a trend "
     "where there is none, all looks together"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.figures import Figures
-from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
+from fibrefit.plots.pooled import ACROSS, BOTTOM, LEFT, UP, RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLACK,
@@ -18,8 +18,10 @@ from fibrefit.plots.style import (
     GREY,
     ORANGE,
     PALE,
+    RIGHT,
     SKY,
     SMALL,
+    TOP,
     WIDTH,
     axes_at,
     label,
@@ -33,11 +35,12 @@ from fibrefit.plots.style import (
 if TYPE_CHECKING:
     from fibrefit.study.summaries.series import SeriesRecord, SeriesSummary, SpeedCurveSummary
 
-LEFT, RIGHT, TOP, BOTTOM, ACROSS, UP = 17.0, 6.0, 17.0, 13.0, 17.0, 15.0
 HEIGHT = 44.0
+"""Of the parameters over speed, in mm."""
 ANSWERS = {"constant": "one set of parameters", "speed_law": "a law of speed", "per_record": "values of each record"}
 COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
 MOST = 12
+"""Records whose names fit below an axis."""
 WIDE = 10.0
 """Gap of a record left out from which the axis is logarithmic."""
 

@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import Compared
-from fibrefit.plots.style import SIMULATED, SKY, SMALL, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import BOTTOM, LEFT, SIMULATED, SKY, SMALL, TOP, axes_at, label, legend, new_figure, title
 
 ROWS = 6
 """Records in one figure."""
-LEFT, TOP, BOTTOM, HEIGHT, WIDTH, GAP, BETWEEN = 16.0, 17.0, 10.0, 30.0, 74.0, 8.0, 14.0
+HEIGHT, ACROSS, ABOVE, BETWEEN = 30.0, 74.0, 8.0, 14.0
+"""Height and width of a panel, room above the next row for its numbers and between columns for a label, in mm."""
 SHARE = 0.35
 """Half of a window over the duration of the contact."""
 FEWEST = 8
@@ -47,7 +48,7 @@ def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[i
 
 
 def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
-    figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + GAP) - GAP)
+    figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + ABOVE) - ABOVE)
     title(
         figure,
         "How the model follows the first contact of each record: take-up and release",
@@ -55,12 +56,12 @@ def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) 
     )
     up = figure.get_size_inches()[1] * 25.4
     for row, (record, (start, end)) in enumerate(contacts):
-        bottom = up - TOP - HEIGHT - row * (HEIGHT + GAP)
+        bottom = up - TOP - HEIGHT - row * (HEIGHT + ABOVE)
         force = fitted.compared(record)[0]
         half = max(FEWEST, round(SHARE * ((end or start + 60) - start)))
         windows = [(start, "take-up")] if end is None else [(start, "take-up"), (end, "release")]
         for column, (instant, what) in enumerate(windows):
-            axes = axes_at(figure, LEFT + column * (WIDTH + BETWEEN), bottom, WIDTH, HEIGHT)
+            axes = axes_at(figure, LEFT + column * (ACROSS + BETWEEN), bottom, ACROSS, HEIGHT)
             _zoom(axes, force, instant, half)
             if column == 0:
                 _name(axes, fitted, record)

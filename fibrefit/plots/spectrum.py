@@ -21,13 +21,13 @@ from fibrefit.plots.style import (
     label,
     legend,
     logarithmic,
-    new_figure,
-    stacked_axes,
+    stacked_figure,
     title,
 )
 from fibrefit.study.summaries.arrays import Array
 
-LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 18.0, 5.0, 17.0, 11.0, 6.0, 46.0
+HEIGHT = 46.0
+"""Of a channel, in mm: four of them stand on a page."""
 LOWEST = 0.2
 """Lowest power shown, as a share of the smallest of the noise."""
 
@@ -64,11 +64,10 @@ def spectrum_figure(group: Mapping[str, Array], fitted: Fitted, changed: bool) -
         Whether the final model differs from the first.
     """
     channels = fitted.channels
-    figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
+    figure, panels = stacked_figure([HEIGHT] * len(channels))
     spectra = {channel: spectrum_of_channel(group, channel) for channel in channels}
     beside = "power of the residuals, mean over all records; grey: noise at rest and its 95 % band"
     title(figure, _heading(spectra, changed), beside)
-    panels = stacked_axes(figure, [HEIGHT] * len(channels), LEFT, RIGHT, TOP, GAP)
     for axes, (channel, found) in zip(panels, spectra.items(), strict=True):
         unit, worth = readable_unit(np.sqrt(found.first * found.frequency), fitted.gap.channels[channel].unit)
         _floor(axes, found, worth)

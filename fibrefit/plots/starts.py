@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import GREY, KINDS, SMALL, axes_at, label, logarithmic, new_figure, title
+from fibrefit.plots.style import BOTTOM, GREY, KINDS, RIGHT, SMALL, TOP, axes_at, label, logarithmic, new_figure, title
 from fibrefit.study.summaries.arrays import Array
 
-LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 14.0, 6.0, 17.0, 11.0, 6.0
+LEFT, BETWEEN = 14.0, 6.0
+"""Room for the numbers of the starts, and between panels for the end of a number, in mm."""
 ROW = 2.2
+"""Height of a start in mm: its number is a line of small text."""
 MOST_PANELS = 5
+"""Parameters that are drawn: more would be narrower than their numbers."""
 LOST = "given up"
 
 

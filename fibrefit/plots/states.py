@@ -11,15 +11,33 @@ from matplotlib.figure import Figure
 from fibrefit.core.roles import HELD, STATES, TAUT
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import FINAL, FIRST, GREY, PALE, SMALL, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import (
+    BOTTOM,
+    FINAL,
+    FIRST,
+    GREY,
+    LEFT,
+    PALE,
+    RIGHT,
+    SMALL,
+    TOP,
+    axes_at,
+    label,
+    legend,
+    new_figure,
+    title,
+)
 
 OF_FIBRE = ("stretch", "stretch rate", "tension")
 """States that say something only while a fibre is taut."""
-LEFT, RIGHT, TOP, BOTTOM, BETWEEN, GAP, HEIGHT = 16.0, 5.0, 17.0, 11.0, 12.0, 8.0, 34.0
+HEIGHT, ABOVE, BETWEEN = 34.0, 8.0, 12.0
+"""Height of a panel, room above the next row for its numbers, and between maps for numbers and label, in mm."""
 CLOSE = 4.0
 """Distance in mm of panels that share an axis."""
 BINS, FEWEST = 24, 12
+"""Bins of a state, and samples from which one has a mean: it is then known to 0.3 noise rms."""
 CELLS, PLANE = 44, 46.0
+"""Cells of a map each way, and its height in mm: a cell is a millimetre, which the eye still tells apart."""
 LARGEST = 4.0
 """Residual, in noise rms, at which the colours of the map end."""
 
@@ -34,7 +52,7 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
     """
     channels = before.channels
     known = [state for state in STATES if state in before.states]
-    figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + GAP) - GAP)
+    figure = new_figure(TOP + BOTTOM + len(channels) * (HEIGHT + ABOVE) - ABOVE)
     beside = (
         "while the weight moves; of the fibre, while it is taut" if "tension" in known else "while the weight moves"
     )
@@ -43,7 +61,7 @@ def states_figure(before: Fitted, after: Fitted | None) -> Figure:
     across, up = figure.get_size_inches() * 25.4
     width = (across - LEFT - RIGHT - CLOSE * (len(known) - 1)) / len(known)
     for row, channel in enumerate(channels):
-        bottom, first = up - TOP - HEIGHT - row * (HEIGHT + GAP), None
+        bottom, first = up - TOP - HEIGHT - row * (HEIGHT + ABOVE), None
         for column, state in enumerate(known):
             axes = axes_at(figure, LEFT + column * (width + CLOSE), bottom, width, HEIGHT)
             _panel(axes, before, after, state, channel)
@@ -101,7 +119,7 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
     # A row for each channel; where nothing changed, the channels stand side by side.
     panels = [(channel, stage) for channel in before.channels for stage in stages]
     rows = -(-len(panels) // 2)
-    figure = new_figure(TOP + BOTTOM + rows * (PLANE + GAP) - GAP)
+    figure = new_figure(TOP + BOTTOM + rows * (PLANE + ABOVE) - ABOVE)
     said = f"Where in the plane of {variables[0]} and {variables[1]} measurement and model differ"
     title(figure, said, "mean of measured minus simulated, in units of the noise")
     across, up = figure.get_size_inches() * 25.4
@@ -109,7 +127,7 @@ def map_figure(before: Fitted, after: Fitted | None, variables: tuple[str, str] 
     units = [readable_unit(_of_state(before, state), _unit(before, state)) for state in variables]
     for number, (channel, (said, fitted)) in enumerate(panels):
         row, column = divmod(number, 2)
-        bottom = up - TOP - PLANE - row * (PLANE + GAP)
+        bottom = up - TOP - PLANE - row * (PLANE + ABOVE)
         axes = axes_at(figure, LEFT + column * (width + BETWEEN), bottom, width, PLANE)
         mesh = _map(axes, fitted, channel, variables, (units[0][1], units[1][1]))
         heading = f"{channel}, {said}"

@@ -43,6 +43,11 @@ WIDTH = 183.0
 SMALL, USUAL, LARGE = 6.5, 7.5, 9.0
 """Sizes of text, in points."""
 MM = 1.0 / 25.4
+LEFT, RIGHT, TOP, BOTTOM = 16.0, 5.0, 17.0, 11.0
+"""Usual margins in mm: numbers of five figures and a label; half a number; a title in two lines, its remark; numbers
+and a label."""
+GAP = 4.5
+"""Room in mm between axes one below the other: a line of small text."""
 LETTER = 1.9
 """Width of a bold letter of a title, in mm."""
 LETTER_SMALL = 1.3
@@ -78,22 +83,27 @@ def axes_at(figure: Figure, left: float, bottom: float, width: float, height: fl
     return axes
 
 
-def stacked_axes(
-    figure: Figure, heights: Sequence[float], left: float, right: float, top: float, gap: float
-) -> list[Axes]:
-    """Axes one below the other that share their horizontal axis; all measures in mm."""
-    across, up = figure.get_size_inches() / MM
+def stacked_figure(heights: Sequence[float], below: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Figure with axes one below the other that share their horizontal axis; all measures in mm.
+
+    Parameters
+    ----------
+    heights : sequence of float
+        Of the axes, from above.
+    below : float
+        Further room below the last of them.
+    """
+    up = TOP + sum(heights) + GAP * (len(heights) - 1) + BOTTOM + below
+    figure = new_figure(up)
     made: list[Axes] = []
-    upper = up - top
+    upper = up - TOP
     for height in heights:
-        axes = axes_at(figure, left, upper - height, across - left - right, height)
-        if made:
-            axes.sharex(made[0])
-        made.append(axes)
-        upper -= height + gap
+        made.append(axes_at(figure, LEFT, upper - height, WIDTH - LEFT - RIGHT, height))
+        made[-1].sharex(made[0])
+        upper -= height + GAP
     for axes in made[:-1]:
         axes.tick_params(labelbottom=False)
-    return made
+    return figure, made
 
 
 def title(figure: Figure, text: str, beside: str = "", left: float = 4.0) -> None:

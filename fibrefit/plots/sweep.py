@@ -22,8 +22,7 @@ from fibrefit.plots.style import (
     VERMILLION,
     label,
     legend,
-    new_figure,
-    stacked_axes,
+    stacked_figure,
     title,
 )
 from fibrefit.series.marks import jumps, ranges
@@ -37,10 +36,10 @@ WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "up": ("sweep up", {"color": BLUE, "linewidth": 0.9}),
     "down": ("sweep down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
 }
-LEFT, RIGHT, TOP, GAP, BOTTOM = 16.0, 5.0, 17.0, 5.0, 11.0
 APART = 0.05
 """Share of an amplitude by which that of another way to a frequency differs when it is another motion."""
-HEIGHTS = (46.0, 34.0, 34.0, 24.0)
+HEIGHTS, COMPARED = (46.0, 34.0, 34.0, 24.0), (52.0, 52.0)
+"""Heights in mm of angle, forces and multiplier, and of the two panels of all curves: both figures fit on a page."""
 
 
 @dataclass(frozen=True)
@@ -111,14 +110,13 @@ def sweep_figures(summary: SweepSummary, groups: Groups) -> Figures:
 
 def _swept_figure(curve: _Curve) -> Figure:
     """Extremes of angle and forces, and the largest Floquet multiplier, against frequency."""
-    figure = new_figure(TOP + sum(HEIGHTS) + GAP * (len(HEIGHTS) - 1) + BOTTOM)
+    figure, axes = stacked_figure(HEIGHTS)
     preload = curve.summary.preload_n
     title(
         figure,
         f"{curve.name}: {_said(curve)}",
         f"drive {1e3 * curve.summary.amplitude_m:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
-    axes = stacked_axes(figure, HEIGHTS, LEFT, RIGHT, TOP, GAP)
     for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
         _extremes(axes[channel], curve, channel)
         label(axes[channel], y=name)
@@ -134,14 +132,12 @@ def _swept_figure(curve: _Curve) -> Figure:
 
 def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
     """Maximum |angle| from rest and steady-state amplitude of all curves."""
-    heights = (52.0, 52.0)
-    figure = new_figure(TOP + sum(heights) + GAP + BOTTOM)
+    figure, axes = stacked_figure(COMPARED)
     title(
         figure,
         _said_of_all(curves),
         "lines: from rest and sweep up; dashed: sweep down",
     )
-    axes = stacked_axes(figure, heights, LEFT, RIGHT, TOP, GAP)
     for i, curve in enumerate(curves):
         colour = KINDS[i % len(KINDS)][0]
         rest, name = curve.branches["rest"], curve.name

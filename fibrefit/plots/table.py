@@ -12,13 +12,14 @@ from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, ORANGE, label, legend, new_figure, stacked_axes, title
+from fibrefit.plots.style import BLUE, ORANGE, label, legend, stacked_figure, title
 from fibrefit.records.table import Table
 
 if TYPE_CHECKING:
     from fibrefit.records import Record, TimeGap
 
-LEFT, RIGHT, TOP, BOTTOM, GAP, HEIGHT = 16.0, 5.0, 14.0, 10.0, 4.0, 30.0
+HEIGHT = 30.0
+"""Of a column, in mm: six of them stand on a page."""
 FEW = 200
 """Samples below which each is drawn as a dot too: a line needs two."""
 MOST = 12
@@ -50,10 +51,9 @@ def table_figure(what: Table | Record) -> Figure:
     name = printable(what.path.name if isinstance(what, Table) else what.name)
     curves = _of_table(what) if isinstance(what, Table) else _of_record(what)
     shown = curves[:MOST]
-    figure = new_figure(TOP + BOTTOM + max(len(shown), 1) * (HEIGHT + GAP) - GAP)
+    figure, panels = stacked_figure([HEIGHT] * max(len(shown), 1))
     beside = _said(what) + (f"; {len(curves) - MOST} further columns not shown" if len(curves) > MOST else "")
     title(figure, f"{name}, as it was understood", beside)
-    panels = stacked_axes(figure, [HEIGHT] * max(len(shown), 1), LEFT, RIGHT, TOP, GAP)
     for axes, curve in zip(panels, shown, strict=False):
         _draw(axes, curve)
     label(panels[-1], x="time / s")

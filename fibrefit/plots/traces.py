@@ -10,11 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import KINDS, PALE, SMALL, USUAL, axes_at, label, new_figure, title
+from fibrefit.plots.style import BOTTOM, GAP, KINDS, PALE, SMALL, TOP, USUAL, axes_at, label, new_figure, title
 
-ROW, GAP, LEFT, BOTTOM, TOP = 20.0, 5.0, 18.0, 11.0, 17.0
+ROW, LEFT = 20.0, 18.0
+"""Height of a value, and room for its label and numbers of many digits, in mm."""
 LONG, RANKS = 100.0, 50.0
+"""Widths in mm of traces and of ranks: those are read over time, these only against a level."""
 BINS = 20
+"""Bins of the ranks: with a thousand draws each is good to a seventh."""
 SPREAD = (0.05, 0.95)
 """Quantiles of an ensemble's walkers between which its band runs."""
 
