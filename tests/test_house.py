@@ -268,6 +268,17 @@ def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None
     assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
 
 
+def test_a_threshold_has_a_name_of_its_own() -> None:
+    named: dict[str, list[str]] = {}
+    for module in sorted(m for m in MODULES if m.endswith(("thresholds", "effort"))):
+        for node in MODULES[module].body:
+            for target in node.targets if isinstance(node, ast.Assign) else ():
+                named.setdefault(ast.unparse(target), []).append(module)
+    twice = {name: homes for name, homes in named.items() if len(homes) > 1}
+    assert named, "no thresholds were found"
+    assert not twice, twice
+
+
 def test_a_number_in_a_verdict_is_seen() -> None:
     tree = ast.parse("LIMIT = 0.3\nWIDTH = 4\ndef f(x):\n    return Check('', 2 * LIMIT > x > 0.7, WIDTH)")
     assert judges(tree)

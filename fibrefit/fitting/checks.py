@@ -15,10 +15,10 @@ from fibrefit.fitting.thresholds import (
     ASTRAY,
     AT_BOUND,
     CHANCE,
-    DECIDED,
     FEW_STARTS,
     GRAVITY_OFF,
     INPUT_ERROR,
+    LESS_PROBABLE,
     SETTLED,
     STARTS,
     UNEXPLAINED,
@@ -123,7 +123,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
     """
     share = starts.agreeing / starts.tried
     excess = _excess(starts)
-    few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > DECIDED)
+    few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > LESS_PROBABLE)
     others, lost = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0))
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost}
     return Check(

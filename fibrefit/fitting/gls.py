@@ -62,7 +62,7 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | N
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
     for look in range(LOOKS):
-        found = _settled(task, bars, unknowns, place, seen)
+        found = _settled(bars, unknowns, place, seen)
         if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
             break
         seen, place = _seen(task, found), found.evidence.mode.place
@@ -81,7 +81,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     return replace(linearised_in_errors(whole, known, plain.values, coefficients, roots), beforehand=seen.beforehand)
 
 
-def _settled(task: Task, bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
+def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
     """The mode in the noise that is left there."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()

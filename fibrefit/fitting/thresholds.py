@@ -34,7 +34,7 @@ FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise: one may be an accident."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
-DECIDED = 10.0
+LESS_PROBABLE = 10.0
 """Nats by which the next one has to be less probable instead, where errors of measured inputs hide how much it leaves:
 odds of twenty thousand to one."""
 AT_BOUND = 0.1
@@ -53,11 +53,11 @@ RARE_POWER = 5e-4
 """Probability of a ratio of powers beyond which it is not put down to chance: the same one in two thousand."""
 LOUDEST = 1.5
 """Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
-FEWEST = 200
+FEWEST_SAMPLES = 200
 """Samples below which a phase is too short to be judged: their mean square scatters by a tenth."""
 ORDINATES = 8
 """Ordinates of a spectrum below which an octave says nothing: their mean is uncertain by a third."""
-SHORTEST = 16
+SHORTEST_PIECE = 16
 """Samples of the shortest piece that has a spectrum: its lowest octave holds one ordinate."""
 
 RARE_SCATTER = 1e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 PREFERRED = 5.0
 """Logarithm of the Bayes factor from which a richer model is preferred: odds of 150 to one, Kass and Raftery's "very
 strong", J. Am. Stat. Assoc. 90 (1995)."""
-SIMPLER = 1.0
+SIMPLER_LAW = 1.0
 """Nats within which the law with fewer parameters is taken: "not worth more than a bare mention", as there."""
 MOST_LAWS = 3
 """Laws of speed in one model: one for each parameter of a base model that can have one."""
@@ -13,7 +13,7 @@ SIGNIFICANT = 0.05
 """Probability, corrected for all looks, below which a trend is reported: the usual one in twenty."""
 STRAY = 0.01
 """Probability by chance of an outlier in a whole series, below which a record is named: one series in a hundred."""
-FEWEST = 4
+FEWEST_RECORDS = 4
 """Records from which a line can be tested: two are the line's, and of three none could be told from the others."""
 MOST_OUTLIERS = 0.1
 """Share of the records that may be left out as outliers: with more of them they are not what is odd."""

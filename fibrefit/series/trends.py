@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.series.thresholds import FEWEST, MOST_OUTLIERS, SIGNIFICANT, STRAY
+from fibrefit.series.thresholds import FEWEST_RECORDS, MOST_OUTLIERS, SIGNIFICANT, STRAY
 
 ROUNDS, HALVINGS = 20, 60
 
@@ -143,13 +143,13 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
     """One parameter against one condition; None where there is too little to tell."""
     seen = np.isfinite(y.values) & np.isfinite(y.errors) & np.isfinite(x.values)
     kept = np.flatnonzero(seen)
-    if len(kept) < FEWEST or len(np.unique(x.values[kept])) < 2:
+    if len(kept) < FEWEST_RECORDS or len(np.unique(x.values[kept])) < 2:
         return None
     outliers: list[Outlier] = []
     while True:
         line = _line(x.values[kept], y.values[kept], x.errors[kept], y.errors[kept])
         stray = None if line is None else _stray(line, seen.sum())
-        if stray is None or len(outliers) >= max(1, MOST_OUTLIERS * seen.sum()) or len(kept) <= FEWEST:
+        if stray is None or len(outliers) >= max(1, MOST_OUTLIERS * seen.sum()) or len(kept) <= FEWEST_RECORDS:
             break
         place, score, chance = stray
         outliers.append(Outlier(names[kept[place]], score, chance))

@@ -16,7 +16,7 @@ LOGS = (50.0, *[-200.0] * 10)
 CASES = (
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
-    Bracket("ENOUGH", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
+    Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
     Bracket("PATIENCE", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),

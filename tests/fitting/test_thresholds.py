@@ -97,13 +97,13 @@ CASES = (
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),
-    Bracket("DECIDED", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),
+    Bracket("LESS_PROBABLE", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),
     Bracket("AT_BOUND", judge, lambda x: not judge.at_bound(1.0 / x, 1.0, Range(0.0, 100.0, 10.0)), 8.0, 13.0),
     Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
     Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
     Bracket("ORDINATES", structure, of_fast, 9.0, 7.0),
-    Bracket("SHORTEST", structure, with_spectrum, 17.0, 15.0),
+    Bracket("SHORTEST_PIECE", structure, with_spectrum, 17.0, 15.0),
     Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
     Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
 )
@@ -171,7 +171,7 @@ def test_a_verdict_on_weight_turns_at_the_threshold(name: str, monkeypatch: pyte
 
 
 OF_STRUCTURE = {
-    "FEWEST": (lambda clean, number: alone(clean, number, 50.0), 190.0, 210.0),
+    "FEWEST_SAMPLES": (lambda clean, number: alone(clean, number, 50.0), 190.0, 210.0),
     # A residual that does not change is as rare as its phase is long: 2.2 times the noise's power passes, just.
     "CHANCE": (lambda clean, size: alone(clean, 240.0, size), 1.6, 1.8),
     "RARE_POWER": (lambda clean, ratio: louder_octave(ratio), 11.0, 12.0),

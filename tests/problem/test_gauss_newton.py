@@ -18,7 +18,7 @@ from fibrefit.problem.estimate.normal_equations import (
     penalty,
     place_of,
 )
-from fibrefit.problem.estimate.trust_region import SHORTEST, DampedStep, radius_after, step_within
+from fibrefit.problem.estimate.trust_region import SHORTEST_STEP, DampedStep, radius_after, step_within
 from tests.problem.toys import NAMES, Linear, begun, bounded, dense, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -289,7 +289,7 @@ def test_after_a_rise_the_radius_is_where_a_parabola_is_lowest() -> None:
     # Q falls as 4 t - 10 t^2 along a step of size 3: a fall of -6 at its end, most at t = 0.2.
     step = DampedStep(begun(unknowns()), promised=2.0, slope=4.0, size=3.0)
     assert radius_after(step, -6.0, 5.0) == pytest.approx(0.6)
-    assert radius_after(step, -1e6, 5.0) == radius_after(step, np.nan, 5.0) == pytest.approx(3.0 * SHORTEST)
+    assert radius_after(step, -1e6, 5.0) == radius_after(step, np.nan, 5.0) == pytest.approx(3.0 * SHORTEST_STEP)
     assert radius_after(step, 1.0, 5.0) == 5.0
     assert radius_after(step, 1.9, 5.0) == 6.0
     assert radius_after(step, 1.0, np.inf) == 3.0

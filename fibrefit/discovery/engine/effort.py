@@ -16,7 +16,7 @@ NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
-ENOUGH = 0.2
+LEAST_FALL = 0.2
 """Promised fall of a hypothesis's objective, a tenth of a nat, that is not taken any more: names differ by nats."""
 PATIENCE = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
@@ -59,7 +59,7 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
     parent : float
         Objective of the parent, twice a negative logarithm.
     """
-    return {"settled": ENOUGH, "effort": Effort(patience=PATIENCE, worthless=parent + 2.0 * WRONG_MINIMUM)}
+    return {"settled": LEAST_FALL, "effort": Effort(patience=PATIENCE, worthless=parent + 2.0 * WRONG_MINIMUM)}
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:

@@ -12,7 +12,8 @@ from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 LONGEST = 4096
 """Samples of a segment, at most."""
-SHORTEST = 32
+SHORTEST_SEGMENT = 32
+"""Samples of a record from which the lowest frequencies, which a mean that was taken off has emptied, are left out."""
 OVERLAP = 0.947
 """Share of the segments that are as good as independent: those of Hann's window that overlap by half."""
 THIRD = 2.0 ** (1.0 / 6.0)
@@ -71,7 +72,7 @@ def spectrum_of(own: Sequence[ChannelResidual]) -> Spectrum:
     freedom = max(2.0 * OVERLAP * sum(segments), 2.0)
     low, high = (float(chi2.ppf(chance, freedom) / freedom) for chance in (BY_CHANCE, 1.0 - BY_CHANCE))
     # The mean is taken off each segment, and half the rate has one phase only: neither is what it was.
-    inner = slice(2, -1) if size >= SHORTEST else slice(1, None)
+    inner = slice(2, -1) if size >= SHORTEST_SEGMENT else slice(1, None)
     power = np.average(powers, axis=0, weights=segments)
     return Spectrum(frequency[inner], power[inner], own[0].noise.density(frequency[inner]), (low, high))
 

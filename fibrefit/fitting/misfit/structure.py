@@ -15,12 +15,12 @@ from scipy.special import fdtri
 from fibrefit.core.roles import HELD, PHASES
 from fibrefit.fitting.thresholds import (
     CHANCE,
-    FEWEST,
+    FEWEST_SAMPLES,
     LOUDEST,
     ORDINATES,
     PHASE_RATIO,
     RARE_POWER,
-    SHORTEST,
+    SHORTEST_PIECE,
     SPECTRUM_RATIO,
     STATE_SHARE,
 )
@@ -135,7 +135,7 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> _Shares
     found = [_Shares(np.empty(0), np.empty(0))]
     for values, rate in pieces:
         count = len(values)
-        if count < SHORTEST:
+        if count < SHORTEST_PIECE:
             continue
         frequency, power = periodogram(values, rate)
         lines = [f for f, _ in noise.lines] + list(MAINS if not noise.lines else ())
@@ -149,7 +149,7 @@ def _phases(residual_set: ResidualSet) -> Check:
     for c, channel in enumerate(residual_set.channels):
         for index, phase in enumerate(PHASES):
             inside = (residual_set.motion.phase == index) & residual_set.counted[:, c]
-            if inside.sum() >= FEWEST:
+            if inside.sum() >= FEWEST_SAMPLES:
                 expected = 1.0 + CHANCE * _scatter(inside, _slow_share(residual_set, c))
                 loud = loudness(residual_set, c, inside)
                 ratio = float(np.sqrt(np.mean(residual_set.residuals[:, c][inside] ** 2) / expected)) / loud
@@ -211,7 +211,7 @@ def _states(residual_set: ResidualSet) -> Check:
 
 def _steps(state: np.ndarray) -> np.ndarray:
     """Which of at most `HATS` equally filled steps each value belongs to; none where there is nothing to tell apart."""
-    if len(state) < FEWEST or np.ptp(state) == 0.0:
+    if len(state) < FEWEST_SAMPLES or np.ptp(state) == 0.0:
         return np.empty(0, dtype=int)
     return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, HATS + 1)[1:-1])), state)
 

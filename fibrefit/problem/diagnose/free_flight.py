@@ -30,7 +30,7 @@ LOADED = 0.05
 """Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
 EDGE = 0.1
 """Share of a flight at either end that is left out: a force may be late, and a contact begins gently."""
-SHORTEST = 8
+SHORTEST_FLIGHT = 8
 """Samples of the shortest flight that has a curvature."""
 RESOLVED = 1e-4
 """Smallest singular value over the largest below which gravity and friction are not told apart: flights one way."""
@@ -123,11 +123,11 @@ def _simulated(task: Task, motion: Motion) -> list[_Flight]:
 
 
 def _flights(trace: Trace, record: int, position: np.ndarray, free: np.ndarray) -> Iterator[_Flight]:
-    if np.isfinite(position).sum() < SHORTEST:
+    if np.isfinite(position).sum() < SHORTEST_FLIGHT:
         return
     speed = derivative(position, trace.times, TURNED, 1)
     for start, end in _stretches(free):
-        if np.isfinite(position[start:end]).sum() >= SHORTEST:
+        if np.isfinite(position[start:end]).sum() >= SHORTEST_FLIGHT:
             yield _Flight(record, np.arange(start, end), position[start:end], speed[start:end])
 
 
@@ -137,7 +137,7 @@ def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
     found = []
     for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
         cut = round(EDGE * (end - start))
-        if end - start - 2 * cut >= SHORTEST:
+        if end - start - 2 * cut >= SHORTEST_FLIGHT:
             found.append((int(start) + cut, int(end) - cut))
     return found
 

@@ -17,7 +17,7 @@ from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
 """Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
-SHORTEST = 0.1
+SHORTEST_STEP = 0.1
 """Share of a step that led nowhere, below which the next one is not shortened at once."""
 ROUGHLY = 1.1
 """Factor to which a step has the size of the radius."""
@@ -47,13 +47,13 @@ class DampedStep(NamedTuple):
 def radius_after(step: DampedStep, fall: float, radius: float) -> float:
     """Radius of the trust region after a step, by how much Q fell of what was promised."""
     if not np.isfinite(fall):
-        return SHORTEST * step.size
+        return SHORTEST_STEP * step.size
     if fall > 0.75 * step.promised:
         return max(radius if np.isfinite(radius) else 0.0, 2.0 * step.size)
     if fall > 0.25 * step.promised:
         return step.size if np.isinf(radius) else radius
     # Where the parabola through both ends, with the slope at the first, is lowest.
-    return float(np.clip(0.5 * step.slope / (step.slope - fall), SHORTEST, 0.5)) * step.size
+    return float(np.clip(0.5 * step.slope / (step.slope - fall), SHORTEST_STEP, 0.5)) * step.size
 
 
 def step_within(found: PosteriorMode, radius: float) -> DampedStep:

@@ -10,7 +10,7 @@ from fibrefit.core.roles import HELD, REST, SLACK, STICKING, TAUT
 
 MOST = 6
 """Instants of a kind, at most: the later ones are too small to be compared."""
-SHORTEST = 4
+SHORTEST_PHASE = 4
 """Samples that a phase must last for its beginning to be one of them."""
 STILL = (HELD, REST, STICKING)
 
@@ -53,5 +53,5 @@ def moments(times: np.ndarray, phase: np.ndarray) -> list[Instant]:
 def _begins(kind: str, times: np.ndarray, inside: np.ndarray) -> list[Instant]:
     """Where `inside` becomes true, and stays so for a while; not at the first sample, where nothing begins."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int))).reshape(-1, 2)
-    starts = [int(first) for first, last in edges if first > 0 and last - first >= SHORTEST]
+    starts = [int(first) for first, last in edges if first > 0 and last - first >= SHORTEST_PHASE]
     return [Instant(f"{kind} {number}", float(times[first])) for number, first in enumerate(starts[:MOST], 1)]

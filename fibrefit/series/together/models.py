@@ -27,7 +27,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, place_of
 from fibrefit.problem.task import Task
-from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER
+from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch
 
@@ -113,7 +113,7 @@ def _simplest(look: Comparison) -> Weighed | None:
     """The most probable law, or one as good with fewer parameters; None where none is preferred to none."""
     if not look.found or look.gain(look.found[0]) <= PREFERRED:
         return None
-    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
+    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER_LAW]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
 
 
