@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import statistics
-import textwrap
 from collections.abc import Sequence
 
 from fibrefit.report.checks import GLOSSARY, failures
-from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.report.layout import headed, items, paragraph, section, table
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
@@ -38,7 +37,7 @@ def items_in_words(wrong: Sequence[str], total: int, what: str) -> str:
 def batch_report(summary: BatchSummary) -> str:
     """Report of a batch in at most 80 columns; no line break at its end."""
     sections = [
-        _title(summary),
+        headed(summary.name, summary.status),
         paragraph(VERDICTS[summary.status]),
         section("How many", _counts(summary)),
         section("What was found", _found(summary)),
@@ -49,12 +48,6 @@ def batch_report(summary: BatchSummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
-
-
-def _title(summary: BatchSummary) -> str:
-    status = summary.status.upper()
-    name = textwrap.shorten(summary.name, WIDTH - len(status) - 2, placeholder="...")
-    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
 
 
 def _counts(summary: BatchSummary) -> list[str]:

@@ -10,8 +10,8 @@ import numpy as np
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
-from fibrefit.report.layout import WIDTH, items, names_apart, numbered, paragraph, section, shortened, table
-from fibrefit.report.text import GAP, doubts, input_noise, parameter_row, with_error
+from fibrefit.report.layout import headed, items, names_apart, numbered, paragraph, section, shortened, table
+from fibrefit.report.text import GAP, doubts, earlier_value, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
 from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary
@@ -37,7 +37,7 @@ ROUNDS = (
 def discovery_report(summary: DiscoverySummary) -> str:
     """Report of a discovery in at most 80 columns; no line break at its end."""
     sections = [
-        f"{paragraph(verdict_line(summary))}\n{'=' * WIDTH}",
+        headed(paragraph(verdict_line(summary))),
         paragraph(_opening(summary)),
         section("What the records say", items(summary.told)),
         section("How it was found", _rounds(summary)),
@@ -279,16 +279,9 @@ def _parameters(summary: DiscoverySummary) -> list[str]:
             headings[i] = effect
         label, value, error, unit, interval = parameter_row(f"  {last}" if effect else name, parameter)
         then = before.get(name)
-        rows.append((label, _like(then, parameter, error) if then else "", value, error, unit, interval))
+        rows.append((label, earlier_value(then, parameter, error) if then else "", value, error, unit, interval))
     lines = table(("", "before", "after" if before else "value", "+/-", "unit", "95 % interval"), rows, right={1, 2, 3})
     # A name beside the columns would push them over the edge.
     for i, effect in reversed(headings.items()):
         lines.insert(i + 1, effect)
     return lines
-
-
-def _like(then: ParameterSummary, now: ParameterSummary, error: str) -> str:
-    """An earlier value in the unit, and to the digits, of the later one."""
-    worth = shown_unit(now.value if now.value else now.std_error or 0.0, now.unit)[1]
-    decimals = len(error.partition(".")[2])
-    return f"{then.value / worth:.{decimals}f}" if error else f"{then.value / worth:.5g}"

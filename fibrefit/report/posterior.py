@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from functools import partial
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import WIDTH, items, paragraph, section, shortened, table
-from fibrefit.report.text import MATTERS, between_lines, rows_of, with_error
+from fibrefit.report.layout import headed, items, paragraph, section, shortened, table
+from fibrefit.report.text import MATTERS, between_told, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
@@ -46,7 +45,7 @@ REMEDIES = {
 def posterior_report(summary: PosteriorSummary) -> str:
     """Report of a posterior in at most 80 columns; no line break at its end."""
     sections = [
-        _title(summary),
+        headed(summary.study, summary.status),
         paragraph(VERDICTS[summary.status]),
         section("What is known", _known(summary)),
         section("Sampling", _sampling(summary)),
@@ -70,12 +69,6 @@ def posterior_advice(checks: Sequence[Check], converged: bool, asked_nuts: bool)
     return tuple(dict.fromkeys(said))
 
 
-def _title(summary: PosteriorSummary) -> str:
-    status = summary.status.upper()
-    name = textwrap.shorten(summary.study, WIDTH - len(status) - 2, placeholder="...")
-    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
-
-
 def _known(summary: PosteriorSummary) -> list[str]:
     rows = [row for name, found in summary.parameters.items() for row in rows_of(name, partial(_row, found=found))]
     interval = f"{100 * summary.interval_probability:g} % interval"
@@ -84,7 +77,7 @@ def _known(summary: PosteriorSummary) -> list[str]:
     lines.append(paragraph(f"{100 * summary.interval_probability:g} % {kind} credible intervals."))
     if summary.effects:
         lines.append(paragraph(f"The model: the base model and {', '.join(summary.effects)}."))
-    lines += between_lines(summary.between_records)
+    lines += [paragraph(said) for said in filter(None, [between_told(summary.between_records)])]
     own = sorted({name for found in summary.records.values() for name in found})
     if own:
         lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
-
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import WIDTH, items, names_apart, paragraph, section, table
+from fibrefit.report.layout import headed, items, names_apart, paragraph, section, table
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.series import SeriesSummary
@@ -24,7 +22,7 @@ LONGEST = 18
 def series_report(summary: SeriesSummary) -> str:
     """Report of a series in at most 80 columns; no line break at its end."""
     sections = [
-        _title(summary),
+        headed(summary.study, summary.status),
         paragraph(summary.sentence),
         section("Three models of the same records", _models(summary)),
         section("Values of the model that serves", _values(summary)),
@@ -38,12 +36,6 @@ def series_report(summary: SeriesSummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
-
-
-def _title(summary: SeriesSummary) -> str:
-    status = summary.status.upper()
-    name = textwrap.shorten(summary.study, WIDTH - len(status) - 2, placeholder="...")
-    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
 
 
 def _models(summary: SeriesSummary) -> list[str]:

@@ -12,7 +12,7 @@ from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import WIDTH, items, paragraph, section, table
+from fibrefit.report.layout import headed, items, paragraph, section, table
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
@@ -67,7 +67,7 @@ GAP = (
 def fit_report(summary: FitResultSummary) -> str:
     """Report of a fit in at most 80 columns; no line break at its end."""
     sections = [
-        _title(summary),
+        headed(summary.study, summary.status),
         paragraph(f"{headline(summary)} {VERDICTS[summary.status]} {_left(summary)}".strip()),
         section("What was found", _found(summary)),
         section("How sure it is", _sure(summary)),
@@ -125,12 +125,6 @@ def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, 
     return f"{value:.{decimals}f}", f"{error:.{decimals}f}", chosen
 
 
-def _title(summary: FitResultSummary) -> str:
-    status = summary.status.upper()
-    name = textwrap.shorten(summary.study, WIDTH - len(status) - 2, placeholder="...")
-    return f"{name}{status:>{WIDTH - len(name)}}\n{'=' * WIDTH}"
-
-
 def _found(summary: FitResultSummary) -> list[str]:
     rows = [
         row
@@ -140,8 +134,8 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    lines += [paragraph(said) for said in priors_told(summary.parameters)]
-    return lines + between_lines(summary.between_records) + [paragraph(finding) for finding in summary.findings]
+    between = filter(None, [between_told(summary.between_records)])
+    return lines + [paragraph(said) for said in (*priors_told(summary.parameters), *between, *summary.findings)]
 
 
 def priors_told(parameters: Mapping[str, ParameterSummary]) -> list[str]:
@@ -158,8 +152,8 @@ def priors_told(parameters: Mapping[str, ParameterSummary]) -> list[str]:
     return said
 
 
-def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:
-    """How much records differ, where they do; one line where they agree."""
+def between_told(found: Mapping[str, BetweenRecordsSummary]) -> str:
+    """How much records differ, where they do; that they agree, in a sentence; empty where nothing was asked."""
     said = []
     for name, between in found.items():
         low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
@@ -170,8 +164,8 @@ def between_lines(found: Mapping[str, BetweenRecordsSummary]) -> list[str]:
             said.append(f"{name} may differ by up to {high} %.")
     if said:
         means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
-        return [paragraph(f"Between records: {' '.join(said)} {means}records ask for.")]
-    return [paragraph("Between records: no difference beyond the errors.")] if found else []
+        return f"Between records: {' '.join(said)} {means}records ask for."
+    return "Between records: no difference beyond the errors." if found else ""
 
 
 def rows_of(name: str, row: Callable[[str], tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -194,6 +188,13 @@ def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
     decimals = len(error.partition(".")[2])
     low, high = (f"{limit / worth:.{decimals}f}" for limit in parameter.interval_95)
     return name, value, error, shown, f"{low} to {high}"
+
+
+def earlier_value(then: ParameterSummary, now: ParameterSummary, error: str) -> str:
+    """An earlier value in the unit, and to the digits, of the later one and its error bar."""
+    worth = shown_unit(now.value if now.value else now.std_error or 0.0, now.unit)[1]
+    decimals = len(error.partition(".")[2])
+    return f"{then.value / worth:.{decimals}f}" if error else f"{then.value / worth:.5g}"
 
 
 def _sure(summary: FitResultSummary) -> list[str]:

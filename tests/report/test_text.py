@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.report.checks import failures, quantity_of
-from fibrefit.report.layout import names_apart
-from fibrefit.report.text import WIDTH, fit_report, priors_told, with_error
+from fibrefit.report.layout import WIDTH, names_apart
+from fibrefit.report.text import fit_report, priors_told, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import InputErrorSummary

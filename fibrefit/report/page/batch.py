@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.batch import VERDICTS, scatter_sentences
-from fibrefit.report.page.blocks import Block, Items, Pictures, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import failed_checks, in_full, told_gap
+from fibrefit.report.page.blocks import Block, Items, Result, TableBlock, Telling, Words
+from fibrefit.report.page.common import failed_checks, telling, told_gap
 from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
@@ -26,19 +26,9 @@ def told_batch(result: Result) -> Telling:
         Words("What was found", [*scatter_sentences(summary), *trend_sentences(summary.trends)], listed=True),
         _items(result, summary),
         _population(summary),
-        Pictures("Pictures", result.pictures) if result.pictures else None,
-        *in_full(summary),
     ]
-    return Telling(
-        kind="Batch",
-        status=summary.status,
-        verdict=VERDICTS[summary.status],
-        opening=f"{len(found)} identifications: {', '.join(f'{n} {kind}' for kind, n in counts.items())}.",
-        facts=[(kind, str(number)) for kind, number in counts.items()],
-        failed=failed_checks(summary.checks),
-        passed=sum(check.passed for check in summary.checks),
-        blocks=[block for block in blocks if block is not None and (not isinstance(block, Words) or block.paragraphs)],
-    )
+    said = f"{len(found)} identifications: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
+    return telling(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
 
 
 def _population(summary: BatchSummary) -> TableBlock | None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
-from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.core.units import format_quantity
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
-from fibrefit.report.page.blocks import Block, Hidden, TableBlock
-from fibrefit.report.text import parameter_row
+from fibrefit.report.page.blocks import Block, Hidden, Pictures, Result, TableBlock, Telling, Words
+from fibrefit.report.text import GAP, earlier_value, parameter_row
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary, Provenance
+from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 
@@ -42,7 +43,7 @@ def parameters_table(
     rows = []
     for name, found in parameters.items():
         label, value, error, unit, interval = parameter_row(name, found)
-        then = "" if before is None or name not in before else _like(before[name], found)
+        then = "" if before is None or name not in before else earlier_value(before[name], found, error)
         rows.append((label, *(() if before is None else (then,)), value, error, unit, interval))
     rest = ("standard error", "unit", "95 % interval")
     if before is None:
@@ -52,24 +53,6 @@ def parameters_table(
     )
 
 
-def _like(then: ParameterSummary, now: ParameterSummary) -> str:
-    """An earlier value in the unit of the later one."""
-    worth = shown_unit(now.value if now.value else now.std_error or 0.0, now.unit)[1]
-    return f"{then.value / worth:.4g}"
-
-
-def between_note(summary: FitResultSummary) -> str:
-    """How much records differ, in a sentence; empty where nothing was asked."""
-    differ = [
-        f"{name} by {100 * one.sd:.2g} % ({100 * one.interval_95[0]:.2g} to {100 * one.interval_95[1]:.2g} %)"
-        for name, one in summary.between_records.items()
-        if one.interval_95[0] > 0.0
-    ]
-    if differ:
-        return f"Records differ beyond their errors: {', '.join(differ)}; the values are means of the population."
-    return "Records do not differ beyond their errors." if summary.between_records else ""
-
-
 def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] | None, first: Gap | None) -> TableBlock:
     """Gap of each record and channel, worst first, with that of the first model where there is one."""
     channels = list(whole.channels)
@@ -77,10 +60,9 @@ def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] |
     rows = [(name, *_ratios((before or {}).get(name), after[name], channels)) for name in names]
     rows.append(("all records", *_ratios(first, whole, channels)))
     head = ("record", *(f"{channel}" for channel in channels), "all channels")
-    note = "Gap: RMS of measured minus simulated over the RMS of the noise; 1 is expected of a right model."
     columns = frozenset(range(1, len(head)))
     return TableBlock(
-        "The gap of each record" if first is None else "The gap before and after", head, rows, columns, note
+        "The gap of each record" if first is None else "The gap before and after", head, rows, columns, GAP
     )
 
 
@@ -104,6 +86,37 @@ def told_gap(gap: Gap) -> str:
         f"{name} {one.ratio:.2f} ({format_quantity(one.rms, one.unit, 2)})"
         for name, one in gap.channels.items()
         if one.ratio is not None
+    )
+
+
+def telling(
+    result: Result, blocks: Sequence[Block | None], verdict: str,
+    opening: str = "", facts: Sequence[tuple[str, str]] = (), status: str = "",
+) -> Telling:  # fmt: skip
+    """A result as it is told: its own blocks, its pictures, and what opens when it is asked for; none is empty.
+
+    Parameters
+    ----------
+    result : Result
+    blocks : sequence of Block or None
+        Those of its kind, in their order.
+    verdict, opening, facts, status
+        As of `Telling`; the status is that of the summary unless said.
+    """
+    summary: Any = result.summary
+    checks = getattr(summary, "checks", ())
+    failed = failed_checks(checks)
+    pictures = Pictures("Pictures", result.pictures) if result.pictures else None
+    shown = [block for block in (*blocks, pictures, *in_full(summary)) if block is not None]
+    return Telling(
+        kind=str(getattr(summary, "schema_name", "fibrefit/result")).split("/")[1].capitalize(),
+        status=status or str(getattr(summary, "status", "suspect" if failed else "ok")),
+        verdict=verdict,
+        opening=opening,
+        facts=facts,
+        failed=failed,
+        passed=sum(check.passed for check in checks),
+        blocks=[block for block in shown if not isinstance(block, Words) or block.paragraphs],
     )
 
 

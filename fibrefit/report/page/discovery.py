@@ -7,15 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.report.discovery import EVIDENCE, UNFINISHED, left_undone, verdict_line
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Step, Story, TableBlock, Telling, Words
-from fibrefit.report.page.common import (
-    ARROW,
-    changed,
-    failed_checks,
-    gaps_table,
-    in_full,
-    parameters_table,
-)
+from fibrefit.report.page.blocks import Block, Records, Result, Step, Story, TableBlock, Telling, Words
+from fibrefit.report.page.common import ARROW, changed, gaps_table, parameters_table, telling
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
@@ -34,9 +27,9 @@ def told_discovery(result: Result) -> Telling:
     keys = [] if view is None else [str(model["key"]) for model in view.view["models"]]
     before = summary.before if summary.added else None
     blocks: list[Block | None] = [
-        Words(UNFINISHED, undone, listed=True) if (undone := left_undone(summary)) else None,
-        Words("What it amounts to", [found.says for found in summary.weights]) if summary.weights else None,
-        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        Words(UNFINISHED, left_undone(summary), listed=True),
+        Words("What it amounts to", [found.says for found in summary.weights]),
+        Words("What to do next", summary.advice, listed=True),
         _alike(summary),
         parameters_table(summary.parameters, before.parameters if before else None),
         _story(summary, keys),
@@ -50,19 +43,9 @@ def told_discovery(result: Result) -> Telling:
         _left_out(summary),
         _tried(summary),
         _detectable(summary),
-        Pictures("Pictures", result.pictures) if result.pictures else None,
-        *in_full(summary),
     ]
-    return Telling(
-        kind="Discovery",
-        status=STATUS[summary.verdict],
-        verdict=verdict_line(summary),
-        opening=summary.reason if summary.verdict != "not_trusted" else "",
-        facts=_facts(summary),
-        failed=failed_checks(summary.checks),
-        passed=sum(check.passed for check in summary.checks),
-        blocks=[block for block in blocks if block is not None],
-    )
+    said = summary.reason if summary.verdict != "not_trusted" else ""
+    return telling(result, blocks, verdict_line(summary), said, _facts(summary), STATUS[summary.verdict])
 
 
 def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:

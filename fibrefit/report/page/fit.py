@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, Telling, Words
-from fibrefit.report.page.common import (
-    between_note,
-    failed_checks,
-    gaps_table,
-    in_full,
-    parameters_table,
-    told_gap,
-)
+from fibrefit.report.page.blocks import Block, Records, Result, Telling, Words
+from fibrefit.report.page.common import gaps_table, parameters_table, telling, told_gap
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
-from fibrefit.report.text import VERDICTS, priors_told
+from fibrefit.report.text import VERDICTS, between_told, priors_told
 from fibrefit.study.summaries.summaries import FitSummary
 
 
@@ -21,26 +14,18 @@ def told_fit(result: Result) -> Telling:
     summary = result.summary
     assert isinstance(summary, FitSummary)
     table = parameters_table(summary.parameters)
-    notes = " ".join(filter(None, [between_note(summary), *priors_told(summary.parameters), *summary.findings]))
+    notes = " ".join(
+        filter(None, [between_told(summary.between_records), *priors_told(summary.parameters), *summary.findings])
+    )
     view = view_of_fit(result)
     blocks: list[Block | None] = [
-        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        Words("What to do next", summary.advice, listed=True),
         type(table)(table.heading, table.head, table.rows, table.right, notes),
         view,
         gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
-        Pictures("Pictures", result.pictures) if result.pictures else None,
-        *in_full(summary),
     ]
-    return Telling(
-        kind="Fit",
-        status=summary.status,
-        verdict=VERDICTS[summary.status],
-        opening=" ".join(filter(None, [opening(summary), summary.estimator_says])),
-        facts=facts(summary),
-        failed=failed_checks(summary.checks),
-        passed=sum(check.passed for check in summary.checks),
-        blocks=[block for block in blocks if block is not None],
-    )
+    said = " ".join(filter(None, [opening(summary), summary.estimator_says]))
+    return telling(result, blocks, VERDICTS[summary.status], said, facts(summary))
 
 
 def opening(summary: FitSummary) -> str:

@@ -7,8 +7,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import failed_checks, in_full
+from fibrefit.report.page.blocks import Block, Records, Result, TableBlock, Telling, Words
+from fibrefit.report.page.common import telling
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.posterior import VERDICTS
 from fibrefit.report.text import with_error
@@ -21,23 +21,13 @@ def told_posterior(result: Result) -> Telling:
     summary = result.summary
     assert isinstance(summary, PosteriorSummary)
     blocks: list[Block | None] = [
-        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        Words("What to do next", summary.advice, listed=True),
         _parameters(summary),
         Words("How it was sampled", [summary.likelihood_says, *summary.remarks]) if summary.likelihood_says else None,
         view_of_posterior(result),
-        Pictures("Pictures", result.pictures) if result.pictures else None,
-        *in_full(summary),
     ]
-    return Telling(
-        kind="Posterior",
-        status=summary.status,
-        verdict=VERDICTS[summary.status],
-        opening=f"{summary.draws} draws of {summary.ensembles} ensembles of {summary.walkers} walkers.",
-        facts=_facts(summary),
-        failed=failed_checks(summary.checks),
-        passed=sum(check.passed for check in summary.checks),
-        blocks=[block for block in blocks if block is not None],
-    )
+    said = f"{summary.draws} draws of {summary.ensembles} ensembles of {summary.walkers} walkers."
+    return telling(result, blocks, VERDICTS[summary.status], said, _facts(summary))
 
 
 def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:

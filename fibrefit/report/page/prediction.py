@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.units import format_quantity, format_share
-from fibrefit.report.page.blocks import Block, Pictures, Records, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import failed_checks, gaps_table, in_full, parameters_table
+from fibrefit.report.page.blocks import Block, Records, Result, TableBlock, Telling, Words
+from fibrefit.report.page.common import gaps_table, parameters_table, telling
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
 from fibrefit.study.summaries.part import Z_95
@@ -26,23 +26,14 @@ def told_prediction(result: Result) -> Telling:
     gaps = {name: one.gap for name, one in summary.records.items()}
     blocks: list[Block | None] = [
         _predicted(summary),
-        Words("What to do next", summary.advice, listed=True) if summary.advice else None,
+        Words("What to do next", summary.advice, listed=True),
         view_of_prediction(result),
         gaps_table(gaps, summary.gap, None, None),
         parameters_table(summary.parameters),
-        Pictures("Pictures", result.pictures) if result.pictures else None,
-        *in_full(summary),
     ]
-    return Telling(
-        kind="Prediction",
-        status=summary.status,
-        verdict=VERDICTS[summary.verdict],
-        opening=f"{summary.says} Values of {summary.result}.",
-        facts=[(f"{name} explained", _share(one.explained)) for name, one in summary.channels.items()],
-        failed=failed_checks(summary.checks),
-        passed=sum(check.passed for check in summary.checks),
-        blocks=[block for block in blocks if block is not None],
-    )
+    facts = [(f"{name} explained", _share(one.explained)) for name, one in summary.channels.items()]
+    said = f"{summary.says} Values of {summary.result}."
+    return telling(result, blocks, VERDICTS[summary.verdict], said, facts)
 
 
 def _predicted(summary: PredictionSummary) -> TableBlock:
