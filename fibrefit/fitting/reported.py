@@ -21,7 +21,6 @@ from fibrefit.fitting.result import total
 from fibrefit.fitting.search.optimum import Optimum
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise
@@ -145,10 +144,9 @@ def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:
     """
     if plain.input_errors or gls.records_differ or gls.seen.whitening is None or gls.seen.problem.observations.steps:
         return ()
-    layout, whitening = plain.problem.layout, gls.seen.whitening
-    counts = np.maximum(np.sum(np.asarray(plain.linear.residuals) != 0.0, axis=(0, 2)), 1)
-    level = level_of(whitening, plain.linear.residuals, counts)
-    return (hausman_check(layout.free_names, hausman_at(layout, plain.linear, whitening, level, plain.scores.belief)),)
+    layout = plain.problem.layout
+    found = hausman_at(layout, plain.linear, gls.seen.whitening, None, plain.scores.belief)
+    return (hausman_check(layout.free_names, found),)
 
 
 def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:

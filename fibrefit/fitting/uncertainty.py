@@ -15,8 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from fibrefit.problem.noise.spectrum import periodogram, whittle
+from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
 from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.problem import Linearised, Problem
 
@@ -119,13 +121,10 @@ def stationary(scores: Scores, rate: float) -> np.ndarray:
         count = int(scores.counts[record])
         size = 4 << count.bit_length()
         frequency = np.fft.rfftfreq(size, 1.0 / rate)
-        total = np.zeros((scores.slopes.shape[-1],) * 2)
-        for (white_level, pink_level), slopes in zip(levels, scores.slopes[record, :, :count], strict=True):
-            spectrum = np.fft.rfft(slopes, size, axis=0)
-            density = white_level + pink_level / np.maximum(frequency, rate / count)
-            density[1:-1] *= 2.0
-            total += np.real(np.conj(spectrum).T @ (density[:, None] * spectrum)) * (0.5 * rate / size)
-        return total
+        spectra = rfft(np.moveaxis(scores.slopes[record, :, :count], -1, 0), size)
+        slow = np.maximum(frequency, rate / count)
+        density = np.stack([white_level + pink_level / slow for white_level, pink_level in levels])
+        return products_of_spectra(spectra, spectra * (0.5 * rate * half_weights(size) * density))
 
     return scores.assembled(local)
 
@@ -158,28 +157,42 @@ def block_bootstrap(scores: Scores) -> np.ndarray:
     Law
     ---
     Every place of a block draws its residuals from anywhere in the record, independently of the others. The variance
-    over all draws is then a sum over the places, and each is a sum over the frequencies of a cross-correlation: what
-    infinitely many resamples would give, without drawing one.
+    over all draws is then ``sum over blocks of s'C s`` with C the residuals' circular autocovariance between channels,
+    of which a block sees lags up to its own length: what infinitely many resamples would give, without drawing one.
     """
 
     def local(record: int) -> np.ndarray:
         count = int(scores.counts[record])
         length = max(round(MEMORY * count), 1)
-        spectrum = np.fft.rfft(scores.residuals[record, :, :count])
-        double = np.full(spectrum.shape[-1], 2.0)
-        # The mean over all draws is no variance; the last frequency of an even number stands alone.
-        double[0] = 0.0
-        double[-1] -= 1.0 - count % 2
-        total = np.zeros((scores.slopes.shape[-1],) * 2)
-        for start in range(0, count, length):
-            block = np.zeros((*scores.slopes[record, :, :count].shape,))
-            here = slice(start, min(start + length, count))
-            block[:, here] = scores.slopes[record, :, here]
-            cross = np.einsum("cf,cfi->fi", spectrum, np.conj(np.fft.rfft(block, axis=1)))
-            total += np.real(np.conj(cross).T @ (double[:, None] * cross)) / count**2
-        return total
+        size = next_fast_len(2 * length, real=True)
+        seen = rfft(_cut(np.moveaxis(scores.slopes[record, :, :count], -1, 1), length), size)
+        between = _spectrum_between(scores.residuals[record, :, :count], length, size)
+        # Of each channel the sum over all that its residuals go with.
+        moved = np.stack([np.sum(row[:, None, None] * seen, axis=0) for row in between])
+        return products_of_spectra(np.moveaxis(seen, 1, 0), np.moveaxis(moved, 1, 0))
 
     return scores.assembled(local)
+
+
+def _cut(rows: np.ndarray, length: int) -> np.ndarray:
+    """Rows ``(..., n)`` in blocks of a length, ``(..., n_block, length)``; the last is filled up with zeros."""
+    spare = -rows.shape[-1] % length
+    return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, spare)]).reshape(*rows.shape[:-1], -1, length)
+
+
+def _spectrum_between(residuals: np.ndarray, length: int, size: int) -> np.ndarray:
+    """Transform ``(n_channel, n_channel, size // 2 + 1)`` of circular autocovariances at lags below a length.
+
+    Scaled so that sums over the frequencies of a real transform of `size` are those over its lags.
+    """
+    count = residuals.shape[-1]
+    waves = rfft(residuals - residuals.mean(axis=-1, keepdims=True))
+    lags = irfft(waves[:, None] * waves.conj(), count) / count
+    kept = np.zeros((*lags.shape[:2], size))
+    kept[..., :length] = lags[..., :length]
+    if length > 1:
+        kept[..., 1 - length :] = lags[..., 1 - length :]
+    return rfft(kept) * half_weights(size)
 
 
 def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
@@ -204,14 +217,11 @@ def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
 
 
 def _bartlett(score: np.ndarray, lags: int) -> np.ndarray:
-    size = 1 << (2 * len(score) - 1).bit_length()
-    spectrum = np.fft.rfft(score, size, axis=0)
+    size = next_fast_len(len(score) + lags, real=True)
+    spectrum = rfft(np.ascontiguousarray(score.T), size)
     # The Bartlett-weighted sum of autocovariances is a weighted sum over the periodogram: one pass instead of `lags`.
     weight = np.zeros(size)
     taper = 1.0 - np.arange(lags + 1) / (lags + 1.0)
     weight[: lags + 1] = taper
     weight[-lags:] = taper[:0:-1]
-    weight = np.fft.rfft(weight).real / size
-    double = np.full(len(weight), 2.0)
-    double[[0, -1]] = 1.0
-    return np.real(np.conj(spectrum).T @ ((weight * double)[:, None] * spectrum))
+    return products_of_spectra(spectrum, spectrum * (rfft(weight).real * half_weights(size)))

@@ -146,6 +146,22 @@ def test_the_bootstrap_is_the_limit_of_many_resamples(samples: int) -> None:
     np.testing.assert_allclose(found / np.outer(scale, scale), drawn / np.outer(scale, scale), atol=0.04)
 
 
+def test_the_bootstrap_of_two_channels_is_the_sum_over_their_shared_places() -> None:
+    """All shifts of one block at a time, written out; the second channel follows the first by three samples."""
+    samples, random = 90, np.random.default_rng(4)
+    first = np.cumsum(random.standard_normal(samples))
+    residuals = np.stack([first, np.roll(first, 3) + 0.1 * random.standard_normal(samples)])
+    slopes = np.cumsum(random.standard_normal((2, samples, 3)), axis=1)
+    fit = Scores(residuals[None], slopes[None], np.array([samples]), np.arange(3)[None], 3)
+    total, length = np.zeros((3, 3)), round(MEMORY * samples)
+    for start in range(0, samples, length):
+        here = np.arange(start, min(start + length, samples))
+        shifted = [residuals[:, (here + shift) % samples] for shift in range(samples)]
+        drawn = np.array([np.einsum("ct,cti->i", rows, slopes[:, here]) for rows in shifted])
+        total += np.cov(drawn.T, bias=True)
+    np.testing.assert_allclose(block_bootstrap(fit), total, rtol=1e-9, atol=1e-9 * np.abs(total).max())
+
+
 def test_the_spectrum_of_white_noise_gives_the_white_error_bars() -> None:
     fit, _ = fitted(noise(0.0, 5))
     np.testing.assert_allclose(

@@ -41,6 +41,19 @@ def test_gram_is_that_of_the_whole_jacobian(task: Task, jacobian: tuple) -> None
         np.testing.assert_allclose(gram / np.outer(scale, scale), columns.T @ columns, atol=EXACT)
 
 
+def test_what_was_said_of_a_place_is_said_of_no_other_place_and_no_other_problem(task: Task) -> None:
+    problem, local = task.problem, np.asarray(task.problem.layout.local(task.start))
+    there = problem.followed(local)
+    assert problem.followed(local.copy()) is there
+    moved = problem.followed(1.01 * local)
+    assert not np.array_equal(moved[0].residuals, there[0].residuals)
+    short = problem.until(np.asarray(problem.observations.experiment.count) // 2)
+    problem.followed(local)
+    cut, whole = short.followed(local)[0].residuals, problem.followed_at(local)[0].residuals
+    assert np.count_nonzero(cut) < np.count_nonzero(whole)
+    np.testing.assert_array_equal(problem.followed(local)[0].residuals, whole)
+
+
 def test_slopes_are_differences(task: Task, jacobian: tuple) -> None:
     problem = task.problem
     for place, size in enumerate(np.maximum(1e-6 * np.abs(task.start), 1e-9)):

@@ -6,8 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.problem.estimate.hausman import scattered
 from fibrefit.problem.noise.coloured import bank_for
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whitening import Autoregressive
 from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
 from tests.problem.coefficients import (
     CORNER,
@@ -215,3 +217,15 @@ def test_a_channel_that_a_record_lost_does_not_hinder_the_lines_of_the_others() 
     valid[2] = False
     found = noise_of(humming(np.random.default_rng(8)), valid)
     assert [round(frequency) for frequency, _ in sorted(found.lines)] == [50, 150]
+
+
+@pytest.mark.parametrize("count", [40, 57])
+def test_the_variance_of_products_with_noise_is_that_of_its_whole_covariance(count: int) -> None:
+    valid, random = np.ones((2, 2, count), dtype=bool), np.random.default_rng(8)
+    valid[0, 1, 5:9] = False
+    whitening = Autoregressive.of([np.array([1.0, 0.6, 0.5]), np.array([2.0, -0.9])], valid)
+    slopes = np.where(valid[..., None], random.standard_normal((2, 2, count, 3)), 0.0)
+    level, apart = np.array([1.5, 0.5]), np.abs(np.arange(count)[:, None] - np.arange(count))
+    covariance = whitening.autocovariance(count)[..., apart] * level[:, None, None] ** 2
+    whole = np.einsum("rcti,rcts,rcsj->rij", slopes, covariance, slopes)
+    np.testing.assert_allclose(scattered(slopes, whitening, level), whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max())

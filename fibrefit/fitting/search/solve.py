@@ -84,7 +84,7 @@ def linearised(problem: Problem, values: np.ndarray) -> Linearised:
     problem : Problem
     values : (n_free,) in SI units
     """
-    return jax.tree.map(np.asarray, problem.linearised(np.asarray(values)))
+    return jax.tree.map(np.asarray, problem.followed(problem.layout.local(np.asarray(values)))[0])
 
 
 def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:

@@ -58,7 +58,7 @@ def motion(problem: Problem, values: jax.Array) -> Motion:
 def motion_of_fit(problem: Problem, local: np.ndarray) -> Motion:
     """The same at their own values ``(n_record, n_local)``, by the program that a fit has compiled for its slopes."""
     local = np.asarray(local)
-    return _motion(problem, local, problem.followed_at(local)[1])
+    return _motion(problem, local, problem.followed(local)[1])
 
 
 def _motion(problem: Problem, local: np.ndarray, moved: Moved) -> Motion:

@@ -32,6 +32,8 @@ class Whitened(NamedTuple):
         Inverse of `normal`, zero where nothing is seen: of the estimate, if the whitening is right.
     gradient : (n_free,)
         Products of slopes and residuals.
+    level : (n_channel,)
+        Noise over what the whitening assumes.
     """
 
     residuals: np.ndarray
@@ -39,6 +41,7 @@ class Whitened(NamedTuple):
     normal: np.ndarray
     covariance: np.ndarray
     gradient: np.ndarray
+    level: np.ndarray
 
     @property
     def step(self) -> np.ndarray:
@@ -52,7 +55,7 @@ class Whitened(NamedTuple):
 
 
 def whitened(
-    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, belief: np.ndarray | None = None
+    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray | None, belief: np.ndarray | None = None
 ) -> Whitened:
     """Whiten a linearised problem.
 
@@ -65,15 +68,19 @@ def whitened(
     layout : Layout
     linear : Linearised
     whitening : Whitening
-    level : (n_channel,)
-        Noise over what the whitening assumes.
+    level : (n_channel,) or None
+        Noise over what the whitening assumes; None: as large as the residuals are.
     belief : (n_free + 1, n_free + 1), optional
         See `Layout.prior_gram`.
     """
-    slopes = np.asarray(innovations(whitening, linear.slopes)) / level[:, None, None]
-    residuals = np.asarray(innovations(whitening, linear.residuals)) / level[:, None]
+    columns = np.concatenate([np.asarray(linear.slopes), np.asarray(linear.residuals)[..., None]], axis=-1)
+    fresh = np.asarray(innovations(whitening, columns))
+    if level is None:
+        level = _level(fresh[..., -1], np.maximum(np.count_nonzero(columns[..., -1], axis=(0, 2)), 1))
+    fresh = fresh / level[:, None, None]
+    slopes, residuals = fresh[..., :-1], fresh[..., -1]
     normal, gradient = normal_equations(layout, slopes, residuals, belief)
-    return Whitened(residuals, slopes, normal, inverse(normal), gradient)
+    return Whitened(residuals, slopes, normal, inverse(normal), gradient, level)
 
 
 def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -86,7 +93,10 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
     counts : (n_channel,)
         Samples that count.
     """
-    fresh = np.asarray(innovations(whitening, residuals))
+    return _level(np.asarray(innovations(whitening, residuals)), counts)
+
+
+def _level(fresh: np.ndarray, counts: np.ndarray) -> np.ndarray:
     return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), QUIETEST)
 
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import next_fast_len, rfft
 
 from fibrefit.problem.estimate.gls import inverse, whitened
+from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
 from fibrefit.problem.noise.whitening import Whitening
-from fibrefit.problem.statement.layout import Layout, assembled
+from fibrefit.problem.statement.layout import Layout, assembled, normal_equations
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.thresholds import SLIGHT, UNLIKELY
 from fibrefit.study.summaries.check import Check
@@ -38,7 +40,7 @@ class HausmanTest:
 
 
 def hausman_at(
-    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray, belief: np.ndarray | None = None
+    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray | None, belief: np.ndarray | None = None
 ) -> HausmanTest:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
@@ -53,16 +55,16 @@ def hausman_at(
     linear : Linearised
         At the plain estimate.
     whitening : Whitening
-    level : (n_channel,)
-        Noise over what the whitening assumes.
+    level : (n_channel,) or None
+        Noise over what the whitening assumes; None: as large as the residuals are.
     belief : (n_free + 1, n_free + 1), optional
         At the plain estimate, see `Layout.prior_gram`; both estimates share it.
     """
     slopes = np.asarray(linear.slopes)
-    prior = 0.0 if belief is None else belief[:-1, :-1]
-    bread = inverse(_products(layout, slopes, slopes) + prior)
-    middle = _products(layout, slopes, correlated(slopes, whitening, level)) + prior
     there = whitened(layout, linear, whitening, level, belief)
+    prior = 0.0 if belief is None else belief[:-1, :-1]
+    bread = inverse(normal_equations(layout, slopes, np.asarray(linear.residuals))[0] + prior)
+    middle = assembled(scattered(slopes, whitening, there.level), layout.local_columns, layout.size) + prior
     return hausman_test(there.step, bread @ middle @ bread, there.covariance)
 
 
@@ -93,14 +95,15 @@ def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.n
     return HausmanTest(scores, chance, np.sqrt(np.clip(np.diag(of_whitened), 0.0, None)) * unit)
 
 
-def correlated(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
-    """Covariance of the noise times columns ``(n_record, n_channel, n_time, n)``, by convolution."""
-    size = slopes.shape[2]
-    lags = whitening.autocovariance(size) * level[:, None] ** 2
-    wrapped = np.concatenate([lags, np.zeros_like(lags[..., :1]), lags[..., :0:-1]], axis=-1)
-    spectrum = np.fft.rfft(wrapped, axis=-1)[..., None] * np.fft.rfft(slopes, 2 * size, axis=2)
-    seen = np.any(slopes != 0.0, axis=-1, keepdims=True)
-    return np.where(seen, np.fft.irfft(spectrum, 2 * size, axis=2)[:, :, :size], 0.0)
+def scattered(slopes: np.ndarray, whitening: Whitening, level: np.ndarray) -> np.ndarray:
+    """Variance ``(n_record, n, n)`` of the products of noise and slopes ``(n_record, n_channel, n_time, n)``."""
+    size = next_fast_len(2 * slopes.shape[2] - 1, real=True)
+    lags = whitening.autocovariance(slopes.shape[2]) * level[:, None] ** 2
+    # Over a range of twice its length no lag of a record comes round again; the density is that of both signs of lags.
+    density = 2.0 * rfft(lags, size).real - lags[..., :1]
+    density *= half_weights(size)
+    spectra = rfft(np.moveaxis(slopes, -1, 1), size)
+    return np.stack([products_of_spectra(one, one * power) for one, power in zip(spectra, density, strict=True)])
 
 
 def hausman_check(names: tuple[str, ...], found: HausmanTest) -> Check:
@@ -117,7 +120,3 @@ def hausman_check(names: tuple[str, ...], found: HausmanTest) -> Check:
         about="model",
         facts={"worst": worst},
     )
-
-
-def _products(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    return assembled(np.einsum("rcti,rctj->rij", left, right), layout.local_columns, layout.size)

@@ -76,7 +76,7 @@ class View:
         def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             check_time()
             steps = targets - local[:, columns]
-            linear = self.problem.linearised_at(local)
+            linear = self.problem.followed(local)[0]
             return np.asarray(_products(linear, places, steps, self.whitening, self.sensitivities))
 
         return of
@@ -86,7 +86,7 @@ class View:
 
         The first draw is at the best errors of the inputs, the others where these may be as well.
         """
-        rows = np.asarray(self.problem.linearised_at(local).residuals)
+        rows = np.asarray(self.problem.followed(local)[0].residuals)
         if self.sensitivities is None or self.raw is None:
             return rows[None], {}
         offset = np.asarray(self.raw.offset).reshape(rows.shape)

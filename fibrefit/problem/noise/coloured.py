@@ -9,6 +9,7 @@ left for each evaluation is one linear recurrence.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -55,6 +56,12 @@ class Bank(NamedTuple):
 
 def bank_of(rates: Sequence[float], duration: float) -> Bank:
     """Bank for records sampled at `rates` [Hz], the longest of which lasts `duration` [s]."""
+    return _bank_of(tuple(rates), duration)
+
+
+# All channels and looks at the same records ask for the same one.
+@lru_cache(maxsize=4)
+def _bank_of(rates: tuple[float, ...], duration: float) -> Bank:
     corners = np.geomspace(LOWEST / duration, HIGHEST * max(rates), RELAXATIONS)
     decay = np.exp(-2.0 * np.pi * corners / np.asarray(rates)[:, None])
     pink = np.stack([_pink(corners, rate, LOWEST / duration) for rate in rates])

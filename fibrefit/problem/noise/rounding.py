@@ -78,6 +78,8 @@ def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
 
 def with_steps(problem: Problem, steps: dict[str, Steps]) -> Problem:
     """The problem with what is known of the steps of its channels."""
+    if not steps and not problem.observations.steps:
+        return problem
     return Problem(problem.model, problem.layout, problem.observations._replace(steps=steps), problem.soft_beyond)
 
 

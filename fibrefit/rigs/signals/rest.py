@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -72,7 +73,19 @@ class _Signal(NamedTuple):
         return max(self.least, self.most if seen == FIRST else min(SPREADS * float(np.std(first)), self.most))
 
 
+_KNOWN: dict[int, tuple[weakref.ref[np.ndarray], _Signal]] = {}
+"""Of readings that are there still: noise, starting values and checks ask for the rests of the same ones."""
+
+
 def _of_reading(signal: np.ndarray) -> _Signal:
+    known = _KNOWN.get(id(signal))
+    if known is None or known[0]() is not signal:
+        place = id(signal)
+        known = _KNOWN[place] = weakref.ref(signal, lambda _: _KNOWN.pop(place, None)), _seen_in(signal)
+    return known[1]
+
+
+def _seen_in(signal: np.ndarray) -> _Signal:
     # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
     # within one block.
     white = max(white_noise(signal), _noise_in_blocks(signal))

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import HausmanTest, correlated, hausman_test
+from fibrefit.problem.estimate.hausman import HausmanTest, hausman_test, scattered
 from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
     InputErrors,
@@ -169,8 +169,8 @@ def _evaluate(
     plain = without_input_errors(seen, slopes)[0]
     waved = np.einsum("rin,rwn->riw", plain, np.asarray(seen.rows, dtype=float))
     columns = np.moveaxis(plain.reshape(*plain.shape[:2], channels, -1), 1, -1)
-    coloured = np.moveaxis(correlated(columns, whitening, level), -1, 1).reshape(plain.shape)
-    middle = _sum(layout, plain, coloured) + _sum(layout, waved, waved) + belief[:-1, :-1]
+    coloured = assembled(scattered(columns, whitening, level), layout.local_columns, layout.size)
+    middle = coloured + _sum(layout, waved, waved) + belief[:-1, :-1]
     bread = inverse(_sum(layout, slopes, plain) + belief[:-1, :-1])
     alone = inverse(_sum(layout, first, first) + belief[:-1, :-1])
     return _Evaluation(step, _named(known, best), covariance, alone, bread @ middle @ bread)
