@@ -6,7 +6,7 @@ import csv
 from collections import Counter
 from dataclasses import dataclass
 
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
 
 WHITESPACE = " "
 NAMES = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", WHITESPACE: "blanks"}
@@ -83,7 +83,7 @@ def vote(
         The dialect with its width, and the kind of each column: ``"number"``, ``"clock"``, ``"text"`` or ``"empty"``;
         None where no dialect gives a table.
     """
-    tail = [line for line in lines[-4 * VOTERS :] if line.strip()][-VOTERS:]
+    tail = Counter(shapes_of([line for line in lines[-4 * VOTERS :] if line.strip()][-VOTERS:]))
     best, best_score = None, 0.0
     for candidate in _candidates(tail, delimiter, mark):
         rows = _voting_rows(tail, candidate)
@@ -93,10 +93,10 @@ def vote(
     return None if best is None else (best, _column_kinds(tail, best))
 
 
-def _candidates(tail: list[str], delimiter: str | None, mark: str | None) -> list[Dialect]:
+def _candidates(tail: Counter[str], delimiter: str | None, mark: str | None) -> list[Dialect]:
     """Dialects worth trying, the likelier first where two would split alike."""
     found = []
-    tabs = sum("\t" in line for line in tail) > len(tail) / 2
+    tabs = sum(number for line, number in tail.items() if "\t" in line) > tail.total() / 2
     quotes = any('"' in line for line in tail)
     # Separators that do not occur split alike: one of them stands for all.
     present = [sign for sign in NAMES if any(sign in line for line in tail)]
@@ -111,35 +111,37 @@ def _candidates(tail: list[str], delimiter: str | None, mark: str | None) -> lis
     return found
 
 
-def _voting_rows(tail: list[str], dialect: Dialect) -> list[tuple[int, float]]:
-    """Width and worth of each row that holds a number."""
+def _voting_rows(tail: Counter[str], dialect: Dialect) -> list[tuple[int, float, int]]:
+    """Width and worth of each kind of row that holds a number, and how many of them there are."""
     rows = []
-    for line in tail:
+    for line, number in tail.items():
         kinds = [kind_of_cell(cell, dialect.mark) for cell in dialect.split(line) or []]
         worth = sum(_WORTH.get(kind, 0.0) for kind in kinds)
         if worth > 0 and ("number" in kinds or "clock" in kinds or "thousands" in kinds):
-            rows.append((len(kinds), worth))
+            rows.append((len(kinds), worth, number))
     return rows
 
 
-def _score(rows: list[tuple[int, float]]) -> tuple[float, int]:
-    if len(rows) < 2:
+def _score(rows: list[tuple[int, float, int]]) -> tuple[float, int]:
+    counts: Counter[int] = Counter()
+    for width, _, number in rows:
+        counts[width] += number
+    if counts.total() < 2:
         return 0.0, 0
-    counts = Counter(width for width, _ in rows)
     # Of two widths that occur equally often the wider is the row with nothing cut off.
     width = max(counts, key=lambda w: (counts[w], w))
-    return sum(worth for w, worth in rows if w == width), width
+    return sum(number * worth for w, worth, number in rows if w == width), width
 
 
-def _column_kinds(tail: list[str], dialect: Dialect) -> list[str]:
+def _column_kinds(tail: Counter[str], dialect: Dialect) -> list[str]:
     """Kind of each column from the rows of the right width that hold a number."""
     tallies: list[Counter[str]] = [Counter() for _ in range(dialect.width)]
-    for line in tail:
+    for line, number in tail.items():
         cells = dialect.split(line) or []
         kinds = [kind_of_cell(cell, dialect.mark) for cell in cells]
         if len(cells) == dialect.width and {"number", "clock", "thousands"} & set(kinds):
             for tally, kind in zip(tallies, kinds, strict=True):
-                tally[kind] += 1
+                tally[kind] += number
     return [_column_kind(tally) for tally in tallies]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.grammar.tokens import NUMBER, THOUSANDS, clean, kind_of_cell
+from fibrefit.records.grammar.tokens import NUMBER, THOUSANDS, clean, kind_of_cell, shapes_of
 
 #: Reasons a sample is masked, in the order of their codes; code 0 is a good sample.
 REASONS = (
@@ -186,16 +186,14 @@ def _numbers(values: np.ndarray, reasons: np.ndarray, texts: Sequence[str], mark
 
 def _shapes(texts: Sequence[str], mark: str) -> np.ndarray:
     """Code of how each number is written: decimals, whether digits stand before the mark, length of the exponent."""
-    joined = "\n".join(texts)
-    lengths = np.fromiter(map(len, texts), int, len(texts))
-    if any(sign in joined for sign in "eEdD"):
-        mantissas = [re.split("[eEdD]", text, maxsplit=1)[0] for text in texts]
-    else:
-        mantissas = list(texts)
-    whole = np.fromiter(map(len, mantissas), int, len(texts))
-    places = np.fromiter((text.find(mark) for text in mantissas), int, len(texts))
-    shapes = np.where(places < 0, 0, whole - places - 1) + EXPONENT * (lengths - whole)
-    for i in np.flatnonzero((places >= 0) & (places <= 1)).tolist():
-        if not texts[i][0].isdigit() and texts[i].lstrip("+-").startswith(mark):
-            shapes[i] += EMPTY_WHOLE
-    return shapes
+    shapes = shapes_of(texts)
+    known = {shape: _shape(shape, mark) for shape in dict.fromkeys(shapes)}
+    return np.fromiter(map(known.__getitem__, shapes), int, len(texts))
+
+
+def _shape(text: str, mark: str) -> int:
+    mantissa = re.split("[eEdD]", text, maxsplit=1)[0]
+    place = mantissa.find(mark)
+    found = (0 if place < 0 else len(mantissa) - place - 1) + EXPONENT * (len(text) - len(mantissa))
+    bare = place in (0, 1) and not text[0].isdigit() and text.lstrip("+-").startswith(mark)
+    return found + EMPTY_WHOLE if bare else found

@@ -11,12 +11,14 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import WHITESPACE, Dialect
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
 
 #: Marks of a remark at the start of a line.
 REMARK = re.compile(r"\s*(#|%|//|!|\*(?!\*))+\s*")
 
 FULL, PARTIAL, HOLLOW, HEADING, BLANK, OTHER = "full", "partial", "hollow", "heading", "blank", "other"
+
+_WITH_CELLS = frozenset((FULL, PARTIAL, HOLLOW))
 
 #: How a line speaks for or against being inside the table. Words alone end a table sooner than a broken row does.
 _WEIGHT = {FULL: 1.0, PARTIAL: -0.5, BLANK: 0.0, HOLLOW: 0.0, OTHER: -1.0, HEADING: -3.0}
@@ -143,7 +145,7 @@ def _collect(
     skipped: list[int] = []
     for i in block:
         known = classes[i] != FULL and lines[i].strip() in heading
-        row = row_of(lines[i]) if classes[i] in (FULL, PARTIAL, HOLLOW) and not known else None
+        row = row_of(lines[i]) if classes[i] in _WITH_CELLS and not known else None
         if row is not None:
             rows.append(row)
             numbers.append(i + 1)
@@ -188,16 +190,17 @@ def classify(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str]) -> li
     delimiter, separators, blanks = dialect.delimiter, dialect.width - 1, dialect.delimiter == WHITESPACE
     signs = re.escape(dialect.mark + ("" if blanks else delimiter)) + (r":./TZAPMapm" if "clock" in kinds else "")
     signs += r'+\-eE" \t'
-    # Most lines hold digits and signs only, and need no look at every cell.
+    # Most shapes hold digits and signs only, and need no look at every cell.
     plain = re.compile(rf"[{signs}]*\d[\d{signs}]*").fullmatch if delimiter != dialect.mark else None
-    classes = []
-    for line in lines:
-        simple = plain is not None and plain(line)
-        if simple and (len(line.split()) - 1 if blanks else line.count(delimiter)) == separators:
-            classes.append(FULL)
+    known: dict[str, str] = {}
+    shapes = shapes_of(lines)
+    for shape in dict.fromkeys(shapes):
+        simple = plain is not None and plain(shape)
+        if simple and (len(shape.split()) - 1 if blanks else shape.count(delimiter)) == separators:
+            known[shape] = FULL
         else:
-            classes.append(_class_of(line, dialect, kinds))
-    return classes
+            known[shape] = _class_of(shape, dialect, kinds)
+    return [known[shape] for shape in shapes]
 
 
 def _class_of(line: str, dialect: Dialect, kinds: Sequence[str]) -> str:
@@ -251,5 +254,5 @@ def _block(lines: Sequence[str], classes: list[str]) -> tuple[int, int]:
             best, first, last = total, start, i
     while first < last and classes[first] != FULL:
         first += 1
-    ends = [i for i, kind in enumerate(classes) if kind == FULL and i >= last and not _SUMMARY.match(lines[i])]
+    ends = [i for i in range(max(last, 0), len(classes)) if classes[i] == FULL and not _SUMMARY.match(lines[i])]
     return first, ends[-1] if ends else last

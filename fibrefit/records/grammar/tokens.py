@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 #: A number with a decimal point or a decimal comma. A trailing mark is read for points only: "12," is a separator.
 NUMBER = {
@@ -47,6 +48,31 @@ OVERFLOW = re.compile(_OVERFLOW, re.IGNORECASE)
 
 _SPACES = "\u2007\u2009\u202f\xa0"
 _PLAIN = str.maketrans({"\u2212": "-", "\u2013": "-", "\uff0b": "+"} | dict.fromkeys(_SPACES, " "))
+
+
+_DIGITS = str.maketrans("123456789", "0" * 9)
+
+
+def shapes_of(texts: Sequence[str]) -> list[str]:
+    """Texts with a 0 for every digit: of what kind cells and lines are does not hang on which digit stands where.
+
+    Thousands of rows have some tens of shapes. Texts with ``#`` stay as they are: ``1.#INF`` is no ``0.#INF``.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Lines or cells, without line ends.
+
+    Returns
+    -------
+    list of str
+        One for each.
+    """
+    joined = "\n".join(texts)
+    shapes = joined.translate(_DIGITS).split("\n") if texts else []
+    if "#" in joined:
+        return [text if "#" in text else shape for text, shape in zip(texts, shapes, strict=True)]
+    return shapes
 
 
 def clean(cell: str) -> str:
