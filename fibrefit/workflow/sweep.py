@@ -20,10 +20,11 @@ from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.check import status_by
 from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.workflow.prepare import model_of
 from fibrefit.workflow.saved import FoundResult
-from fibrefit.workflow.sweep_summary import curve_summary, status_of, sweep_checks
+from fibrefit.workflow.sweep_summary import curve_summary, sweep_checks
 
 if TYPE_CHECKING:
     pass
@@ -51,17 +52,12 @@ class Sweep(FoundResult):
     curves: tuple[SweptCurve, ...]
     seconds: float
 
-    @property
-    def status(self) -> str:
-        """``ok``, ``suspect`` or ``failed``."""
-        return status_of(sweep_checks(self.curves))
-
     def summary(self) -> SweepSummary:
         """Content of ``summary.json``."""
         frequencies, checks = self.curves[0].frequencies, sweep_checks(self.curves)
         runs = sum(len(frequencies) * len(curve.branches) for curve in self.curves)
         return SweepSummary(
-            status=status_of(checks),
+            status=status_by(checks),
             study=self.study.name,
             rig=self.study.kind,
             effects=self.study.model.effects,

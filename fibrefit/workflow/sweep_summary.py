@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
@@ -65,13 +64,6 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[Check, ...]:
             unit="Hz",
         ),
     )
-
-
-def status_of(checks: Sequence[Check]) -> Literal["ok", "suspect", "failed"]:
-    """Verdict that follows from the checks."""
-    if any(check.fatal and not check.passed for check in checks):
-        return "failed"
-    return "ok" if all(check.passed for check in checks) else "suspect"
 
 
 def _branch(frequencies: np.ndarray, branch: Branch) -> BranchSummary:

@@ -14,7 +14,7 @@ import fibrefit
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.study import Study
 from fibrefit.workflow import Fit
-from fibrefit.workflow.outcome.stored import StoredDocument, StoredResult, StoredSimulation
+from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
 from tests.study.test_summaries import EXAMPLES
 
 COLUMNS = ["name", "record", "value", "std_error", "low", "high", "unit"]
@@ -143,7 +143,7 @@ def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path
     assert not seen.refusals
     seen.save(tmp_path / "seen")
     inspected = fibrefit.load_result(tmp_path / "seen")
-    assert isinstance(inspected, StoredDocument)
+    assert isinstance(inspected, StoredInspection)
     assert len(inspected.to_dataframe()) == len(seen.seen)
     assert len(repr(inspected).splitlines()) == len(repr(simulated).splitlines()) == len(repr(seen).splitlines()) == 2
 

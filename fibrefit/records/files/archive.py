@@ -9,6 +9,7 @@ import zlib
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.records.files.extras import damage_of
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _EMPTY_ZIP = b"PK\x05\x06"
@@ -51,8 +52,8 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
         if data.startswith((_ZIP, _EMPTY_ZIP)):
             return _from_zip(data, name, where)
     except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
-        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
-        raise DataError(where, f"the archive is damaged ({text})", "a complete file", "Copy it again.") from None
+        damage = damage_of(error)
+        raise DataError(where, f"the archive is damaged ({damage})", "a complete file", "Copy it again.") from None
     return data, name
 
 

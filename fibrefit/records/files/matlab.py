@@ -14,6 +14,7 @@ from fibrefit.core import units
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.files.extras import damage_told
 from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
@@ -65,13 +66,8 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     DataError
         If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
-    try:
+    with damage_told(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
         tree = _load(path, Allowance(where, DataError))
-    except DataError:
-        raise
-    except Exception as error:  # the libraries raise whatever a damaged file provokes
-        text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise DataError(where, f"the file is damaged ({text})", "a MATLAB or HDF5 file", "Save it again.") from None
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]
     long = [size for size in sizes if size >= 3]

@@ -16,7 +16,7 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
 from fibrefit.records.columns.roles import Heading
-from fibrefit.records.files.extras import require
+from fibrefit.records.files.extras import damage_of, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import KIND_OF_ROLE, score
@@ -83,7 +83,7 @@ def _groups(asammdf: ModuleType, path: Path, allowed: Allowance) -> tuple[list[l
     except DataError:
         raise
     except Exception as error:  # the library raises whatever a damaged file provokes
-        return [], (str(error).splitlines() or [""])[0][:80] or type(error).__name__
+        return [], damage_of(error)
 
 
 def _group(file: Any, index: int) -> list[RawColumn]:

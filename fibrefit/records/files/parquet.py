@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import require
+from fibrefit.records.files.extras import damage_told, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
@@ -40,17 +40,12 @@ def read_parquet(data: bytes, where: str) -> Raw:
     """
     require("pyarrow", "parquet", where, "a Parquet file")
     parquet = require("pyarrow.parquet", "parquet", where, "a Parquet file")
-    try:
+    with damage_told(where, "the Parquet file"):
         _refuse_large(parquet.read_metadata(io.BytesIO(data)), where)
         table = parquet.read_table(io.BytesIO(data))
         named = [(field, table.column(i)) for i, field in enumerate(table.schema)]
         columns = [_column(field, values, i + 1) for i, (field, values) in enumerate(named)]
         facts = _facts(table.schema.metadata or {})
-    except DataError:
-        raise
-    except Exception as error:  # the library raises whatever a damaged file provokes
-        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
-        raise DataError(where, f"the Parquet file is damaged ({text})", "a complete file", "Export it again.") from None
     kept = [column for column in columns if column is not None]
     if not kept or table.num_rows < 3:
         raise DataError(where, "no column of at least 3 numbers", "a column for each measured quantity", "")

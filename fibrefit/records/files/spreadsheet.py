@@ -11,7 +11,7 @@ from typing import Any
 from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
-from fibrefit.records.files.extras import require
+from fibrefit.records.files.extras import damage_told, require
 
 #: Rows of numbers that make a table.
 _FEWEST = 3
@@ -38,16 +38,10 @@ def sheet_text(data: bytes, where: str) -> Text:
         If openpyxl is not installed, the file is damaged, or several sheets hold tables.
     """
     openpyxl = require("openpyxl", "xlsx", where, "a spreadsheet")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # styles and extensions it does not know
-            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-            sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}
-    except DataError:
-        raise
-    except Exception as error:  # the library raises whatever a damaged file provokes
-        text = (str(error).splitlines() or [""])[0][:80] or type(error).__name__
-        raise DataError(where, f"the spreadsheet is damaged ({text})", "a complete file", "Save it again.") from None
+    with damage_told(where, "the spreadsheet", do="Save it again."), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # styles and extensions it does not know
+        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+        sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}
     rows_of = {title: sum(_is_row(row) for row in rows) for title, rows in sheets.items()}
     tables = [title for title, rows in rows_of.items() if rows >= _FEWEST]
     if len(tables) > 1:

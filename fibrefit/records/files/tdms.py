@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import require
+from fibrefit.records.files.extras import damage_told, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score
@@ -40,16 +40,10 @@ def read_tdms(path: Path, where: str) -> Raw:
         If npTDMS is not installed, or the file is damaged.
     """
     nptdms = require("nptdms", "tdms", where, "a TDMS file")
-    try:
-        with nptdms.TdmsFile.open(path) as file:
-            channels = [channel for group in file.groups() for channel in group.channels()]
-            Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
-            columns = [_column(channel) for channel in channels]
-    except DataError:
-        raise
-    except Exception as error:  # the library raises whatever a damaged file provokes
-        text = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise DataError(where, f"the TDMS file is damaged ({text})", "a complete file", "Export it again.") from None
+    with damage_told(where, "the TDMS file"), nptdms.TdmsFile.open(path) as file:
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
+        columns = [_column(channel) for channel in channels]
     return channels_to_raw([column for column in columns if column is not None], "TDMS", where)
 
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
     from fibrefit.study import Study
 
-DOCUMENTS = ("confusion.json", "inspection.json", "plan.json")
-"""Files of results that are a document for programs and pictures."""
+INSPECTION = "inspection.json"
+"""All of an inspection that is kept, but for its text and its pictures."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -112,36 +112,30 @@ class StoredResult(AnyResult):
 
 
 @dataclass(frozen=True, repr=False)
-class StoredDocument(Shown):
-    """A result that is one JSON document: that of ``inspect``.
+class StoredInspection(Shown):
+    """An inspection on disk.
 
     Parameters
     ----------
     folder : pathlib.Path
-    file : str
-        Name of the document.
     """
 
     folder: Path
-    file: str
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """The document."""
+        """What ``inspect`` tells programs."""
+        path = self.folder / INSPECTION
         try:
-            found = json.loads((self.folder / self.file).read_text(encoding="utf-8"))
+            return dict(json.loads(path.read_text(encoding="utf-8")))
         except ValueError as error:
-            raise DataError(str(self.folder / self.file), f"not JSON: {error}", "what fibrefit has written") from None
-        return dict(found)
+            raise DataError(str(path), f"not JSON: {error}", "what fibrefit has written") from None
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The list of the document: one row an effect, a file or a record."""
+        """One row a file."""
         import pandas as pd
 
-        for key in ("effects", "files", "records"):
-            if isinstance(self.document.get(key), list):
-                return pd.json_normalize(self.document[key])
-        return pd.DataFrame()
+        return pd.json_normalize(self.document["files"])
 
     @property
     def figures(self) -> dict[str, Path]:
@@ -149,8 +143,7 @@ class StoredDocument(Shown):
         return _figures(self.folder)
 
     def _card(self) -> Card:
-        frame = self.to_dataframe()
-        return Card(f"{self.file.partition('.')[0].capitalize()} in {self.folder}", f"{len(frame)} rows")
+        return Card(f"Inspection in {self.folder}", f"files: {len(self.document['files'])}")
 
 
 @dataclass(frozen=True, repr=False)
@@ -199,7 +192,7 @@ class StoredSimulation(Shown):
         return Card(f"Simulation in {self.folder}", f"{len(rows)} records", ("record", "samples"), rows)
 
 
-def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimulation:
+def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSimulation:
     """Read a result again.
 
     Parameters
@@ -209,7 +202,7 @@ def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimul
 
     Returns
     -------
-    StoredResult, StoredDocument or StoredSimulation
+    StoredResult, StoredInspection or StoredSimulation
         Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
         ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``,
         ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``document`` and ``to_dataframe()``.
@@ -237,12 +230,11 @@ def load_result(path: str | Path) -> StoredResult | StoredDocument | StoredSimul
         result = StoredResult(folder)
         result.summary()
         return result
-    for file in DOCUMENTS:
-        if (folder / file).exists():
-            return StoredDocument(folder, file)
+    if (folder / INSPECTION).exists():
+        return StoredInspection(folder)
     if (folder / "simulated").is_dir():
         return StoredSimulation(folder)
-    raise DataError(str(path), "no result", f"a folder with {NAME}, {DOCUMENTS[0]} or simulated/", "")
+    raise DataError(str(path), "no result", f"a folder with {NAME}, {INSPECTION} or simulated/", "")
 
 
 def read_batch(path: str | Path) -> pd.DataFrame:
