@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Sequence
 
 from fibrefit.report.checks import GLOSSARY, failures
-from fibrefit.report.layout import headed, items, paragraph, section, table
+from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
@@ -37,7 +37,7 @@ def items_in_words(wrong: Sequence[str], total: int, what: str) -> str:
 def batch_report(summary: BatchSummary) -> str:
     """Report of a batch in at most 80 columns; no line break at its end."""
     sections = [
-        headed(summary.name, summary.status),
+        titled(summary.name, summary.status),
         paragraph(VERDICTS[summary.status]),
         section("How many", _counts(summary)),
         section("What was found", _found(summary)),

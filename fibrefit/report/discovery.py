@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
-from fibrefit.report.layout import headed, items, names_apart, numbered, paragraph, section, shortened, table
+from fibrefit.report.layout import items, names_apart, numbered, paragraph, section, shortened, table, titled
 from fibrefit.report.text import GAP, doubts, earlier_value, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
@@ -37,7 +37,7 @@ ROUNDS = (
 def discovery_report(summary: DiscoverySummary) -> str:
     """Report of a discovery in at most 80 columns; no line break at its end."""
     sections = [
-        headed(paragraph(verdict_line(summary))),
+        titled(paragraph(verdict_line(summary))),
         paragraph(_opening(summary)),
         section("What the records say", items(summary.told)),
         section("How it was found", _rounds(summary)),

@@ -10,7 +10,7 @@ from pathlib import PurePath
 WIDTH = 80
 
 
-def headed(name: str, status: str = "") -> str:
+def titled(name: str, status: str = "") -> str:
     """What a report is of, shortened to leave room for its status at the right, with a line under both."""
     name = textwrap.shorten(name, WIDTH - len(status) - 2, placeholder="...") if status else name
     return f"{name}{status.upper():>{WIDTH - len(name)}}\n{'=' * WIDTH}" if status else f"{name}\n{'=' * WIDTH}"

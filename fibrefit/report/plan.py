@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fibrefit.report.checks import GLOSSARY
-from fibrefit.report.layout import headed, items, numbered, paragraph, section, table
+from fibrefit.report.layout import items, numbered, paragraph, section, table, titled
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
 MOST = 6
@@ -25,7 +25,7 @@ def plan_report(summary: PlanSummary) -> str:
             f"of {100.0 * summary.told_apart_now:.0f} %."
         )
     parts = [
-        headed(summary.study),
+        titled(summary.study),
         paragraph(first),
         section("The next record", numbered(one.says for one in best)),
         section("What each would add", _rows(best)),

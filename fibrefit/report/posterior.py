@@ -7,7 +7,7 @@ from functools import partial
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import headed, items, paragraph, section, shortened, table
+from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
 from fibrefit.report.text import MATTERS, between_told, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K
 from fibrefit.study.summaries.check import Check
@@ -45,7 +45,7 @@ REMEDIES = {
 def posterior_report(summary: PosteriorSummary) -> str:
     """Report of a posterior in at most 80 columns; no line break at its end."""
     sections = [
-        headed(summary.study, summary.status),
+        titled(summary.study, summary.status),
         paragraph(VERDICTS[summary.status]),
         section("What is known", _known(summary)),
         section("Sampling", _sampling(summary)),

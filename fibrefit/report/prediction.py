@@ -6,7 +6,7 @@ import textwrap
 
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import headed, items, paragraph, section, table
+from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.report.text import parameter_row
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -22,7 +22,7 @@ EXPECTED = (
 def prediction_report(summary: PredictionSummary) -> str:
     """Report of a prediction in at most 80 columns; no line break at its end."""
     sections = [
-        headed(f"{summary.study}, predicted", summary.verdict.replace("_", " ")),
+        titled(f"{summary.study}, predicted", summary.verdict.replace("_", " ")),
         paragraph(summary.says),
         section("How well it is predicted", _predicted(summary)),
         section("With what values", _values(summary)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import headed, items, names_apart, paragraph, section, table
+from fibrefit.report.layout import items, names_apart, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.series import SeriesSummary
@@ -22,7 +22,7 @@ LONGEST = 18
 def series_report(summary: SeriesSummary) -> str:
     """Report of a series in at most 80 columns; no line break at its end."""
     sections = [
-        headed(summary.study, summary.status),
+        titled(summary.study, summary.status),
         paragraph(summary.sentence),
         section("Three models of the same records", _models(summary)),
         section("Values of the model that serves", _values(summary)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures
-from fibrefit.report.layout import headed, items, paragraph, section, table
+from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, SweepSummary
 
 BRANCHES = {"rest": "from rest", "up": "sweep up", "down": "sweep down"}
@@ -25,7 +25,7 @@ def sweep_report(summary: SweepSummary) -> str:
         f"{summary.runs} runs at {summary.frequencies} frequencies from {summary.lowest_hz:g} to "
         f"{summary.highest_hz:g} Hz{took}."
     )
-    parts = [headed(summary.study), paragraph(first)]
+    parts = [titled(summary.study), paragraph(first)]
     parts += [_curve(name, curve) for name, curve in summary.curves.items()]
     parts += [section("What to doubt", failures(summary.checks)), f"{COLUMNS}\n{GLOSSARY}"]
     return "\n\n".join(part for part in parts if part)

@@ -12,7 +12,7 @@ from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import headed, items, paragraph, section, table
+from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
@@ -67,7 +67,7 @@ GAP = (
 def fit_report(summary: FitResultSummary) -> str:
     """Report of a fit in at most 80 columns; no line break at its end."""
     sections = [
-        headed(summary.study, summary.status),
+        titled(summary.study, summary.status),
         paragraph(f"{headline(summary)} {VERDICTS[summary.status]} {_left(summary)}".strip()),
         section("What was found", _found(summary)),
         section("How sure it is", _sure(summary)),
