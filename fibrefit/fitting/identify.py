@@ -53,12 +53,15 @@ class How(NamedTuple):
         Whether to whiten where inputs are noisy too, which takes long.
     coefficients : mapping of input to (n_record, n_wave), optional
         Errors of measured inputs from an earlier identification, to begin with.
+    rivals : bool
+        Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
     """
 
     robust: bool = False
     profile: bool = False
     whiten: bool = True
     coefficients: InputCoefficients | None = None
+    rivals: bool = True
 
 
 def identify(
@@ -104,7 +107,7 @@ def identify(
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
-    found_all = _concluded(task, found, values, second, coefficients, how.whiten)
+    found_all = _concluded(task, found, values, second, how)
     if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -165,13 +168,12 @@ def _rate(task: Task) -> float:
 
 
 def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, second: _Second | None,
-    coefficients: InputCoefficients | None, whiten: bool,
-) -> Identification:  # fmt: skip
-    plain = optimum(task, values, coefficients)
+    task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How
+) -> Identification:
+    plain = optimum(task, values, how.coefficients)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
-    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), whiten)
+    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten)
     problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)

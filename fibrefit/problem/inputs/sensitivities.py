@@ -109,10 +109,8 @@ def weighted_sensitivities(
     weighted = [part * downweight[r].ravel() for r, part in enumerate(rows)]
     for r, wave in enumerate(np.concatenate(list(coefficients.values()), axis=1)):
         offsets.append(-wave @ weighted[r])
-        # Single precision tells which directions matter.
-        single = jnp.asarray(weighted[r], dtype=jnp.float32)
-        power, basis = np.linalg.eigh(np.asarray(single @ single.T, dtype=float))
-        powers.append(power[::-1])
+        power, basis = np.linalg.eigh(_lower_gram(weighted[r]))
+        powers.append(np.maximum(power[::-1], 0.0))
         bases.append(basis[:, ::-1])
     number = max(1, *(int(np.count_nonzero(power > least)) for power in powers))
     basis = np.stack(bases)[:, :, :number]
@@ -120,9 +118,16 @@ def weighted_sensitivities(
     parts = [
         jnp.asarray(own.T, dtype=kind) @ jnp.asarray(row, dtype=kind) for own, row in zip(basis, weighted, strict=True)
     ]
-    return InputSensitivities(
-        coefficients, downweight, jnp.stack(offsets), basis, jnp.stack(parts), _inverses(jnp.stack(parts))
-    )
+    # Principal directions do not mix: what is known of one says nothing of another.
+    inverse = jnp.stack([jnp.diag(1.0 / (1.0 + jnp.asarray(power[:number]))) for power in powers])
+    return InputSensitivities(coefficients, downweight, jnp.stack(offsets), basis, jnp.stack(parts), inverse)
+
+
+def _lower_gram(rows: np.ndarray) -> np.ndarray:
+    """Products of rows ``(n_row, n)`` with each other, the lower triangle: half the work of all."""
+    from scipy.linalg.blas import dsyrk
+
+    return np.asarray(dsyrk(1.0, rows.T, trans=1, lower=1))
 
 
 def _inverses(rows: jax.Array) -> jax.Array:
