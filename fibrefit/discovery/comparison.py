@@ -40,6 +40,8 @@ class Comparison:
         Names of those that were weighed in the same noise as the parent; the others are far behind.
     untried : tuple of Effect classes
         Candidates that the time did not suffice for.
+    moved : bool
+        Whether the parent was led to where it is far more probable than where it was.
     """
 
     search: Search
@@ -47,6 +49,7 @@ class Comparison:
     found: tuple[Weighed, ...]
     compared: frozenset[tuple[str, ...]] = frozenset()
     untried: tuple[type[Effect], ...] = ()
+    moved: bool = False
 
     def gain(self, one: Weighed) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -77,7 +80,8 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     with time_limit(LOOKING * time_left()):
         more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
     found = sorted([*look.found, *more.found], key=lambda one: -one.log)
-    return _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
+    whole = _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
+    return replace(whole, moved=look.moved or whole.moved)
 
 
 def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
@@ -105,6 +109,7 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
     """Candidates and parent weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[Weighed] = []
+    moved = False
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
@@ -115,7 +120,8 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
         led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
         alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
-        parent = max([parent, *alike, *led], key=lambda one: one.log)
+        here, parent = parent.log, max([parent, *alike, *led], key=lambda one: one.log)
+        moved |= parent.log > here + NAMED
         if not again or again[0].names == ranked[0].names:
             break
         ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
@@ -129,7 +135,7 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
-    return Comparison(search, parent, tuple(ranked), frozenset(weighed))
+    return Comparison(search, parent, tuple(ranked), frozenset(weighed), moved=moved)
 
 
 def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
-from fibrefit.discovery.search.inputs import relinearised
+from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -90,6 +91,8 @@ class Selection:
         The first look: effects one by one.
     curves : sequence of Reading or None
         What free curves explain beyond the best model; None where they were not drawn on it.
+    about : Weighed or None
+        Model that readings are linearised about, where inputs have errors.
     """
 
     search: Search
@@ -100,6 +103,7 @@ class Selection:
     cut_short: bool = False
     singles: Comparison | None = None
     curves: Sequence[Reading] | None = None
+    about: Weighed | None = None
 
 
 def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
@@ -128,32 +132,71 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
 
 def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:
     """A selection after one more look, and whether an effect was added."""
-    if at.best.effects and (anew := relinearised(at.search, at.best)) is not None:
+    if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
     look = looked(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
-    at = replace(at, search=look.search, look=look)
-    chosen = _chosen(look, limits)
-    single, curves = at.singles or look, None
-    if chosen is None and len(at.best.effects) < 2 <= limits.max_effects and not (limits.choose or look.untried):
-        missing, curves = incomplete(look, before)
-        if missing and (pairs := best_pair(single, at.best)) is not None:
-            look, chosen = pairs, pairs.found[0]
-    if chosen is None:
-        return replace(at, best=look.parent, curves=curves), False
+    single, found = at.singles or look, _believed(look, limits)
+    at = replace(at, search=look.search, best=look.parent, look=found.look)
+    if found.chosen is None:
+        at, found = _together(at, found, single, before, limits)
+    return (at, False) if found.chosen is None else (_grown(at, found, single, before, limits), True)
+
+
+class _Believed(NamedTuple):
+    """A comparison, what is added, and what that gains where readings are linearised about it."""
+
+    look: Comparison
+    chosen: Weighed | None
+    seen: Confirmation | None = None
+
+
+def _believed(look: Comparison, limits: Limits) -> _Believed:
+    """What is added; what gains only where readings are linearised about another model is not."""
+    while (chosen := _chosen(look, limits)) is not None:
+        with beyond_limits():
+            seen = confirmed(look.search, look.parent, chosen)
+        if seen is None or limits.choose is not None or seen.gain > NAMED:
+            return _Believed(look, chosen, seen)
+        less = chosen.moved_to(look.parent.log + seen.gain)
+        others = [one for one in look.found if one is not chosen]
+        look = replace(look, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
+    return _Believed(look, None)
+
+
+def _together(
+    at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits
+) -> tuple[Selection, _Believed]:
+    """Two effects at once, where something is missing that none accounts for by itself."""
+    look = found.look
+    if look.moved and (anew := relinearised(look.search, look.parent)) is not None:
+        # Free curves and tests are of the model where it is now.
+        look = replace(look, search=anew[0], parent=anew[1])
+        at = replace(at, search=anew[0], best=anew[1])
+    if limits.max_effects < 2 or len(at.best.effects) > 1 or limits.choose or look.untried:
+        return at, found
+    missing, curves = incomplete(look, before)
+    if missing and (pairs := best_pair(single, at.best)) is not None:
+        found = _believed(pairs, limits)
+    return replace(at, curves=curves), found
+
+
+def _grown(at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
+    """A selection with what was found."""
+    look, chosen, seen = found
+    assert chosen is not None
+    search, best = (look.search, chosen) if seen is None else (seen.search, seen.found)
     with beyond_limits():
-        found, rivals = _round(look, before, chosen), rivals_of(look, chosen)
-        at = replace(
+        return replace(
             at,
-            best=chosen,
-            search=look.search,
+            best=best if limits.choose is not None else pruned(search.scales, best),
+            search=search,
             look=look,
             singles=single,
-            steps=(*at.steps, found),
-            rivals=(*at.rivals, *rivals),
+            steps=(*at.steps, _round(look, before, chosen)),
+            rivals=(*at.rivals, *rivals_of(look, chosen)),
+            curves=None,
+            about=best,
         )
-        if limits.choose is None:
-            at = replace(at, best=pruned(at.search.scales, at.best))
-    return at, True
 
 
 def _chosen(look: Comparison, limits: Limits) -> Weighed | None:

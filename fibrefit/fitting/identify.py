@@ -167,9 +167,7 @@ def _rate(task: Task) -> float:
     return 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
 
 
-def _concluded(
-    task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How
-) -> Identification:
+def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How) -> Identification:
     plain = optimum(task, values, how.coefficients)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))

@@ -1,61 +1,101 @@
-"""What is named has made the gap smaller; what makes it larger is taken out again, and said to be."""
+"""Where inputs have errors, gains are believed where readings are linearised about what gains them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
-from fibrefit.core.time_limit import Budget
-from fibrefit.discovery import conclusion
-from fibrefit.discovery.forward_selection import Limits
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.discovery import forward_selection
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.forward_selection import Limits, Selection, _believed, _further
+from fibrefit.discovery.search.inputs import Confirmation
+from tests.discovery.test_pairs import Model, look_of
 
-FIRST, SECOND = (SimpleNamespace(name=f"guide.{name}") for name in ("one", "other"))
-
-
-def fit(gap: float, ended: bool = True, alike: bool = False) -> Any:
-    check = SimpleNamespace(identifier="completion", passed=ended)
-    gls = None if alike else "whitened"
-    return SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N", 0.99)}, checks=(check,), gls=gls)
+A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abc")
+FIRST: dict[Any, float] = {A: 60.0, B: 40.0, C: 2.0}
 
 
-def model(*effects: Any) -> Any:
-    return SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects))
+def moved_to(self: Model, log: float) -> Model:
+    return replace(self, log=log)
 
 
-def confirmed(monkeypatch: pytest.MonkeyPatch, gaps: dict[int, Any], limits: Limits) -> tuple[Any, Any, list[str]]:
-    """What remains of two effects, by the fits with so many of them."""
-    monkeypatch.setattr(conclusion, "_final", lambda search, best, seed, budget: gaps[len(best.effects)])
-    search = SimpleNamespace(scales=SimpleNamespace(without=lambda best, kept: model(*kept)))
-    return conclusion._confirmed(cast("Any", search), model(FIRST, SECOND), fit(1.0), limits, Budget(60.0, 0.0))
+@pytest.fixture(autouse=True)
+def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Model, "moved_to", moved_to, raising=False)
 
 
-def test_what_makes_the_gap_smaller_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    best, after, said = confirmed(monkeypatch, {2: fit(0.98)}, Limits())
-    assert (best.effects, after.gap["force"].rms, said) == ((FIRST, SECOND), 0.98, [])
+def first_look(moved: bool = False) -> Any:
+    look = look_of(FIRST, {}, [])
+    return replace(look, compared=frozenset(one.names for one in look.found), moved=moved)
 
 
-def test_what_makes_it_larger_goes_the_last_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    best, after, said = confirmed(monkeypatch, {2: fit(1.12), 1: fit(0.99)}, Limits())
-    assert (best.effects, after.gap["force"].rms) == ((FIRST,), 0.99)
-    assert [(one.identifier, one.facts) for one in said] == [("widens", {"effect": "guide.other", "gaps": (1.0, 1.12)})]
+def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> list[str]:
+    """What each effect gains about itself; the names that were asked for."""
+    asked: list[str] = []
+
+    def confirmed(search: Any, parent: Model, found: Model) -> Confirmation:
+        asked.append(found.names[-1])
+        return Confirmation(search, replace(found, log=1000.0), gains[found.effects[-1]])  # type: ignore[arg-type]
+
+    monkeypatch.setattr(forward_selection, "confirmed", confirmed)
+    return asked
 
 
-def test_nothing_may_be_left_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    best, after, said = confirmed(monkeypatch, {2: fit(1.12), 1: fit(1.05)}, Limits())
-    assert (best.effects, after.gap["force"].rms, len(said)) == ((), 1.0, 2)
+def test_what_gains_about_itself_is_taken_and_the_next_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = confirmation(monkeypatch, {A: 30.0})
+    found = _believed(first_look(), Limits())
+    assert found.chosen is not None
+    assert found.chosen.names == (A.name,)
+    assert found.seen is not None
+    assert found.seen.gain == 30.0
+    assert asked == [A.name]
 
 
-def test_a_fit_that_was_cut_short_and_a_person_who_chose_are_no_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert confirmed(monkeypatch, {2: fit(1.12, ended=False)}, Limits())[0].effects == (FIRST, SECOND)
-    by_hand = replace(Limits(), choose=lambda ranking: None)
-    assert confirmed(monkeypatch, {2: fit(1.12)}, by_hand)[0].effects == (FIRST, SECOND)
-
-
-def test_a_fit_that_takes_records_for_alike_is_not_held_against_one_that_lets_them_differ(
+def test_what_gains_only_about_another_model_is_passed_over_and_told_with_what_is_left_of_its_gain(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert confirmed(monkeypatch, {2: fit(1.12, alike=True)}, Limits())[0].effects == (FIRST, SECOND)
+    confirmation(monkeypatch, {A: NAMED - 0.1, B: 35.0})
+    found = _believed(first_look(), Limits())
+    assert found.chosen is not None
+    assert found.chosen.names == (B.name,)
+    assert {one.names[0]: found.look.gain(one) for one in found.look.found} == {
+        B.name: 40.0, A.name: pytest.approx(NAMED - 0.1), C.name: 2.0,
+    }  # fmt: skip
+
+
+def test_where_none_is_believed_nothing_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = confirmation(monkeypatch, {A: 1.0, B: -3.0})
+    assert _believed(first_look(), Limits()).chosen is None
+    assert asked == [A.name, B.name]
+
+
+def test_what_a_person_chooses_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    confirmation(monkeypatch, {B: -3.0})
+    monkeypatch.setattr(forward_selection, "candidates", lambda look: ())
+    found = _believed(first_look(), Limits(choose=lambda ranking: B.name))
+    assert found.chosen is not None
+    assert found.chosen.names == (B.name,)
+
+
+@pytest.mark.parametrize("moved", [True, False])
+def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised_about_it(
+    monkeypatch: pytest.MonkeyPatch, moved: bool
+) -> None:
+    confirmation(monkeypatch, {A: 1.0, B: 1.0})
+    there, searched = Model((), 5.0), SimpleNamespace(scales=None)
+    monkeypatch.setattr(forward_selection, "looked", lambda *of: first_look(moved))
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
+    tested: list[Any] = []
+
+    def incomplete(look: Any, before: Any) -> tuple[bool, list[Any]]:
+        tested.append(look.parent)
+        return False, []
+
+    monkeypatch.setattr(forward_selection, "incomplete", incomplete)
+    look = first_look()
+    after, grown = _further(Selection(look.search, look.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
+    assert not grown
+    assert (after.best is there, after.search is searched, tested == [there]) == (moved, moved, moved)

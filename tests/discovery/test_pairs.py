@@ -110,6 +110,7 @@ def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missin
     alone = first.found[0]
     nothing = Comparison(first.search, alone, (Model((A, B), 241.0),))  # type: ignore[arg-type]
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
+    monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
     monkeypatch.setattr(
         forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({(A.name, B.name)}))
     )

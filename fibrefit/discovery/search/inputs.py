@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from threading import Lock
 
 import numpy as np
@@ -43,3 +43,39 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     lock = Lock()
     anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=lock)
     return anew, scales.weigh(own, weighed.effects, local)
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """A hypothesis with readings linearised about it.
+
+    Parameters
+    ----------
+    search : Search
+        With these readings.
+    found : Weighed
+    gain : float
+        Logarithm of its Bayes factor over its parent there.
+    """
+
+    search: Search
+    found: Weighed
+    gain: float
+
+
+def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
+    """What a hypothesis gains over its parent where readings are linearised about itself; None without noisy inputs.
+
+    Readings linearised about its parent say little of a place that is far from it: a bounce that comes elsewhere meets
+    other errors of the inputs. What is gained there by going far is none if it is gone once one is there.
+    """
+    if (anew := relinearised(search, found)) is None:
+        return None
+    there, own = anew
+    local = carried(own.frame, absent_values(own.frame, len(parent.local)), parent.frame, parent.local)
+    old = parent.evidence.mode
+    lesser = (
+        there.scales.without(own, parent.effects),
+        there.scales.weigh(own.frame, parent.effects, local, old.sigma, old.place.eta),
+    )
+    return Confirmation(there, own, own.log - max(one.log for one in lesser))
