@@ -15,7 +15,7 @@ import pytest
 from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import Reading, _range, in_motion, probe_all
+from fibrefit.discovery.curves.free_form import Reading, _held, _range, in_motion, probe_all
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -174,3 +174,18 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
     assert began == [pytest.approx(cost, rel=1e-4)]
+
+
+@pytest.mark.parametrize(
+    ("gains", "kept"), [((30.0, 1.0), "ab"), ((2.0, 9.0), "b"), ((2.0, 4.0), ""), ((None, 1.0), "ab")]
+)
+def test_curves_whose_gain_is_gone_about_themselves_are_none(gains: tuple[float | None, ...], kept: str) -> None:
+    asked: list[str] = []
+
+    def gain(end: Any) -> float | None:
+        asked.append(end)
+        return gains["ab".index(end)]
+
+    assert "".join(cast(Any, _held(cast(Any, "ab"), 5.0, gain))) == kept
+    # The first that holds is enough.
+    assert asked == (["a"] if kept == "ab" else ["a", "b"])

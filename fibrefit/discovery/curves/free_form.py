@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carr
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
@@ -81,11 +82,41 @@ def probe_all(
     jobs = [partial(_fit, search, frame, parent, probe, start, promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
-    before = parent.log + float(np.log(len(probes)))
-    readings = [
-        _read(search, probe, end, before, ranges) for probe, end in zip(probes, ends, strict=True) if end is not None
-    ]
-    return sorted((reading for reading in readings if reading.gain > worth), key=lambda reading: -reading.gain)
+    price = float(np.log(len(probes) * len(WALKS)))
+    found_all = sorted((end for end in ends if end is not None), key=lambda end: -end.weighed.log)
+    worthy = [end for end in found_all if end.weighed.log - parent.log - price > worth]
+    held = _held(worthy, worth + price, partial(_gain_about_itself, search, parent, probes))
+    return [_read(search, end, parent.log + price, ranges) for end in held]
+
+
+def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | None]) -> Sequence[_End]:
+    """Curves from the first on that is worth as much about itself: one that holds says that something is missing."""
+    for i, end in enumerate(ends):
+        about_itself = gain(end)
+        if about_itself is None or about_itself > worth:
+            return ends[i:]
+    return ()
+
+
+class _End(NamedTuple):
+    """Where a probe led, and what was taken of its heights beforehand."""
+
+    probe: type[Curve]
+    weighed: Weighed
+    curve: Heights
+
+
+def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Curve]], end: _End) -> float | None:
+    """What a curve gains where readings are linearised about it, see `confirmed`; None without noisy inputs."""
+    if (about := linearised_about(search, end.weighed)) is None:
+        return None
+    frame = supermodel_of(search.task, (*parent.effects, *probes), about.frame.sensitivities)
+    scales, old = about.search.scales, parent.evidence.mode
+    absent = absent_values(frame, len(parent.local))
+    local = carried(frame, absent, parent.frame, parent.local)
+    lesser = scales.weigh(frame, parent.effects, local, old.sigma, old.place.eta)
+    with_it = carried(frame, absent, about.frame, about.local)
+    return scales.with_curve(lesser, frame, with_it, end.probe, end.curve).log - lesser.log
 
 
 def curve_facts(reading: Reading) -> dict[str, Any]:
@@ -136,7 +167,7 @@ def _turns(heights: np.ndarray) -> int:
 
 def _fit(
     search: Search, frame: Supermodel, parent: Weighed, probe: type[Curve], start: np.ndarray, worth: float
-) -> Weighed | None:
+) -> _End | None:
     """A probe at its best roughness; None where its slopes promise less than it is worth."""
     found, names = parent.evidence.mode, tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
@@ -145,8 +176,7 @@ def _fit(
     best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
     if not promised[best] - parent.log > worth - HOPE:
         return None
-    end = search.scales.with_curve(parent, frame, start, probe, curves[best])
-    return end.moved_to(end.log - float(np.log(len(WALKS))))
+    return _End(probe, search.scales.with_curve(parent, frame, start, probe, curves[best]), curves[best])
 
 
 HOPE = 3.0
@@ -165,13 +195,13 @@ def _prepared(
     return values
 
 
-def _read(
-    search: Search, probe: type[Curve], end: Weighed, before: float, ranges: dict[str, tuple[float, float]]
-) -> Reading:
-    shared, n = end.shared, len(probe.heights)
+def _read(search: Search, end: _End, before: float, ranges: dict[str, tuple[float, float]]) -> Reading:
+    probe, weighed, _ = end
+    shared, n = weighed.shared, len(probe.heights)
     heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])
-    errors = shape_errors(probe.size**2 * end.evidence.spread[-n:, -n:])
-    return Reading(probe, np.linspace(*ranges[probe.variable], n), heights, errors, search.plain(end), end.log - before)
+    errors = shape_errors(probe.size**2 * weighed.evidence.spread[-n:, -n:])
+    knots = np.linspace(*ranges[probe.variable], n)
+    return Reading(probe, knots, heights, errors, search.plain(weighed), weighed.log - before)
 
 
 def shape_errors(spread: np.ndarray) -> np.ndarray:

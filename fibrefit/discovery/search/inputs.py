@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +26,25 @@ def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | Non
     return coefficients_at(*search.task_with(weighed), sensitivities)
 
 
-def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
-    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs."""
+class About(NamedTuple):
+    """A search with readings linearised about a hypothesis.
+
+    Parameters
+    ----------
+    search : Search
+    frame : Supermodel
+        Of the hypothesis.
+    local : (n_record, n_local) in SI units
+        Its values.
+    """
+
+    search: Search
+    frame: Supermodel
+    local: np.ndarray
+
+
+def linearised_about(search: Search, weighed: Weighed) -> About | None:
+    """Readings linearised in the errors of inputs, about what suits a hypothesis best; None without such inputs."""
     if (coefficients := coefficients_of(search, weighed)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
@@ -40,9 +58,15 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     local = carried(own, absent_values(own, len(local)), Supermodel(task), local)
     base = refit(frame, search.context.subset(()), search.base.fit.local, search.context.whole)
     scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
-    lock = Lock()
-    anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=lock)
-    return anew, scales.weigh(own, weighed.effects, local)
+    anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=Lock())
+    return About(anew, own, local)
+
+
+def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
+    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs."""
+    if (anew := linearised_about(search, weighed)) is None:
+        return None
+    return anew.search, anew.search.scales.weigh(anew.frame, weighed.effects, anew.local)
 
 
 @dataclass(frozen=True)
