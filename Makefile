@@ -4,8 +4,8 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test bench validate validate-discover validate-intervals lint format schemas docs notebooks dist \
-        release-check clean
+.PHONY: demo real test bench bench-series validate validate-discover validate-intervals lint format schemas docs \
+        notebooks dist release-check clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
@@ -17,6 +17,13 @@ bench: .venv/installed-bench
 	$(RUN) -m tests.benchmarks
 	$(RUN) -m tests.benchmarks.load
 	$(RUN) -m pytest -s -o python_files='bench_*.py' tests/benchmarks
+	$(MAKE) bench-series
+
+# Thousands of records, beside SciPy, by one process and two; goes on where it was stopped. ARGS="--records 60" for fewer,
+# with FOLDER=results/sixty for a series of their own.
+FOLDER ?= results/bench_series
+bench-series: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_batch $(FOLDER) --workers 40 $(ARGS)
 
 validate: .venv/installed-bench
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation tests/reliability
