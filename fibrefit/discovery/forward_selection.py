@@ -172,7 +172,9 @@ def _together(
         # Free curves and tests are of the model where it is now.
         look = replace(look, search=anew[0], parent=anew[1])
         at = replace(at, search=anew[0], best=anew[1])
-    if limits.max_effects < 2 or len(at.best.effects) > 1 or limits.choose or look.untried:
+    # Of two that were found one after the other, the first may stand in for the two that are there.
+    tried = len(at.best.effects) > 2 or any(len(step.added) > 1 for step in at.steps)
+    if limits.max_effects < 2 or tried or limits.choose or look.untried:
         return at, found
     missing, curves = incomplete(look, before)
     if missing and (pairs := best_pair(single, at.best)) is not None:

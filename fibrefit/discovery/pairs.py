@@ -59,7 +59,7 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
     look : Comparison
         Of effects one by one: the pairs are those of the best of them.
     instead : Weighed
-        What was found one by one, with one effect or none.
+        What was found one by one, with two effects at the most.
 
     Returns
     -------
@@ -77,13 +77,18 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
     for i, first in enumerate(best):
         some, _ = in_time(partial(partners, first, best[i + 1 :]), list[Weighed](), PAIRING * time_left())
         found += some
-    alone = [one for one in look.found if one.names == instead.names]
-    pairs = in_same_noise(search, look.parent, [*found, *alone])
+    others = [one for one in found if one.names != instead.names]
+    pairs = in_same_noise(search, look.parent, [*others, *_beside(look, instead)])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
     if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
         return None
     return pairs if pruned(pairs.search.scales, most) is most else None
+
+
+def _beside(look: Comparison, instead: Weighed) -> list[Weighed]:
+    """What pairs are held against: the single effect that was found, or two that were found one after the other."""
+    return [next((one for one in look.found if one.names == instead.names), instead)] if instead.effects else []
 
 
 def pruned(scales: Scales, best: Weighed) -> Weighed:

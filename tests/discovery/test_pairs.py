@@ -19,7 +19,7 @@ from fibrefit.discovery.search.search import Tried
 EFFECTS: tuple[Any, ...] = tuple(
     type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk"
 )
-A, B, C = EFFECTS[:3]
+A, B, C, D, E = EFFECTS[:5]
 
 
 @dataclass(frozen=True)
@@ -102,22 +102,44 @@ def test_alarms_and_curves_say_that_something_is_missing(
     assert (curves, len(drawn)) == ((None, 0) if alarm else (["curve"] * curve, 1))
 
 
+def after_a_look(
+    monkeypatch: pytest.MonkeyPatch, first: Comparison, best: Any, missing: bool, added: Sequence[tuple[str, ...]]
+) -> tuple[tuple[str, ...], bool]:
+    """Effects after a look that finds nothing more one by one, and whether any are new."""
+    nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + 1.0),))  # type: ignore[arg-type]
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
+    monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
+    names = nothing.found[0].names
+    monkeypatch.setattr(forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({names})))
+    monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
+    monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
+    monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
+    monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
+    steps: Any = tuple(SimpleNamespace(added=names) for names in added)
+    at = Selection(first.search, best, steps, singles=first, look=first)
+    after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
+    return after.best.names, grown
+
+
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])
 def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]
 ) -> None:
     first = look_of(GAINS, {(B, C): 290.0}, [])
-    alone = first.found[0]
-    nothing = Comparison(first.search, alone, (Model((A, B), 241.0),))  # type: ignore[arg-type]
-    monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
-    monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
-    monkeypatch.setattr(
-        forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({(A.name, B.name)}))
-    )
-    monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
-    monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
-    monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
-    monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
-    at = Selection(first.search, alone, singles=first, look=first)
-    after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
-    assert (after.best.names, grown) == (names, missing)
+    assert after_a_look(monkeypatch, first, first.found[0], missing, [(A.name,)]) == (names, missing)
+
+
+@pytest.mark.parametrize(
+    ("log", "added", "replaced"),
+    [
+        (270.0, [(A.name,), (E.name,)], True),
+        (288.0, [(A.name,), (E.name,)], False),  # no more than chance below the pair
+        (270.0, [(A.name, E.name)], False),  # they were found as a pair
+    ],
+)
+def test_a_pair_takes_the_place_of_two_that_were_found_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch, log: float, added: list[tuple[str, ...]], replaced: bool
+) -> None:
+    first, stand_in = look_of(GAINS, {(B, C): 290.0}, []), Model((A, E), log)
+    expected = ((B.name, C.name), True) if replaced else (stand_in.names, False)
+    assert after_a_look(monkeypatch, first, stand_in, True, added) == expected
