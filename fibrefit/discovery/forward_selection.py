@@ -93,6 +93,8 @@ class Selection:
         What free curves explain beyond the best model; None where they were not drawn on it.
     about : Weighed or None
         Model that readings are linearised about, where inputs have errors.
+    paired : bool
+        Whether pairs of the best effects of the first look were tried.
     """
 
     search: Search
@@ -104,6 +106,7 @@ class Selection:
     singles: Comparison | None = None
     curves: Sequence[Reading] | None = None
     about: Weighed | None = None
+    paired: bool = False
 
 
 def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
@@ -137,7 +140,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     look = looked(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
     single, found = at.singles or look, _believed(look, limits)
     at = replace(at, search=look.search, best=look.parent, look=found.look)
-    if found.chosen is None:
+    if _doubtful(at, found):
         at, found = _together(at, found, single, before, limits)
     return (at, False) if found.chosen is None else (_grown(at, found, single, before, limits), True)
 
@@ -167,19 +170,25 @@ def _together(
     at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits
 ) -> tuple[Selection, _Believed]:
     """Two effects at once, where something is missing that none accounts for by itself."""
-    look = found.look
-    if look.moved and (anew := relinearised(look.search, look.parent)) is not None:
+    look, curves = found.look, None
+    if found.chosen is None and look.moved and (anew := relinearised(look.search, look.parent)) is not None:
         # Free curves and tests are of the model where it is now.
         look = replace(look, search=anew[0], parent=anew[1])
         at = replace(at, search=anew[0], best=anew[1])
-    # Of two that were found one after the other, the first may stand in for the two that are there.
-    tried = len(at.best.effects) > 2 or any(len(step.added) > 1 for step in at.steps)
-    if limits.max_effects < 2 or tried or limits.choose or look.untried:
+    if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or look.untried:
         return at, found
-    missing, curves = incomplete(look, before)
-    if missing and (pairs := best_pair(single, at.best)) is not None:
-        found = _believed(pairs, limits)
-    return replace(at, curves=curves), found
+    if found.chosen is None:
+        missing, curves = incomplete(look, before)
+        if not missing:
+            return replace(at, curves=curves), found
+    pairs, _ = in_time(partial(best_pair, single, found.chosen or at.best), None)
+    together = found if pairs is None else _believed(pairs, limits)
+    return replace(at, curves=curves, paired=True), found if together.chosen is None else together
+
+
+def _doubtful(at: Selection, found: _Believed) -> bool:
+    """Whether what was found beside an effect says little: that effect may stand in for two others."""
+    return found.chosen is None or (bool(at.best.effects) and found.look.gain(found.chosen) < BEYOND_DOUBT)
 
 
 def _grown(at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:

@@ -11,7 +11,7 @@ import pytest
 
 from fibrefit.discovery import forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.pairs import best_pair, incomplete
 from fibrefit.discovery.search.search import Tried
@@ -103,10 +103,15 @@ def test_alarms_and_curves_say_that_something_is_missing(
 
 
 def after_a_look(
-    monkeypatch: pytest.MonkeyPatch, first: Comparison, best: Any, missing: bool, added: Sequence[tuple[str, ...]]
+    monkeypatch: pytest.MonkeyPatch,
+    first: Comparison,
+    best: Any,
+    missing: bool,
+    gain: float = 1.0,
+    paired: bool = False,
 ) -> tuple[tuple[str, ...], bool]:
-    """Effects after a look that finds nothing more one by one, and whether any are new."""
-    nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + 1.0),))  # type: ignore[arg-type]
+    """Effects after a look in which the best further one gains so much, and whether any are new."""
+    nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
     monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
     names = nothing.found[0].names
@@ -115,8 +120,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
-    steps: Any = tuple(SimpleNamespace(added=names) for names in added)
-    at = Selection(first.search, best, steps, singles=first, look=first)
+    at = Selection(first.search, best, singles=first, look=first, paired=paired)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
 
@@ -126,20 +130,28 @@ def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missin
     monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]
 ) -> None:
     first = look_of(GAINS, {(B, C): 290.0}, [])
-    assert after_a_look(monkeypatch, first, first.found[0], missing, [(A.name,)]) == (names, missing)
+    assert after_a_look(monkeypatch, first, first.found[0], missing) == (names, missing)
 
 
 @pytest.mark.parametrize(
-    ("log", "added", "replaced"),
-    [
-        (270.0, [(A.name,), (E.name,)], True),
-        (288.0, [(A.name,), (E.name,)], False),  # no more than chance below the pair
-        (270.0, [(A.name, E.name)], False),  # they were found as a pair
-    ],
+    ("log", "paired", "replaced"),
+    [(270.0, False, True), (288.0, False, False), (270.0, True, False)],  # 288: the pair gains no more than chance
 )
 def test_a_pair_takes_the_place_of_two_that_were_found_one_after_the_other(
-    monkeypatch: pytest.MonkeyPatch, log: float, added: list[tuple[str, ...]], replaced: bool
+    monkeypatch: pytest.MonkeyPatch, log: float, paired: bool, replaced: bool
 ) -> None:
     first, stand_in = look_of(GAINS, {(B, C): 290.0}, []), Model((A, E), log)
     expected = ((B.name, C.name), True) if replaced else (stand_in.names, False)
-    assert after_a_look(monkeypatch, first, stand_in, True, added) == expected
+    assert after_a_look(monkeypatch, first, stand_in, True, paired=paired) == expected
+
+
+@pytest.mark.parametrize(("gain", "names"), [(10.0, (B, C)), (45.0, (A, D)), (BEYOND_DOUBT + 1.0, (A, D))])
+def test_a_second_effect_that_gains_little_is_held_against_pairs(
+    monkeypatch: pytest.MonkeyPatch, gain: float, names: tuple[Any, ...]
+) -> None:
+    """The first may stand in for two others, and the second for what it does otherwise than they."""
+    asked: list[Any] = []
+    first = look_of(GAINS, {(B, C): 290.0}, asked)
+    found = after_a_look(monkeypatch, first, first.found[0], False, gain)
+    assert found == (tuple(effect.name for effect in names), True)
+    assert bool(asked) is (gain < BEYOND_DOUBT)
