@@ -118,7 +118,11 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         parent = scales.again(parent)
         near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
         again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
-        led = [scales.without(one, parent.effects) for one in again[:COMPARED] if one.log > parent.log]
+        better = [one for one in again[:COMPARED] if one.log > parent.log]
+        # From the one that may get its name to the end; from others as long as it takes to see where they lead.
+        led = [scales.without(one, parent.effects) for one in better[:1]]
+        begun = [scales.led(one, parent.effects) for one in better[1:]]
+        led += [scales.again(one) for one in begun if one.log > parent.log]
         alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
         here, parent = parent.log, max([parent, *alike, *led], key=lambda one: one.log)
         moved |= parent.log > here + NAMED

@@ -20,6 +20,8 @@ LEAST_FALL = 0.2
 """Promised fall of a hypothesis's objective, a tenth of a nat, that is not taken any more: names differ by nats."""
 PATIENCE = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
+LED = 10
+"""Evaluations in which a parent is refitted from where a candidate led; where it is more probable there, it goes on."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
@@ -60,6 +62,11 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
         Objective of the parent, twice a negative logarithm.
     """
     return {"settled": LEAST_FALL, "effort": Effort(patience=PATIENCE, worthless=parent + 2.0 * WRONG_MINIMUM)}
+
+
+def first_steps() -> dict[str, Any]:
+    """How a parent is refitted from where a candidate led, as `mode` takes it."""
+    return {"settled": LEAST_FALL, "effort": Effort(steps=LED)}
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
-from fibrefit.discovery.engine.effort import astray, descent
+from fibrefit.discovery.engine.effort import astray, descent, first_steps
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
@@ -248,15 +248,18 @@ class Scales:
             found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly)))
         return found_all
 
+    def led(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+        """The first steps of a hypothesis without some of its effects, from where it is."""
+        unknowns = unknowns_of(weighed.frame, self.context, kept, self.reference)
+        found = weighed.evidence.mode
+        start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
+        gram = self._secant(weighed.frame)
+        return Weighed(kept, weighed.frame, weigh(unknowns, start, gram, found.sigma, **first_steps()))
+
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, from where it is."""
-        local, blank = weighed.local.copy(), absent_values(weighed.frame, len(weighed.local))
-        for effect in weighed.effects:
-            if effect not in kept:
-                columns = [weighed.frame.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
-                local[:, columns] = blank[:, columns]
         found = weighed.evidence.mode
-        return self.weigh(weighed.frame, kept, local, found.sigma, found.place.eta)
+        return self.weigh(weighed.frame, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
 
     def again(self, weighed: Weighed) -> Weighed:
         """A hypothesis weighed with another yardstick, from where it is."""
@@ -361,3 +364,13 @@ class Scales:
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
         return weigh(unknowns, start, self._secant(frame, seed), sigma, **descent(parent))
+
+
+def _with_absent(weighed: Weighed, kept: Sequence[type[Effect]]) -> np.ndarray:
+    """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
+    local, blank = weighed.local.copy(), absent_values(weighed.frame, len(weighed.local))
+    for effect in weighed.effects:
+        if effect not in kept:
+            columns = [weighed.frame.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
+            local[:, columns] = blank[:, columns]
+    return local
