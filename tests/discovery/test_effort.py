@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -13,11 +15,18 @@ COSTS = (0.0, *[90.0] * 10)
 LOGS = (50.0, *[-200.0] * 10)
 """Nats of candidates, the others far behind the first."""
 
+
+def goes_on_after(steps: int) -> bool:
+    """Whether a parent is followed further from where a candidate led, after so many evaluations."""
+    return effort.first_steps()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
+
+
 CASES = (
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
     Bracket("PATIENCE", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
+    Bracket("LED", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),

@@ -88,3 +88,17 @@ def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured()
     found = with_input_errors(lacking, input_errors(lacking), start)
     assert not np.any(found.coefficients["drive"])
     assert found.promised == 0.0
+
+
+def test_errors_that_explain_nothing_are_no_place_to_begin() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    known, start = input_errors(task), task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    random = np.random.default_rng(0)
+    wrong = {name: 100.0 * random.standard_normal(wave.shape) for name, wave in no_errors(known).items()}
+    found, plain = with_input_errors(task, known, start, wrong), with_input_errors(task, known, start)
+    assert np.any(plain.coefficients["drive"])
+    np.testing.assert_array_equal(found.coefficients["drive"], plain.coefficients["drive"])
+    np.testing.assert_array_equal(found.values, plain.values)

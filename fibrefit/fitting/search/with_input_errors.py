@@ -113,6 +113,8 @@ def with_input_errors(
         number = float(counted(problem, sensitivities.downweight).sum())
         end = _descended(unknowns, place, view, number)
         variance = max(1.0, end.normal.cost / number)
+        if not variance < HOPELESS and found is None and coefficients is not None:
+            return with_input_errors(task, known, values)  # where it began was a bad place
         if not variance < HOPELESS:
             return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
         remaining, waves = view.residuals(end.local)
