@@ -49,3 +49,9 @@ def test_no_number_is_without_a_case() -> None:
 
 def test_a_candidate_behind_one_without_a_name_is_not_weighed_again() -> None:
     assert effort.weighed_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
+
+
+def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
+    assert effort.lost(1.0, 1.2)
+    assert not effort.lost(1.0, 1.05)
+    assert not effort.lost(3.0, 1.2)

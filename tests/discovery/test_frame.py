@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -18,6 +20,7 @@ from fibrefit.discovery.engine.supermodel import (
     supermodel_of,
 )
 from fibrefit.discovery.engine.yardstick import yardstick_of
+from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
@@ -61,6 +64,12 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     np.testing.assert_allclose(coefficients["drive"], -waves[:, 0], atol=0.02 * np.abs(waves).max())
     frame = supermodel_of(task, (), sensitivities)
     local = np.asarray(task.problem.layout.local(values))
+    # The same from the values of each record.
+    search: Any = SimpleNamespace(context=SimpleNamespace(whole=task.counts[-1]))
+    weighed: Any = SimpleNamespace(frame=frame, local=local)
+    own = coefficients_of(search, weighed)
+    assert own is not None
+    np.testing.assert_allclose(own["drive"], coefficients["drive"], atol=1e-3 * np.abs(waves).max())
     cost = frame.costs(local, task.counts[-1]).sum()
     assert cost == pytest.approx(np.sum(kept**2) + np.sum(waves**2), rel=0.01)
 

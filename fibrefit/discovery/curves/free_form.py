@@ -115,7 +115,7 @@ def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Cu
     absent = absent_values(frame, len(parent.local))
     local = carried(frame, absent, parent.frame, parent.local)
     lesser = scales.weigh(frame, parent.effects, local, old.sigma, old.place.eta)
-    with_it = carried(frame, absent, about.frame, about.local)
+    with_it = carried(frame, absent, end.weighed.frame, end.weighed.local)
     return scales.with_curve(lesser, frame, with_it, end.probe, end.curve).log - lesser.log
 
 

@@ -48,6 +48,11 @@ def slopes_tell(gap: float) -> bool:
     return gap <= NEARLY
 
 
+def lost(before: float, after: float) -> bool:
+    """Whether so much more is left where readings are linearised anew that a motion was lost there, by both gaps."""
+    return after > NEARLY * before
+
+
 def astray(log: float, parent: float) -> bool:
     """Whether a hypothesis that contains its parent lies in a wrong minimum, by the evidence of both in nats."""
     return not log > parent - WRONG_MINIMUM

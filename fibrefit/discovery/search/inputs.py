@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.effort import lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import FAR, Supermodel, coefficients_at, supermodel_of
+from fibrefit.discovery.engine.supermodel import FAR, Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
@@ -20,10 +21,17 @@ from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 
 def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | None:
-    """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without any."""
+    """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without any.
+
+    They are those of each record at values of its own.
+    """
     if (sensitivities := weighed.frame.sensitivities) is None:
         return None
-    return coefficients_at(*search.task_with(weighed), sensitivities)
+    left = np.asarray(residual_rows(weighed.frame, weighed.local, search.context.whole))
+    directions = zip(sensitivities.basis, sensitivities.inverse, sensitivities.rows, left, strict=True)
+    flat = [-basis @ np.asarray(inverse @ (rows @ own)) for basis, inverse, rows, own in directions]
+    ends = np.cumsum([wave.shape[1] for wave in sensitivities.coefficients.values()])[:-1]
+    return dict(zip(sensitivities.coefficients, np.split(np.array(flat), ends, axis=1), strict=True))
 
 
 class About(NamedTuple):
@@ -34,13 +42,10 @@ class About(NamedTuple):
     search : Search
     frame : Supermodel
         Of the hypothesis.
-    local : (n_record, n_local) in SI units
-        Its values.
     """
 
     search: Search
     frame: Supermodel
-    local: np.ndarray
 
 
 def linearised_about(search: Search, weighed: Weighed) -> About | None:
@@ -54,19 +59,25 @@ def linearised_about(search: Search, weighed: Weighed) -> About | None:
         supermodel_of(search.task, (), sensitivities),
         supermodel_of(search.task, weighed.effects, sensitivities),
     )
-    local = np.asarray(task.problem.layout.local(values))
-    local = carried(own, absent_values(own, len(local)), Supermodel(task), local)
     base = refit(frame, search.context.subset(()), search.base.fit.local, search.context.whole)
     scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
     anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=Lock())
-    return About(anew, own, local)
+    return About(anew, own)
 
 
 def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
-    """Search and hypothesis with what errors of noisy inputs do to the hypothesis; None without such inputs."""
-    if (anew := linearised_about(search, weighed)) is None:
+    """Search and hypothesis with what errors of noisy inputs do to the hypothesis.
+
+    None without such inputs, and where a motion is lost there.
+    """
+    if (about := linearised_about(search, weighed)) is None:
         return None
-    return anew.search, anew.search.scales.weigh(anew.frame, weighed.effects, anew.local)
+    anew, own, old = about.search, about.frame, weighed.evidence.mode
+    local = carried(own, absent_values(own, len(weighed.local)), weighed.frame, weighed.local)
+    found = anew.scales.weigh(own, weighed.effects, local, old.sigma, old.place.eta)
+    if lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
+        return None
+    return anew, found
 
 
 @dataclass(frozen=True)

@@ -119,16 +119,17 @@ def with_input_errors(
             return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
         remaining, waves = view.residuals(end.local)
         place, there = end.place, corrected(problem, known, waves)
-        found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
-        missed = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight - remaining[0]
-        near = float(np.mean(missed[remaining[0] != 0.0] ** 2)) < MISSED * variance
+        left = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight
+        # What readings linearised elsewhere promised of it may not be there: a motion that bounces is another one then.
+        if float(np.sum(left**2)) < HOPELESS * number:
+            found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
+        near = float(np.mean((left - remaining[0])[remaining[0] != 0.0] ** 2)) < MISSED * variance
         # What is learnt from more samples lets still more of them count, until it does not.
         share, before = number / samples, share
         if (near and (share > WHOLE or share < before + MORE)) or time_left() <= 0.0:
             break
         roots = sensitivities.roots()
-    assert found is not None
-    return found
+    return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
 
 
 def linearised_in_errors(
