@@ -35,7 +35,7 @@ from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.catalogue import look_alikes
-from fibrefit.study.summaries.discovery import Separation, Unexplained, Verdict
+from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
 FINAL_STARTS = 3
 NEARBY = 1.01
@@ -96,10 +96,11 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     # What was found too small for interest is still there: what is left is that of a model with it.
     alarms = alarms if best is wanted else alarms_of(search, best)
     complete = not alarms and not readings
-    kept, untried = search.plain(best), _left_out(at)
-    verdict, reason = _verdict(best, alarms, readings, bool(untried or at.cut_short or parts.undone))
+    kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
+    cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
+    verdict, reason = _verdict(best, alarms, readings, cut, tried)
+    known = tried or not cut or bool(readings)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
-    added = bool(best.effects)
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
@@ -108,11 +109,11 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
         unexplained=_left_over(search, kept, after, None if complete else readings, law and law[1]),
-        looks_like=None if complete else _looks_like(kept, search, after, readings),
+        looks_like=None if complete or not known else _looks_like(kept, search, after, readings),
         before=before,
         after=after,
         held_out=parts.take("left_out", predicted, ()) if added else (),
-        ranking=() if at.look is None else candidates(at.look),
+        ranking=_ranking(at),
         seconds=budget.used,
         weights=parts.take("weights", partial(weights, search, best, after), ()) if added else (),
         detectable=parts.take("detectable", partial(detectable, search), ()) if verdict == NOTHING else (),
@@ -177,13 +178,14 @@ NOTHING: Verdict = "nothing_missing"
 
 
 def _verdict(
-    best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool
+    best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool, tried: bool
 ) -> tuple[Verdict, tuple[Statement, ...]]:
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
         gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in readings[:1]]
         told = [alarm.statement for alarm in alarms] or gains
-        return "unexplained", (Statement("none_tried" if cut else "no_effect"), *told)
+        unsaid = Statement("none_tried" if tried else "all_untried")
+        return "unexplained", (unsaid if cut else Statement("no_effect"), *told)
     if cut and not best.effects:
         return "not_trusted", (Statement("time_ended"),)
     # Innovations are noise, and no curve explains more than what was named.
@@ -202,6 +204,11 @@ def _left_over(
         where=where.places(after.residual_set),
         curves=drawn(readings, after, search.samples, law),
     )
+
+
+def _ranking(at: Selection) -> tuple[Candidate, ...]:
+    """Candidates of the last look, the best first."""
+    return () if at.look is None else candidates(at.look)
 
 
 def _left_out(at: Selection) -> tuple[str, ...]:

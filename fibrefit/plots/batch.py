@@ -73,12 +73,14 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
     errors = np.array([np.nan if one is None or one.std_error is None else one.std_error for one in found])
     unit, worth = readable_unit(values, si)
     states = np.array([item.status or "" for item in items.values()])
+    lacking = np.array([bool(item.lacks) for item in items.values()])
     for state, colour in STATES.items():
-        here = (states == state) & np.isfinite(values)
-        if here.any():
-            bars = 2.0 * np.nan_to_num(errors[here]) / worth
-            style: dict[str, Any] = {"fmt": ".", "color": colour, "markersize": 3, "elinewidth": 0.6, "label": state}
-            axes.errorbar(numbers[here], values[here] / worth, bars, **style)
+        for lacks, filled, said in ((False, colour, state), (True, "white", f"{state}, model lacks something")):
+            here = (states == state) & (lacking == lacks) & np.isfinite(values)
+            if here.any():
+                bars = 2.0 * np.nan_to_num(errors[here]) / worth
+                style: dict[str, Any] = {"color": colour, "markerfacecolor": filled, "elinewidth": 0.6, "label": said}
+                axes.errorbar(numbers[here], values[here] / worth, bars, fmt="o", markersize=2, **style)
     label(axes, y=axis_label(name.rpartition(".")[2], unit))
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.plots.save import figure_file
+from fibrefit.plots.shrink import small_png
 from fibrefit.plots.style import caption_of
 
 
@@ -42,6 +43,7 @@ class Figures(dict[str, Figure]):
 
 
 def _embedded(name: str, figure: Figure) -> str:
-    content = base64.b64encode(figure_file(figure)).decode()
+    # Small: a notebook keeps every picture it shows, and is handed on with them.
+    content = base64.b64encode(small_png(figure_file(figure))[0]).decode()
     said = escape(caption_of(figure) or name)
     return f'<p><img alt="{said}" style="max-width: 100%" src="data:image/png;base64,{content}"></p>'

@@ -32,6 +32,7 @@ from fibrefit.plots.style import (
     set_caption,
     title,
 )
+from fibrefit.study.summaries.check import lacking
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, ParameterSummary
 
@@ -46,6 +47,7 @@ LINE, BELOW = 4.2, 14.0
 ACROSS = 135
 """Letters in a line over the whole width."""
 
+LACKS = "The error bars allow for what is left, which is more than noise: the model lacks something"
 VERDICTS = {
     "ok": "The model explains these records down to their noise",
     "suspect": "The fit came to an end, but not all of its checks passed",
@@ -85,7 +87,7 @@ def overview_figure(summary: FitResultSummary, final: Fitted, first: Fitted | No
 
 def _verdict(summary: FitResultSummary) -> str:
     if not isinstance(summary, DiscoverySummary):
-        return VERDICTS[summary.status]
+        return LACKS if summary.status == "ok" and lacking(summary.checks) else VERDICTS[summary.status]
     if summary.verdict == "named":
         return f"The model lacked {' and '.join(summary.added)}"
     if summary.verdict == "nothing_missing":
@@ -120,9 +122,11 @@ def _gap_in_words(summary: FitResultSummary) -> str:
 def _caption(summary: FitResultSummary) -> str:
     gap = f"{_gap_in_words(summary)[:1].upper()}{_gap_in_words(summary)[1:]}."
     values = ", ".join(_in_words(name, one) for name, one in list(summary.parameters.items())[:4] if one.free)
-    failed = sum(not check.passed for check in summary.checks)
-    said = f"{failed} check{'s' * (failed != 1)} failed" if failed else "All checks passed"
-    return f"{gap} {values}. {said}."
+    lacks = len(lacking(summary.checks))
+    failed = sum(not check.passed for check in summary.checks) - lacks
+    said = [f"{failed} check{'s' * (failed != 1)} of the numbers failed"] * bool(failed)
+    said += [f"{lacks} say{'s' * (lacks == 1)} that the model lacks something"] * bool(lacks)
+    return f"{gap} {values}. {'; '.join(said) or 'All checks passed'}."
 
 
 def _in_words(name: str, one: ParameterSummary) -> str:

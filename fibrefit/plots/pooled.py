@@ -30,6 +30,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.series.thresholds import SIGNIFICANT
+from fibrefit.series.trends import BY_ORDER
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
@@ -163,7 +164,7 @@ def _points(
     headed = f"{bare} [{one.condition_unit}]"
     strays, rows, flags = {o.record for o in one.outliers}, [], []
     for number, (name, said) in enumerate(values.items(), 1):
-        known = {"order of the records": float(number), **conditions.get(name, {})}
+        known = {BY_ORDER: float(number), **conditions.get(name, {})}
         x = known.get(bare, known.get(headed))
         if x is not None and one.parameter in said:
             rows.append((x, said[one.parameter].value, said[one.parameter].error))

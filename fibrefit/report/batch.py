@@ -12,7 +12,7 @@ from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
 VERDICTS = {
-    "ok": "Every identification came to an end, and each passed all of its checks.",
+    "ok": "Every identification came to an end, and each passed all checks of its numbers.",
     "suspect": "Most can be used, not all: see what to doubt.",
     "failed": "None of these identifications can be used.",
 }
@@ -116,7 +116,7 @@ def _doubts(summary: BatchSummary) -> list[str]:
 def _next(summary: BatchSummary) -> list[str]:
     said = []
     found = [item.status for item in summary.items.values()]
-    if "suspect" in found:
+    if "suspect" in found or any(item.lacks for item in summary.items.values()):
         said.append(
             "fibrefit show ITEM, with the folder of one item under items/, tells what is wrong with it; fibrefit "
             "discover on its study looks for what the model lacks."

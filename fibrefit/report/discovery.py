@@ -63,7 +63,10 @@ UNFINISHED = "What the time did not suffice for"
 
 def left_undone(summary: DiscoverySummary) -> list[str]:
     """What a search that ran out of time did not come to, in sentences; nothing where it came to its end."""
-    untried = [f"Not tried: {', '.join(summary.untried)}."] if summary.untried else []
+    names = ", ".join(summary.untried)
+    if not (summary.rounds or summary.ranking):
+        names = f"any of the {len(summary.untried)} effects that make sense on this rig"
+    untried = [f"Not tried: {names}."] if summary.untried else []
     said = [*untried, *(f"Not done: {part}." for part in summary.undone)]
     return [*said, "--time gives more, and --resume goes on from what was found."] if said else []
 

@@ -8,6 +8,7 @@ from fibrefit.core.units import format_number, shown_unit
 from fibrefit.report.layout import items, table
 from fibrefit.report.text import with_error
 from fibrefit.series.thresholds import SIGNIFICANT
+from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
 
 MOST_TRENDS = 6
@@ -58,7 +59,8 @@ def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
 
 
 def _trend(one: TrendSummary) -> str:
-    per = "" if one.condition_unit == "-" else f" per {one.condition_unit}"
+    counted = "record" if one.condition == BY_ORDER else one.condition_unit
+    per = "" if counted == "-" else f" per {counted}"
     value, error, unit = with_error(one.slope, one.slope_error, one.unit)
     return (
         f"{one.parameter} over {one.condition}: {value} +/- {error} {unit}{per} "

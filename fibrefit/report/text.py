@@ -13,6 +13,7 @@ from functools import partial
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.study.summaries.check import lacking
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
@@ -90,13 +91,13 @@ def headline(summary: FitResultSummary) -> str:
 
 def _left(summary: FitResultSummary) -> str:
     """Whether what is left is noise."""
-    lacking = [check for check in summary.checks if check.about == "model" and not check.passed]
+    found = lacking(summary.checks)
     total = "" if summary.gap.total is None else f" ({summary.gap.total:.3g} times it)"
     if summary.status == "failed":
         return ""
-    if not lacking:
+    if not found:
         return "What is left is noise." if summary.status == "ok" else ""
-    if "residual_size" not in {check.identifier for check in lacking}:
+    if "residual_size" not in {check.identifier for check in found}:
         return f"What is left is no larger than the noise{total}; what is to be doubted all the same stands below."
     return f"What is left is more than the noise{total}: error bars allow for it, and the model lacks something."
 

@@ -21,6 +21,9 @@ import numpy as np
 
 from fibrefit.series.thresholds import FEWEST_RECORDS, MOST_OUTLIERS, SIGNIFICANT, STRAY
 
+BY_ORDER = "order of the records"
+"""Condition that counts the records, one after the other."""
+
 ROUNDS, HALVINGS = 20, 60
 
 

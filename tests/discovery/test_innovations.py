@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
 from fibrefit.discovery.residuals.innovations import (
@@ -237,3 +239,14 @@ def test_slopes_that_are_no_numbers_tell_nothing() -> None:
     assert _gain(np.diag([1.0, np.nan]), np.ones(2), np.ones(2)) == (0.0, 0)
     assert _gain(np.eye(2), np.array([1.0, np.nan]), np.ones(2)) == (0.0, 0)
     assert _gain(np.eye(2), np.array([3.0, 4.0]), np.ones(2)) == (25.0, 2)
+
+
+@pytest.mark.parametrize(
+    ("cut", "tried", "said"), [(True, False, "all_untried"), (True, True, "none_tried"), (False, True, "no_effect")]
+)
+def test_a_gap_of_which_nothing_was_tried_is_not_told_as_one_that_nothing_accounts_for(
+    cut: bool, tried: bool, said: str
+) -> None:
+    alarm = Alarm("rest", 1e-9, 1e-4)
+    verdict, reason = conclusion._verdict(cast(Any, SimpleNamespace(effects=())), [alarm], [], cut, tried)
+    assert (verdict, reason[0].identifier) == ("unexplained", said)

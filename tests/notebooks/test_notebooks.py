@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 #: Bytes of a notebook with its pictures.
-LARGEST = 3_000_000
+LARGEST = 1_000_000
 SAYS = {
     "01_first_fit": "status: ok",
     "02_posterior_plots": "status: ok",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import dataclasses
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from fibrefit.fitting.result import Identification, Starts
 from fibrefit.plots import fit_figures, save_figures, small_png
 from fibrefit.plots.certainty import correlation_figure, correlations
 from fibrefit.plots.fit import MOST_RECORDS
+from fibrefit.plots.save import figure_file
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import caption_of
@@ -200,6 +202,22 @@ def test_the_overview_has_records_values_and_verdict(found: Identification, figu
         assert words in said
 
 
+def test_the_overview_tells_failed_numbers_from_what_the_model_lacks(found: Identification) -> None:
+    summary, groups = saved_fit(found)
+    right = summary.model_copy(
+        update={"status": "ok", "checks": tuple(c.model_copy(update={"passed": True}) for c in summary.checks)}
+    )
+    assert caption_of(fit_figures(right, groups)["overview"]).endswith("All checks passed.")
+    left = [c.model_copy(update={"passed": False, "about": "model"}) for c in right.checks[:2]]
+    lacks = right.model_copy(update={"checks": (*left, *right.checks[2:])})
+    drawn = fit_figures(lacks, groups)["overview"]
+    assert "down to their noise" not in texts(drawn)
+    assert caption_of(drawn).endswith(". 2 say that the model lacks something.")
+    both = right.model_copy(update={"checks": (left[0].model_copy(update={"about": "numbers"}), *left[1:])})
+    said = caption_of(fit_figures(both, groups)["overview"])
+    assert said.endswith("1 check of the numbers failed; 1 says that the model lacks something.")
+
+
 def test_records_are_cropped_to_their_motion(found: Identification, figures: dict[str, Figure]) -> None:
     figure = figures["record drop_10mm.csv"]
     from_s, to_s = figure.axes[1].get_xlim()
@@ -233,6 +251,8 @@ def test_figures_are_written_in_every_format_with_their_captions(figures: dict[s
 def test_a_notebook_shows_all_figures_at_once(figures: dict[str, Figure]) -> None:
     html = figures._repr_html_()  # type: ignore[attr-defined]
     assert html.count("<img") == len(figures)
+    alone = figures.only("starts")._repr_html_()  # type: ignore[attr-defined]
+    assert len(alone) < 0.6 * len(base64.b64encode(figure_file(figures["starts"])))
     assert 'alt="31 of' in html or "starts reached the best minimum" in html
 
 

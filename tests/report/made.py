@@ -104,7 +104,7 @@ def _search() -> d.DiscoverySummary:
 
 
 def batch(number: int = 200) -> Result:
-    """Identifications of which every tenth is suspect and the last could not be carried out."""
+    """Identifications: every tenth is suspect, four are not explained, the last could not be carried out."""
     rng = np.random.default_rng(4)
     items = {}
     for i in range(1, number):
@@ -114,8 +114,9 @@ def batch(number: int = 200) -> Result:
         status = "suspect" if i % 10 == 0 else "ok"
         gap = 1.5 if i % 10 == 0 else float(rng.uniform(0.9, 1.1))
         items[f"run_{i}"] = s.BatchItem(
-            status=status, parameters={"stiffness": stiffness}, gap=gap, result=f"items/run_{i}"
-        )
+            status=status, parameters={"stiffness": stiffness}, gap=gap, result=f"items/run_{i}",
+            lacks=("residual size",) if i % 50 == 1 else (),
+        )  # fmt: skip
     items[f"run_{number}"] = s.BatchItem(error="run.csv: no column for the force.")
     table = [["item", "lift [m]", "status"], *([name, f"{0.005 * (1 + i % 4)}", ""] for i, name in enumerate(items))]
     summary = s.BatchSummary(status="suspect", name="many", items=items, checks=(CHECK,), provenance=PROVENANCE)

@@ -268,9 +268,9 @@ def test_a_brushed_stretch_of_a_state_is_shaded_in_time(seen: Tab) -> None:
 
 
 def test_a_column_sorts_both_ways_and_what_has_no_value_stays_last(listed: Tab) -> None:
-    column = "[...document.querySelectorAll('.items tbody tr')].map((row) => row.cells[2].dataset.value)"
+    column = "[...document.querySelectorAll('.items tbody tr')].map((row) => row.cells[3].dataset.value)"
     for way in (1.0, -1.0):
-        listed.page.locator("thead button").nth(2).click()
+        listed.page.locator("thead button").nth(3).click()
         values = listed.ask(column)
         assert values[-1] is None
         assert np.all(np.diff(way * np.array(values[:-1], dtype=float)) >= 0.0)
@@ -282,7 +282,15 @@ def test_a_column_sorts_both_ways_and_what_has_no_value_stays_last(listed: Tab) 
 
 @pytest.mark.parametrize(
     ("asked", "left"),
-    [("run_10", 11), ("gap > 1.2", 19), ("gap<=1.2, lift = 5", 50), ("no column", 0), ("", 200), ("not possible", 1)],
+    [
+        ("run_10", 11),
+        ("gap > 1.2", 19),
+        ("gap<=1.2, lift = 5", 50),
+        ("lacks", 4),
+        ("no column", 0),
+        ("", 200),
+        ("not possible", 1),
+    ],
 )
 def test_words_and_limits_filter(listed: Tab, asked: str, left: int) -> None:
     listed.page.locator(".items input").fill(asked)
@@ -306,6 +314,16 @@ def test_trends_follow_the_filter_and_a_point_leads_to_its_row(listed: Tab) -> N
     x = 0.03 / 1.06
     listed.page.mouse.click(box["x"] + x * box["width"], box["y"] + 0.5 * box["height"])
     assert listed.page.locator(".items tr.chosen th").inner_text() == "run_10"
+
+
+def test_what_the_model_does_not_explain_has_a_mark_of_its_own(listed: Tab) -> None:
+    listed.page.locator(".items input").fill("lacks")
+    key = ".items .phase-key span"
+    assert listed.page.locator(key).all_inner_texts() == ["ok, model lacks something"]
+    fill = listed.ask(f"getComputedStyle(document.querySelector('{key} i')).backgroundColor")
+    assert fill == listed.ask("getComputedStyle(document.body).backgroundColor")
+    listed.page.locator(".items input").fill("")
+    assert listed.page.locator(key).all_inner_texts() == ["ok", "ok, model lacks something", "suspect"]
 
 
 @pytest.mark.parametrize("name", ["search", "batch"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fibrefit.report.discovery import discovery_report, verdict_line
+from fibrefit.report.discovery import discovery_report, left_undone, verdict_line
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
@@ -117,6 +117,14 @@ def test_the_unexplained_says_what_it_looks_like() -> None:
     text = discovery_report(ALL["unexplained"])
     assert text.startswith("UNEXPLAINED: looks like a friction that depends on the position")
     assert discovery_report(with_verdict("unexplained", unexplained=None)).startswith("UNEXPLAINED\n")
+
+
+def test_what_was_not_tried_is_counted_where_nothing_was() -> None:
+    names = tuple(f"guide.law_{n}" for n in range(70))
+    nothing = with_verdict("unexplained", untried=names)
+    assert left_undone(nothing)[0] == "Not tried: any of the 70 effects that make sense on this rig."
+    some = nothing.model_copy(update={"untried": names[:2], "ranking": NAMED.rounds[0].ranking})
+    assert left_undone(some)[0] == "Not tried: guide.law_0, guide.law_1."
 
 
 def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:

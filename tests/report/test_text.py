@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, names_apart
+from fibrefit.report.pooled import trend_sentences
 from fibrefit.report.text import fit_report, priors_told, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import Check
@@ -180,3 +181,17 @@ def test_a_prior_is_told_with_what_the_records_leave_of_it(error: float, says: s
     assert says in told
     without = mass.model_copy(update={"prior_centre": None, "prior_error": None})
     assert priors_told({"mass": without, "held": mass.model_copy(update={"std_error": None})}) == []
+
+
+@pytest.mark.parametrize(
+    ("condition", "unit", "said"),
+    [("lift", "m", "N/m per m ("), ("order of the records", "-", "N/m per record ("), ("clamped", "-", "N/m (")],
+)
+def test_a_trend_says_what_it_is_per(condition: str, unit: str, said: str) -> None:
+    trend = s.TrendSummary(
+        parameter="stiffness", condition=condition, slope=-9.5, slope_error=0.1, slope_interval_95=(-9.7, -9.3),
+        intercept=2e4, unit="N/m", condition_unit=unit, between_records=0.0, chance=1e-9, chance_corrected=1e-8,
+        records=9,
+    )  # fmt: skip
+    (line,) = trend_sentences([trend])
+    assert said in line

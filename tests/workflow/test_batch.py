@@ -38,7 +38,8 @@ def series(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of the jobs that were carried out; one called "bad" has bad data, one called "odd" shows a fault."""
+    """Names of the jobs that were carried out; one called "bad" has bad data, one called "odd" shows a fault,
+    and the model of one called "more" leaves more than noise."""
     names: list[str] = []
 
     def outcome(job: Job) -> Outcome:
@@ -48,7 +49,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         if job.name.startswith("odd"):
             raise ZeroDivisionError("by nought\nand more")
         status = "suspect" if job.name.startswith("so-so") else "ok"
-        return Outcome(FIT.model_copy(update={"status": status}).model_dump_json(by_alias=True), 1.0)
+        update: dict = {"status": status}
+        if job.name.startswith("more"):
+            left = FIT.checks[0].model_copy(update={"passed": False, "about": "model", "quantity": "residual size"})
+            update["checks"] = (left,)
+        return Outcome(FIT.model_copy(update=update).model_dump_json(by_alias=True), 1.0)
 
     monkeypatch.setattr(batch, "identified", outcome)
     return names
@@ -81,7 +86,7 @@ def test_the_files_are_for_programs_and_spreadsheets(series: Path, asked: list[s
     content = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
     assert content["items"]["a"]["result"] == "items/a"
-    assert [check["passed"] for check in content["checks"]] == [False, True, True]
+    assert [check["passed"] for check in content["checks"]] == [False, True, True, True]
     with (tmp_path / "out" / "results.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["item"] for row in rows] == ["a", "bad, it is"]
@@ -90,6 +95,31 @@ def test_the_files_are_for_programs_and_spreadsheets(series: Path, asked: list[s
     assert rows[1]["status"] == "not possible"
     assert "Measure again." in rows[1]["error"]
     assert (tmp_path / "out" / "figures" / "parameters.png").exists()
+
+
+def test_items_that_the_model_does_not_explain_are_named(series: Path, asked: list[str], tmp_path: Path) -> None:
+    found = carried_out(jobs(series, "a", "more", "bad"), tmp_path / "out")
+    assert found.items["more"].lacks == ("residual size",)
+    assert found.items["more"].status == "ok"
+    assert "MODEL model: 1 of 2 items leave more than noise: more." in " ".join(found.report().split())
+    assert "looks for what the model lacks" in " ".join(found.report().split())
+    with (tmp_path / "out" / "results.csv").open(encoding="utf-8", newline="") as file:
+        assert [row["lacks"] for row in csv.DictReader(file)] == ["", "residual size", ""]
+    assert "MODEL" not in carried_out(jobs(series, "a"), tmp_path / "other").report()
+
+
+def test_an_item_that_does_not_say_what_its_model_lacks_is_done_again(
+    series: Path, asked: list[str], tmp_path: Path
+) -> None:
+    batch_studies("many", jobs(series, "a"), tmp_path)
+    file = tmp_path / "items" / "a" / "item.json"
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    batch_studies("many", jobs(series, "a"), tmp_path)
+    assert asked == ["a"]
+    del kept["item"]["lacks"]
+    file.write_text(json.dumps(kept), encoding="utf-8")
+    batch_studies("many", jobs(series, "a"), tmp_path)
+    assert asked == ["a", "a"]
 
 
 def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: Path) -> None:

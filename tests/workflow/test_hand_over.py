@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -50,6 +51,17 @@ def test_what_was_saved_says_the_same(fit: Fit, again: StoredResult) -> None:
     assert again.parameters["damping"].value == fit.parameters["damping"].value
     assert again.study.name == fit.study.name
     assert {"snaps", "starts"} <= set(again.figures)
+
+
+def test_pictures_are_found_as_whatever_files_they_were_asked_for(saved: Path, tmp_path: Path) -> None:
+    shutil.copytree(saved, tmp_path / "again")
+    drawn = tmp_path / "again" / "figures"
+    shutil.rmtree(drawn)
+    drawn.mkdir()
+    for name in ("overview.svg", "starts.pdf", "starts.svg", "starts.png", "snaps.svg", "snaps.pdf"):
+        (drawn / name).touch()
+    found = fibrefit.load_result(tmp_path / "again").figures
+    assert [path.name for path in found.values()] == ["overview.svg", "snaps.pdf", "starts.png"]
 
 
 def test_covariance_is_that_of_the_error_bars(fit: Fit) -> None:

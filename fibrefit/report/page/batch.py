@@ -69,14 +69,24 @@ def _items(result: Result, summary: BatchSummary) -> Items:
     """A row for each item; columns are its status, gap, conditions, free values and the gap of each channel."""
     numbers = [*_conditions(result.table), *_values(summary), *_channels(result.items)]
     gaps = _Column("gap", "-", 1.0, {k: (v.gap, None) for k, v in summary.items.items() if v.gap is not None}, RATIO)
+    lacking = any(item.lacks for item in summary.items.values())
     head = [{"label": "item", "kind": "text"}, {"label": "status", "kind": "status"}]
+    head += [{"label": "model", "kind": "text"}] * lacking
     head += [{"label": _labelled(column.label, column.unit), "kind": "number"} for column in (gaps, *numbers)]
     rows = []
     for name, item in summary.items.items():
         cells: list[tuple[str, float | None, float | None]] = [(name, None, None)]
         cells.append((item.status or "not possible", None, None))
+        cells += [("lacks something" if item.lacks else "", None, None)] * lacking
         cells += [column.cell(name) for column in (gaps, *numbers)]
-        rows.append({"cells": cells, "detail": _detail(item, result.items.get(name)), "link": _link(result, item)})
+        rows.append(
+            {
+                "cells": cells,
+                "lacks": bool(item.lacks),
+                "detail": _detail(item, result.items.get(name)),
+                "link": _link(result, item),
+            }
+        )
     return Items("Every item", head, rows)
 
 

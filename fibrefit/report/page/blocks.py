@@ -195,7 +195,8 @@ class Items(Block):
     columns : sequence of dict
         ``label`` and ``kind`` (``text``, ``status``, ``number``) of each.
     rows : sequence of dict
-        ``cells`` of (text, number or None, error or None) for each column; ``detail`` lines that open; ``link``.
+        ``cells`` of (text, number or None, error or None) for each column; ``lacks``, whether its model leaves more
+        than noise; ``detail`` lines that open; ``link``.
     """
 
     kind: ClassVar[str] = "items"

@@ -44,6 +44,11 @@ class Check(Part):
     facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)
 
 
+def lacking(checks: Sequence[Check]) -> list[Check]:
+    """Failed checks that only say that the model leaves more than noise."""
+    return [check for check in checks if check.about == "model" and not check.passed]
+
+
 def status_by(checks: Sequence[Check]) -> Status:
     """``failed`` where a fatal check failed, ``suspect`` where one about the numbers did, else ``ok``."""
     failed = [check for check in checks if not check.passed]

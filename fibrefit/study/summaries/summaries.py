@@ -360,6 +360,9 @@ class BatchItem(Part):
     status: Status | None = Field(default=None, description="null where it was not carried out.")
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
     gap: Known = None
+    lacks: tuple[str, ...] = Field(
+        default=(), description="Quantities by which its model leaves more than noise, such as `residual size`."
+    )
     conditions: dict[str, float] = Field(default_factory=dict, description="Of its record, in SI units.")
     result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
     error: str | None = None

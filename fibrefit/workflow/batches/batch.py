@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.report.checks import quantity_of
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
+from fibrefit.study.summaries.check import lacking
 from fibrefit.study.summaries.summaries import (
     BatchItem,
     BatchSummary,
@@ -198,7 +200,8 @@ def _known(place: Path, job: Job) -> BatchItem | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
-        same = kept["digest"] == job.digest() and (place / NAME).exists()
+        # An item that does not say what its model lacks was kept by an earlier version.
+        same = kept["digest"] == job.digest() and "lacks" in kept["item"] and (place / NAME).exists()
         return BatchItem.model_validate(kept["item"], strict=False) if same else None
     except (OSError, ValueError, KeyError, TypeError, FibrefitError):
         return None
@@ -226,6 +229,7 @@ def _kept(place: Path, job: Job, done: Done) -> BatchItem:
         status=summary.status,
         parameters=summary.parameters,
         gap=summary.gap.total,
+        lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
         result=f"{ITEMS}/{place.name}",
     )
     place.mkdir(parents=True, exist_ok=True)

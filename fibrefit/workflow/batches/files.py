@@ -22,15 +22,18 @@ def batch_status(items: Mapping[str, BatchItem]) -> Literal["ok", "suspect", "fa
 
 
 def batch_checks(items: Mapping[str, BatchItem]) -> tuple[Check, ...]:
-    """Whether every identification was possible, and whether each can be trusted."""
+    """Whether every identification was possible, whether each can be trusted, and whether its model explains it."""
     stopped = [name for name, item in items.items() if item.status is None]
     failed = [name for name, item in items.items() if item.status == "failed"]
     doubted = [name for name, item in items.items() if item.status == "suspect"]
-    total = len(items)
+    lacking = [name for name, item in items.items() if item.lacks]
+    total, done = len(items), len(items) - len(stopped)
+    explains = _check("the model explains every item", "model", lacking, done, "leave more than noise")
     return (
         _check("every identification was possible", "identifications", stopped, total, "could not be carried out"),
-        _check("no fit failed", "fits", failed, total, "failed"),
-        _check("every fit passes its checks", "batch", doubted, total, "suspect"),
+        _check("no fit failed", "fits", failed, done, "failed"),
+        _check("every fit passes its checks", "batch", doubted, done, "suspect"),
+        explains.model_copy(update={"about": "model"}),
     )
 
 
@@ -57,13 +60,14 @@ def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, RecordC
     """
     known = {name: one.units[name] for one in conditions.values() for name in one.values}
     values = {name: found.unit for item in items.values() for name, found in item.parameters.items()}
-    head = ["item", *(_headed(n, u) for n, u in known.items()), "status", "gap"]
+    head = ["item", *(_headed(n, u) for n, u in known.items()), "status", "gap", "lacks"]
     for name, unit in values.items():
         head += [_headed(name, unit), _headed(f"{name} std_error", unit), f"{name} at_bound"]
     rows = [[*head, "result", "error"]]
     for name, item in items.items():
         own = conditions[name].values if name in conditions else {}
         row = [name, *(_number(own.get(key)) for key in known), item.status or "not possible", _number(item.gap)]
+        row.append("; ".join(item.lacks))
         for key in values:
             found = item.parameters.get(key)
             row += ["", "", ""] if found is None else [

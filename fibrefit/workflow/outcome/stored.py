@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.formats import FORMATS
 from fibrefit.core.shown import Card, Shown
 from fibrefit.store.summary import NAME, read_summary
 from fibrefit.study.load import load_study
@@ -268,4 +269,6 @@ def read_batch(path: str | Path) -> pd.DataFrame:
 
 
 def _figures(folder: Path) -> dict[str, Path]:
-    return {picture.stem: picture for picture in sorted((folder / "figures").glob("*.png"))}
+    """Pictures by name; of each the format that comes first among those that can be asked for."""
+    found = [path for kind in reversed(FORMATS) for path in (folder / "figures").glob(f"*.{kind}")]
+    return dict(sorted({path.stem: path for path in found}.items()))

@@ -8,9 +8,9 @@ import numpy as np
 
 from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
-from fibrefit.series.trends import Quantity
+from fibrefit.series.trends import BY_ORDER, Quantity
 from fibrefit.study import Study
-from fibrefit.workflow.together.pooled import MOTION, ORDER
+from fibrefit.workflow.together.pooled import MOTION
 
 WORDS = ("excitation",)
 
@@ -31,7 +31,7 @@ def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quan
         said = [getattr(record, name, None) for record in records]
         kinds = sorted({word for word in said if word})
         found += [_exact(f"{name} {kind}", "-", np.array([float(word == kind) for word in said])) for kind in kinds[1:]]
-    found.append(_exact(ORDER, "-", np.arange(1.0, len(records) + 1.0)))
+    found.append(_exact(BY_ORDER, "-", np.arange(1.0, len(records) + 1.0)))
     return tuple(one for one in found if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
 
 

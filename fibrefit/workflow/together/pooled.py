@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.series.population import Population, population
-from fibrefit.series.trends import Quantity, Trend, trends
+from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends
 from fibrefit.study.summaries.summaries import BatchItem, OutlierSummary, PopulationSummary, TrendSummary
 
-ORDER = "order of the records"
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
 USABLE = ("ok", "suspect")
@@ -63,7 +62,7 @@ def quantities_of(items: Mapping[str, BatchItem]) -> tuple[tuple[Quantity, ...],
     names = dict.fromkeys(name for item in usable for name in item.conditions)
     conditions = [_condition(name, usable) for name in names]
     order = np.array([float(n) for n, item in enumerate(items.values(), 1) if item.status in USABLE])
-    conditions.append(Quantity(ORDER, "-", order, np.zeros(len(order))))
+    conditions.append(Quantity(BY_ORDER, "-", order, np.zeros(len(order))))
     return parameters, tuple(one for one in conditions if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
 
 

@@ -5,9 +5,14 @@ const { element: make, css, axes } = fibrefit;
 const STATES = { ok: "--ok", suspect: "--suspect", failed: "--failed", "not possible": "--failed" };
 const HEIGHT = 320;
 
-// In the colours of the table; what is doubtful is hollow, too.
+const LACKS = ", model lacks something";
+
+// How an item ended, and whether its model explains it.
+const stateOf = (row) => row.cells[1].textContent.trim() + (row.dataset.lacks === undefined ? "" : LACKS);
+
+// In the colours of the table; what is doubtful, or not explained, is hollow, too.
 function mark(state) {
-  const colour = css(STATES[state]);
+  const colour = css(STATES[state.replace(LACKS, "")]);
   return { size: 6, width: 1.5, stroke: colour, fill: state === "ok" ? colour : css("--paper") };
 }
 
@@ -50,8 +55,8 @@ fibrefit.trends = (items) => {
     const x = Number(across.value), y = Number(up.value);
     const rows = items.shown.filter((row) => value(row, x) !== null && value(row, y) !== null).sort((a, b) => value(a, x) - value(b, x));
     const data = [rows.map((row) => value(row, x)), rows.map((row) => value(row, y))];
-    const states = Object.keys(STATES).filter((name) => rows.some((row) => row.cells[1].textContent.trim() === name));
-    const split = states.map((name) => rows.map((row, i) => (row.cells[1].textContent.trim() === name ? data[1][i] : null)));
+    const states = Object.keys(STATES).flatMap((name) => [name, name + LACKS]).filter((name) => rows.some((row) => stateOf(row) === name));
+    const split = states.map((name) => rows.map((row, i) => (stateOf(row) === name ? data[1][i] : null)));
     const reach = rows.map((row, i) => [data[1][i] - 2 * error(row, y), data[1][i] + 2 * error(row, y)]).flat();
     const low = Math.min(...reach), high = Math.max(...reach), margin = 0.06 * (high - low) || 1;
     plot?.destroy();
