@@ -76,6 +76,9 @@ def test_what_was_loaded_draws_and_predicts_as_what_was_found(fit: Fit, again: S
     assert set(again.plot()) == set(fit.plot())
     holdout = fibrefit.example("drop_series") / "holdout"
     assert fibrefit.predict(again, holdout).verdict == fit.predict(holdout).verdict
+    assert fibrefit.predict(fit, holdout).report() == fit.predict(holdout).report()
+    with pytest.raises(UsageError, match="Study; expected a fit, a discovery"):
+        fibrefit.predict(fibrefit.load_study(holdout), holdout)  # type: ignore[arg-type]
 
 
 def test_residuals_are_measured_minus_simulated_sample_by_sample(fit: Fit) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from fibrefit.study.summaries.summaries import (
     PosteriorParameter,
     PosteriorSummary,
 )
+from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import model_of
 
 
@@ -54,6 +56,24 @@ class Known:
     gaps: Mapping[str, ChannelGap]
     digests: frozenset[str]
     status: str
+
+
+def as_known(result: Predicts | PathLike[str] | str | Known) -> Known:
+    """What a result says, from wherever it is.
+
+    Raises
+    ------
+    UsageError
+        If it is no result with values.
+    """
+    if isinstance(result, Known):
+        return result
+    if isinstance(result, Predicts):
+        model = result.predicting()
+        return known_of(result.summary(), result.groups(), model, f"the result of {model.name}")
+    if isinstance(result, str | PathLike):
+        return known_from(Path(result))
+    raise UsageError("predict", f"a {type(result).__name__}", "a fit, a discovery, a posterior or its folder", "")
 
 
 def known_from(folder: Path) -> Known:

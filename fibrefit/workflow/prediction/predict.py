@@ -22,12 +22,12 @@ from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterTable
-from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
-from fibrefit.workflow.prediction.known import Known, known_from, known_of
+from fibrefit.workflow.prediction.known import Known, as_known
 from fibrefit.workflow.prediction.predicted import Predicted
+from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import FoundResult
 
@@ -55,7 +55,7 @@ class Prediction(Predicted, FoundResult):
 
 
 def predict_study(
-    result: PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
+    result: Predicts | PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
 ) -> Prediction:
     """Predict the records of a study with the model and the values of a result.
 
@@ -64,8 +64,8 @@ def predict_study(
 
     Parameters
     ----------
-    result : os.PathLike, str or Known
-        Folder of a fit, a discovery or a posterior, or one that `load_result` has read.
+    result : Fit, Discovery, Sampled, os.PathLike, str or Known
+        What was found, its folder, or one that `load_result` has read.
     study : Study, str or pathlib.Path
         Rig, conditions and records; its own model and parameters do not count.
     progress : callable, optional
@@ -93,7 +93,7 @@ def predict_study(
     """
     study = as_study(study)
     began, tell = time.perf_counter(), progress or quiet
-    known = result if isinstance(result, Known) else known_from(Path(result))
+    known = as_known(result)
     if study.kind != known.study.kind:
         do = "Predict records of the same kind of rig."
         raise StudyError(str(study.source), f"a {study.kind}", f"a {known.study.kind}, as {known.name}", do)
@@ -108,23 +108,6 @@ def predict_study(
     tell("predictive band", 0.8)
     force, parts = force_balance(held.task, held.task.start), _variances(task, held, known)
     return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
-
-
-def predict_with(summary: Part, groups: Groups, model: Study, study: Study) -> Prediction:
-    """Predict with a result that is at hand, from its parts.
-
-    Parameters
-    ----------
-    summary : Part
-        Of the result.
-    groups : mapping of group to mapping of name to Variable
-        Of its ``result.h5``.
-    model : Study
-        The one of the result.
-    study : Study
-        Of the records.
-    """
-    return predict_study(known_of(summary, groups, model, f"the result of {model.name}"), study)
 
 
 def _with_values(study: Study, known: Known) -> Study:

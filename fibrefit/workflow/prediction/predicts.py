@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fibrefit.study import Study, as_study
+from fibrefit.study import Study
 from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
@@ -36,6 +36,6 @@ class Predicts(FoundResult):
         StudyError
             If it is of another rig or of other conditions than the values.
         """
-        from fibrefit.workflow.prediction.predict import predict_with
+        from fibrefit.workflow.prediction.predict import predict_study
 
-        return predict_with(self.summary(), self.groups(), self.predicting(), as_study(study))
+        return predict_study(self, study)
