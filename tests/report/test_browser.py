@@ -229,6 +229,17 @@ def test_the_readout_tells_the_sample_under_the_cursor(seen: Tab) -> None:
     assert ("slack", "taut, loading", "taut, unloading")[phase[0, at] - 1] in said
 
 
+def test_numbers_of_the_readout_keep_their_size_and_the_digits_that_count(seen: Tab) -> None:
+    values = [1230.0, 1000.0, -120.0, 0.0153142, 20000.0, 3.0]
+    assert seen.ask(f"{values}.map(fibrefit.written.number)") == ["1230", "1000", "-120", "0.01531", "20000", "3"]
+    assert seen.ask("[0.42, 0.019, 7, 300, null].map(fibrefit.written.decimalsOf)") == [2, 3, 1, 0, 4]
+    assert seen.ask("[15.3, -0.00004, 1200].map((one) => fibrefit.written.rounded(one, 2))") == [
+        "15.30",
+        "0.00",
+        "1200.00",
+    ]
+
+
 def test_models_are_switched_on_and_off_and_a_round_shows_both_of_its(seen: Tab) -> None:
     names = seen.page.locator(".models button").all_inner_texts()
     assert names[:4] == [

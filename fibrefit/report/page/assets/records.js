@@ -3,7 +3,11 @@
 
 const { element: make, css } = fibrefit;
 const MOST = 3;  // samples drawn for each dot across, from which the next level is taken
-const number = (value) => (Number.isFinite(value) ? value.toPrecision(4).replace(/\.?0+$/, "").replace(/\.?0+e/, "e") : "–");
+// Four digits that count, or as many decimals as the noise leaves.
+const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–");
+const decimalsOf = (noise) => (noise > 0 ? Math.min(Math.max(0, 1 - Math.floor(Math.log10(noise))), 12) : 4);
+const rounded = (value, decimals) => (Number.isFinite(value) ? value.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1") : "–");
+fibrefit.written = { number, decimalsOf, rounded };
 
 class Records {
   constructor(box) {
@@ -133,11 +137,12 @@ class Records {
     if (samples.phase) state.push(say("", this.view.phases[samples.phase[i]]));
     for (const { name, unit } of this.view.states) state.push(say(name, number(samples[`state ${name}`][i]), unit));
     const { channels } = this.view, measured = channels.map(({ name }) => samples[`measured ${name}`][i]);
-    const rows = [["measured", measured.map(number)]];
+    const { noise } = this.record, decimals = channels.map(({ name }) => decimalsOf(noise[name]));
+    const rows = [["measured", measured.map((value, c) => rounded(value, decimals[c]))]];
     for (const model of this.view.models.filter((one) => this.at.shown.has(one.key))) {
       rows.push([model.label, channels.map(({ name }, c) => {
         const value = samples[`${model.key} ${name}`][i];
-        return `${number(value)} (${number((measured[c] - value) / this.record.noise[name])})`;
+        return `${rounded(value, decimals[c])} (${rounded((measured[c] - value) / noise[name], 2)})`;
       })]);
     }
     const cells = (kind, texts) => texts.map((text) => make(kind, { class: "number" }, text));
