@@ -38,6 +38,7 @@ def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     text = inspect.getdoc(offered) or ""
     assert not inspect.signature(offered).parameters or "Parameters" in text
     assert "Returns\n-------" in text
+    assert not inspect.signature(offered).parameters or "Raises\n------" in text
     assert "Examples\n--------" in text
     assert ">>>" in text
     for parameter in inspect.signature(offered).parameters:

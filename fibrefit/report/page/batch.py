@@ -77,7 +77,7 @@ def _items(result: Result, summary: BatchSummary) -> Items:
     for name, item in summary.items.items():
         cells: list[tuple[str, float | None, float | None]] = [(name, None, None)]
         cells.append((item.status or "not possible", None, None))
-        cells += [("lacks something" if item.lacks else "", None, None)] * lacking
+        cells += [("lacks" if item.lacks else "", None, None)] * lacking
         cells += [column.cell(name) for column in (gaps, *numbers)]
         rows.append(
             {
