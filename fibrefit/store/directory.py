@@ -18,7 +18,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.store.files import synchronise
 from fibrefit.store.lock import locked
 from fibrefit.store.manifest import MARKER, files_of, foreign, listing, read_manifest, write_manifest
-from fibrefit.store.publish import clear, partial_of, put_in_place, recover
+from fibrefit.store.publish import WORKING, clear, partial_of, put_in_place, recover
 from fibrefit.store.run import Run
 
 __all__ = ["MARKER", "ResultDirectory", "default_directory"]
@@ -296,6 +296,9 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
     real = Path(os.path.realpath(out))
     if out.is_symlink() and not os.path.lexists(real):
         raise UsageError(str(out), f"is a link to {real}, which does not exist", "a folder", "Name another --out.")
+    if real.suffix in WORKING:
+        what = f"ends in {real.suffix}, as working folders do, which a run moves and removes"
+        raise UsageError(str(out), what, "a folder of its own for the result", "Name another --out.")
     here = Path(os.path.realpath(os.curdir))
     if real == here or real in here.parents:
         what = "is the working folder" if real == here else "holds the working folder"

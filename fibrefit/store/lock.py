@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import platform
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -17,6 +18,10 @@ from fibrefit.core.errors import UsageError
 
 SAID_WITHIN = 0.5
 """Seconds in which the holder of a lock has written who it is; a message to people waits for it no longer."""
+
+
+HOLDER = "process "
+"""How the line begins that tells who holds a lock."""
 
 
 def lock_file(folder: Path) -> Path:
@@ -41,11 +46,15 @@ def locked(folder: Path, shown: str) -> Iterator[None]:
     Raises
     ------
     UsageError
-        At once, if another run holds the lock.
+        At once, if another run holds the lock, or something else in the place of the file.
     OSError
         If the file of the lock cannot be made.
     """
     path = lock_file(folder)
+    if _is_foreign(path):
+        raise UsageError(
+            str(path), "is in the way", "nothing of that name, or the lock of a run", "Move it, or name another --out."
+        )
     lock = FileLock(path, timeout=0, fallback_to_soft=False)
     try:
         lock.acquire()
@@ -58,13 +67,25 @@ def locked(folder: Path, shown: str) -> Iterator[None]:
         ) from None  # fmt: skip
     try:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        path.write_text(f"process {os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
+        path.write_text(f"{HOLDER}{os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
         yield
     finally:
         # Removed while it is held: whoever waits for this very file finds out that its name is gone, and begins anew.
         with suppress(OSError):
             path.unlink()
         lock.release()
+
+
+def _is_foreign(path: Path) -> bool:
+    """Whether there is something that no run has left: what is locked is emptied first, and removed at the end."""
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return True
+        with path.open("rb") as file:
+            said = file.read(len(HOLDER))
+    except OSError:
+        return False
+    return not HOLDER.encode().startswith(said)
 
 
 def _holder(path: Path) -> str:

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fibrefit.core.allowance import LARGEST_STUDY
+from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import read_plain_file
 from fibrefit.store.files import write_whole
 
 #: File that tells a folder of ours from any other, and lists what we wrote into it.
@@ -44,13 +47,13 @@ class Manifest:
     @property
     def files(self) -> list[str]:
         """Files of the result, relative to its folder; none while it is being made."""
-        return list(self.content.get("files", []))
+        return self._listed("files")
 
     @property
     def folders(self) -> set[str]:
         """Folders of the result, relative to its own."""
         above = {parent.as_posix() for file in self.files for parent in Path(file).parents}
-        return {*self.content.get("folders", []), *above} - {"."}
+        return {*self._listed("folders"), *above} - {"."}
 
     @property
     def complete(self) -> bool:
@@ -65,20 +68,28 @@ class Manifest:
     @property
     def run(self) -> Mapping[str, str] | None:
         """What the run rests on, by name; None where it is not known."""
-        return self.content.get("run") if self.content.get("layout") == LAYOUT else None
+        run = self.content.get("run") if self.content.get("layout") == LAYOUT else None
+        return run if isinstance(run, dict) else None
 
     @property
     def kept(self) -> bool:
         """Whether a run that is cut short is to be gone on with."""
         return bool(self.content.get("keep"))
 
+    def _listed(self, what: str) -> list[str]:
+        """Names of a list that stay below the folder: what is listed is removed, and a marker may come from anybody."""
+        names = self.content.get(what)
+        return [name for name in names if _stays_below(name)] if isinstance(names, list) else []
+
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Marker of a folder; None where it has none of ours."""
+    """Marker of a folder; None where it has none of ours, and of a link, which somebody else has made."""
+    if folder.is_symlink():
+        return None
     try:
-        text = (folder / MARKER).read_bytes()
+        text = read_plain_file(folder / MARKER, "the marker of a result", UsageError, most=LARGEST_STUDY)
         content = json.loads(text)
-    except (OSError, ValueError, RecursionError):
+    except (UsageError, ValueError, RecursionError):
         return None
     if not isinstance(content, dict):
         return None
@@ -116,6 +127,13 @@ def foreign(folder: Path) -> list[str]:
     # A folder that holds files is told by them.
     empty = {name for name in others if not any((folder / name).iterdir())}
     return sorted((set(files_of(folder)) - set(files)) | empty)
+
+
+def _stays_below(name: object) -> bool:
+    if not isinstance(name, str) or not name or "\0" in name:
+        return False
+    path = Path(name)
+    return not path.anchor and ".." not in path.parts
 
 
 def _is_folder(path: Path) -> bool:

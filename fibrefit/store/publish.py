@@ -13,12 +13,14 @@ from pathlib import Path
 from fibrefit.store.manifest import MARKER, files_of, foreign, is_of_result, read_manifest
 
 NO_REPLACE, EXCHANGE = 1, 2
+PARTIAL, REPLACED = WORKING = (".partial", ".replaced")
+"""What is added to the name of a result for the folder it is made in, and for the one it takes the place of."""
 _CANNOT = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP)
 
 
 def partial_of(out: Path) -> Path:
     """Folder in which the result that is to stand at `out` is made."""
-    return out.with_name(f"{out.name}.partial")
+    return out.with_name(f"{out.name}{PARTIAL}")
 
 
 def put_in_place(partial: Path, out: Path, known: str | None) -> Path:
@@ -116,7 +118,7 @@ def _replace(partial: Path, out: Path) -> None:
 
 
 def _replaced(out: Path) -> Path:
-    return out.with_name(f"{out.name}.replaced")
+    return out.with_name(f"{out.name}{REPLACED}")
 
 
 def _set_aside(partial: Path, out: Path) -> Path:
@@ -140,12 +142,19 @@ def _carry(path: Path, target: Path) -> None:
 
 
 def _remove(folder: Path, files: list[str], folders: set[str]) -> None:
+    """Remove files and empty folders; a folder that somebody has put a link in the place of is not gone into."""
     for name in files:
         with suppress(FileNotFoundError, NotADirectoryError, IsADirectoryError):
-            (folder / name).unlink()
+            if not _behind_a_link(folder, name):
+                (folder / name).unlink()
     for name in sorted(folders, reverse=True):
         with suppress(OSError):
-            (folder / name).rmdir()  # refuses what is not empty
+            if not _behind_a_link(folder, name):
+                (folder / name).rmdir()  # refuses what is not empty
+
+
+def _behind_a_link(folder: Path, name: str) -> bool:
+    return any((folder / above).is_symlink() for above in Path(name).parents if above.parts)
 
 
 def _remove_if_empty(folder: Path) -> None:

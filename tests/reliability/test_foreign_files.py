@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -185,3 +186,87 @@ def test_a_kill_between_any_two_steps_leaves_the_old_result_or_the_new_one(
             break
     assert survived, "no run came to its end: the test kills too early"
     assert survived[0] > 5
+
+
+LISTED = ("../thesis.tex", "{folder}/thesis.tex", "link/a.csv", "../side/a.csv", "a\0b", "", 5, None)
+"""What a marker may say that somebody else has written."""
+
+
+@pytest.mark.usefixtures("way")
+def test_a_marker_lists_nothing_outside_its_folder(tmp_path: Path) -> None:
+    """A result that came from elsewhere, replaced with `--force`: what its marker names besides is not removed."""
+    out, side = tmp_path / "out", tmp_path / "side"
+    make(out)
+    side.mkdir()
+    (tmp_path / "empty").mkdir()
+    for file in (tmp_path / "thesis.tex", side / "a.csv"):
+        file.write_text("mine")
+    (out / "link").symlink_to(side)
+    marker = json.loads((out / ".fibrefit").read_text())
+    marker["files"] += ["link", *(name.format(folder=tmp_path) if isinstance(name, str) else name for name in LISTED)]
+    marker["folders"] += ["../empty", "../side", 7]
+    (out / ".fibrefit").write_text(json.dumps(marker))
+    make(out, "two", force=True)
+    assert (out / "summary.json").read_text() == "two"
+    assert (tmp_path / "thesis.tex").read_text() == (side / "a.csv").read_text() == "mine"
+    assert (tmp_path / "empty").is_dir()
+
+
+@pytest.mark.parametrize("content", ['{"files": 5}', '{"files": ["summary.json"], "run": 3, "layout": 1}', "[" * 9999])
+def test_a_marker_of_another_form_is_none_of_ours(tmp_path: Path, content: str) -> None:
+    out = tmp_path / "out"
+    make(out)
+    (out / ".fibrefit").write_text(content)
+    with pytest.raises(UsageError, match="not part of a result"):
+        make(out, force=True)
+    assert (out / "summary.json").read_text() == "one"
+
+
+def test_a_pipe_in_place_of_the_marker_is_not_waited_for(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    make(out)
+    (out / ".fibrefit").unlink()
+    os.mkfifo(out / ".fibrefit")
+    with pytest.raises(UsageError, match="not part of a result"):
+        make(out, force=True)
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "folder"])
+def test_what_stands_in_the_place_of_the_lock_stays(tmp_path: Path, kind: str) -> None:
+    lock, thesis = tmp_path / ".out.lock", tmp_path / "thesis.tex"
+    thesis.write_text("mine")
+    if kind == "file":
+        lock.write_text("mine")
+    elif kind == "link":
+        lock.symlink_to(thesis)
+    else:
+        lock.mkdir()
+    with pytest.raises(UsageError, match=r"\.out\.lock.*is in the way"):
+        make(tmp_path / "out")
+    assert os.path.lexists(lock)
+    assert thesis.read_text() == "mine"
+    assert kind != "file" or lock.read_text() == "mine"
+
+
+@pytest.mark.parametrize("left", ["", "process ", "process 12 on here"])
+def test_a_lock_that_a_killed_run_has_left_is_taken(tmp_path: Path, left: str) -> None:
+    (tmp_path / ".out.lock").write_text(left)
+    make(tmp_path / "out")
+    assert {path.name for path in tmp_path.iterdir()} == {"out"}
+
+
+@pytest.mark.parametrize("ending", ["partial", "replaced"])
+def test_a_result_is_not_called_like_a_working_folder(tmp_path: Path, ending: str) -> None:
+    """The next run into `out` would take it for what a killed run has left, and move or remove it."""
+    with pytest.raises(UsageError, match="as working folders do"):
+        make(tmp_path / f"out.{ending}")
+    old = tmp_path / "old"
+    make(old)
+    (tmp_path / f"out.{ending}").symlink_to(old)
+    if ending == "partial":
+        with pytest.raises(UsageError, match="is in the way"):
+            make(tmp_path / "out")
+    else:
+        make(tmp_path / "out")
+    assert (tmp_path / f"out.{ending}").is_symlink()
+    assert (old / "summary.json").read_text() == "one"
