@@ -82,6 +82,26 @@ def test_nothing_of_a_file_is_carried_out(tmp_path: Path, monkeypatch: pytest.Mo
     assert (tmp_path / "touched").exists()
 
 
+def through_ours(name: str) -> bytes:
+    """A file that calls something by a name one of our modules knows, with a path made by another of them."""
+
+    def known(word: str) -> bytes:
+        parts = (b"\x8c" + bytes([len(text)]) + text.encode() for text in ("fibrefit.discovery.engine.journal", word))
+        return b"".join(parts) + b"\x93"
+
+    place = known("Path") + b"\x8c\x07touched\x85R"
+    return b"\x80\x04" + known(name) + place + b"\x85R."
+
+
+@pytest.mark.parametrize("name", ["Path.touch", "Path", "Journal.recall", "os.mkdir"])
+def test_our_modules_lead_nowhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """They know classes of others, and a name with dots leads on from there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "key.job").write_bytes(through_ours(name))
+    assert Journal(tmp_path).recall("key", Counted(RESULT)).cost == 1.5
+    assert not (tmp_path / "touched").exists()
+
+
 def test_a_folder_that_is_gone_costs_the_journal_only(tmp_path: Path) -> None:
     assert Journal(tmp_path / "gone").recall("key", Counted(RESULT)).cost == 1.5
 

@@ -115,11 +115,17 @@ class _Reader(pickle.Unpickler):
         return self._found(pid)
 
     def find_class(self, module: str, name: str) -> Any:
-        """A class of results, or what NumPy needs for arrays; nothing else is ever called."""
-        ours = module.startswith(ALLOWED) and name[:1].isupper()
-        if not (ours or (module, name) in _NUMPY):
+        """A class of results, or what NumPy needs for arrays; nothing else is ever called.
+
+        A name with dots leads from a class to its methods and to all they know, and a module knows more classes than
+        its own, such as `Path`, whose methods write and remove files.
+        """
+        if (module, name) in _NUMPY:
+            return super().find_class(module, name)
+        found = super().find_class(module, name) if module.startswith(ALLOWED) and "." not in name else None
+        if not isinstance(found, type) or found.__module__ != module:
             raise pickle.UnpicklingError(f"{module}.{name} is no part of a result")
-        return super().find_class(module, name)
+        return found
 
 
 _NUMPY: Mapping[tuple[str, str], None] = dict.fromkeys(
