@@ -7,6 +7,7 @@ import shlex
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -70,7 +71,8 @@ def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) 
     content = {"message": str(error)}
     if isinstance(error, FibrefitError):
         content |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
-    say_document({"schema": "fibrefit/error/1", "exit_code": code, "error": content})
+    with suppress(FibrefitError, OSError):  # where stdout takes nothing, the message has been said on stderr
+        say_document({"schema": "fibrefit/error/1", "exit_code": code, "error": content})
 
 
 def _log(trace: str, args: Sequence[str]) -> Path | None:

@@ -17,8 +17,8 @@ from fibrefit.cli.failure import explain_fault, report_error, report_interruptio
 from fibrefit.cli.terminal import say
 from fibrefit.core.errors import FibrefitError, UsageError, did_you_mean
 
-#: What a disk says that has no room, or may not be written.
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+#: What a disk says that has no room, or may not be written, and a stream that was closed before the start.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EBADF)
 
 #: Every command and what its line in the help says; the module of the same name is imported when it is called.
 COMMANDS = {
@@ -116,6 +116,11 @@ def run(args: Sequence[str]) -> int:
     except FibrefitError as error:
         return report_error(error, "", error.exit_code, args)
     except OSError as error:
+        if error.errno == errno.ENOENT and not _has_working_folder():
+            gone = UsageError(
+                "the working folder", "has been removed", "one that exists", "Go to another and start again."
+            )
+            return report_error(gone, "", gone.exit_code, args)
         if error.errno not in FULL:
             return explain_fault(error, args)
         where = str(error.filename or "a file")
@@ -127,6 +132,32 @@ def run(args: Sequence[str]) -> int:
         return explain_fault(error, args)
 
 
+def _has_working_folder() -> bool:
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
+
+
+def _open_what_is_closed() -> None:
+    """Open streams that were closed before the start: the next file to be opened would take their numbers.
+
+    What is written to stdout then fails as on a full disk, since nobody can get the answer; remarks are lost.
+    """
+    for number, name, mode, flags in (
+        (0, "stdin", "r", os.O_RDONLY),
+        (1, "stdout", "w", os.O_RDONLY),
+        (2, "stderr", "w", os.O_WRONLY),
+    ):
+        if getattr(sys, name) is None:
+            opened = os.open(os.devnull, flags)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
+
+
 def _say_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: Any) -> None:
     """Say what a library warns of in one line; it may quote a file or a name."""
     say(f"{category.__name__}: {message} ({os.path.basename(filename)}, line {lineno})")
@@ -136,6 +167,7 @@ def main() -> None:
     """Entry point of the command line."""
     # Tracing makes hundreds of thousands of objects that stay; to look through them for garbage took a tenth of a fit.
     gc.set_threshold(100_000, 50, 50)
+    _open_what_is_closed()
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks a letter shows a question mark in its place, and the run goes on.
         if hasattr(stream, "reconfigure"):
@@ -144,7 +176,8 @@ def main() -> None:
     code = run(sys.argv[1:])
     try:
         sys.stdout.flush()
-    except BrokenPipeError:
-        # Whoever read our output has stopped reading; what remains is of no use to anybody.
+    except OSError:
+        # Whoever read our output has stopped reading, or it has no room: what remains is of no use to anybody, and that
+        # something is lost has been said.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

@@ -6,8 +6,10 @@ import functools
 import os
 import platform
 import re
+import stat
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 #: Packages whose version can change a result; recorded with every one.
@@ -90,24 +92,59 @@ def cache_directory(environment: Mapping[str, str] | None = None) -> Path:
     """
     env = os.environ if environment is None else environment
     if chosen := env.get("FIBREFIT_CACHE"):
-        return Path(chosen).expanduser()
-    if sys.platform == "win32":
-        return Path(env.get("LOCALAPPDATA") or _home() / "AppData" / "Local") / "fibrefit" / "cache"
+        with suppress(RuntimeError):  # of a user without a home
+            return Path(chosen).expanduser()
+    home = _home()
+    if sys.platform == "win32" and (base := env.get("LOCALAPPDATA") or (home and home / "AppData" / "Local")):
+        return Path(base) / "fibrefit" / "cache"
     if base := env.get("XDG_CACHE_HOME"):
         return Path(base) / "fibrefit"
-    if sys.platform == "darwin":
-        return _home() / "Library" / "Caches" / "fibrefit"
-    return _home() / ".cache" / "fibrefit"
+    if home is None:
+        return _among_temporary_files()
+    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "fibrefit"
 
 
-def _home() -> Path:
-    """The user's own folder; that of temporary files where a job has none."""
+def _home() -> Path | None:
+    """The user's own folder; None where a job has none."""
     try:
         return Path.home()
     except RuntimeError:
-        import tempfile
+        return None
 
-        return Path(tempfile.gettempdir())
+
+def _among_temporary_files() -> Path:
+    import tempfile
+
+    return Path(tempfile.gettempdir()) / f"fibrefit-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+
+
+def own_folder(name: str) -> Path | None:
+    """Folder for compiled programs in the cache; None where none can be written, or where others may write to it.
+
+    Programs are code that is run: what stands among temporary files, or where a job script says, can have been put
+    there by anybody.
+
+    Parameters
+    ----------
+    name : str
+        ``"jax"`` or ``"programs"``.
+    """
+    cache = cache_directory()
+    folder = cache / name
+    try:
+        cache.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        ours = _is_own(cache) and _is_own(folder)
+    except OSError:
+        return None
+    return folder if ours and os.access(folder, os.W_OK) else None
+
+
+def _is_own(folder: Path) -> bool:
+    if not hasattr(os, "getuid"):
+        return True
+    there = folder.stat()
+    return there.st_uid in (os.getuid(), 0) and not there.st_mode & stat.S_IWOTH
 
 
 def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:
@@ -154,13 +191,9 @@ def configure_jax(platforms: str = "cpu", xla_flags: Iterable[str] = COMPILER_FL
 
 
 def _compile_cache() -> dict[str, str]:
-    """Settings of the compile cache; none when its directory cannot be written."""
-    directory = cache_directory() / "jax"
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return {}
-    if not os.access(directory, os.W_OK):
+    """Settings of the compile cache; none where there is no folder of our own."""
+    directory = own_folder("jax")
+    if directory is None:
         return {}
     return {
         "jax_compilation_cache_dir": str(directory),

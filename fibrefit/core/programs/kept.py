@@ -31,7 +31,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from fibrefit.core.environment import cache_directory, versions
+from fibrefit.core.environment import own_folder, versions
 from fibrefit.core.programs.described import NotDescribedError, fingerprint, resolved, source_digest
 
 R = TypeVar("R")
@@ -167,15 +167,10 @@ def kept_program(function: Callable[..., R]) -> KeptProgram[R]:
 
 
 def programs_folder() -> Path | None:
-    """Folder of the programs; None where nothing is to be kept or it cannot be written."""
+    """Folder of the programs; None where nothing is to be kept, or none is our own."""
     if not os.environ.get("JAX_COMPILATION_CACHE_DIR"):
         return None
-    folder = cache_directory() / "programs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
+    return own_folder("programs")
 
 
 def _shape(array: Any) -> tuple[Any, ...]:
