@@ -5,6 +5,14 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+LONGEST = 400
+"""Letters of what a message quotes: a file may hold a word of megabytes."""
+
+
+def _in_short(text: str) -> str:
+    half = LONGEST // 2
+    return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
+
 
 class FibrefitError(Exception):
     """A failure that is explained to the person who met it.
@@ -28,7 +36,7 @@ class FibrefitError(Exception):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        text = f"{self.where}: {self.got}"
+        text = f"{_in_short(self.where)}: {_in_short(self.got)}"
         if self.expected:
             text += f"; expected {self.expected}"
         if not text.endswith((".", "?", "!")):

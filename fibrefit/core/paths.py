@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from pathlib import Path
 
 from fibrefit.core import allowance
@@ -10,6 +11,7 @@ from fibrefit.core.errors import FibrefitError
 from fibrefit.core.shown import printable
 
 _LONGEST = 260
+_PART = 1 << 20
 
 
 def shown_path(path: str | Path) -> str:
@@ -67,7 +69,11 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
         size, most = path.stat().st_size, most or allowance.LARGEST
         if size > most:
             raise error(where, f"{size / 1e6:,.0f} MB", f"{what} of {most / 1e6:,.0f} MB at most", "")
-        return path.read_bytes()
+        with open(path, "rb", opener=_at_once) as file:
+            content = file.read(most + 1)
+        if content is None or len(content) > most:
+            raise error(where, "a file that grows, or never ends", what, "Copy it first.")
+        return content
     except FileNotFoundError:
         raise error(where, "no such file", what, do) from None
     except OSError as refused:
@@ -76,7 +82,15 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
         raise error(where, "a name with a NUL, which no file has", what) from None
 
 
+def _at_once(path: str, flags: int) -> int:
+    """Open a file without waiting for anybody to write to it: files of the system may look like plain ones."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file's content, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    found = hashlib.sha256()
+    with open(path, "rb", opener=_at_once) as file:
+        while part := file.read(_PART):
+            found.update(part)
+    return found.hexdigest()

@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
+from fibrefit.core.scale import LARGEST
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
@@ -117,6 +118,7 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
     return merged, kept
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of readings near the largest number there is: they are no faults
 def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, notes: list[str]) -> Column:
     """Column in SI with all that is wrong with it masked."""
     known = None if column.unit is None else known_unit(column.name, column.unit)
@@ -128,6 +130,8 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
     elif column.unit is not None and si is None:
         notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
     numbers, outliers = _masked(column, base, si, notes)
+    if si is not None:
+        numbers = masked_with(numbers, np.abs(numbers.values) > LARGEST / abs(factor), "absurd")
     valid = numbers.reasons == 0
     counts = {REASONS[c]: int(n) for c, n in enumerate(np.bincount(numbers.reasons)) if c and n}
     return Column(

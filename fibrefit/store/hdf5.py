@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +13,7 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import is_plain_file
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.summaries import Provenance
 
@@ -105,6 +107,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     """
     import h5py
 
+    if os.path.lexists(path) and not is_plain_file(path):
+        raise DataError(str(path), "no plain file", "a result.h5 of fibrefit", "")
     try:
         with h5py.File(path, "r", locking=False) as file:
             file.visititems(partial(_count, Allowance(str(path), DataError)))
@@ -112,6 +116,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
             return groups, {name: _plain(value) for name, value in file.attrs.items()}
     except OSError as error:
         raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
+    except (AttributeError, TypeError, ValueError, LookupError, RuntimeError):  # groups and arrays in other places
+        raise DataError(str(path), "HDF5 of another layout", "a result.h5 of fibrefit", "") from None
 
 
 def _count(allowed: Allowance, name: str, item: Any) -> None:

@@ -8,13 +8,15 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import sha256_of
+from fibrefit.core.paths import read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Provenance
 
 NAME = "summary.json"
+LARGEST_SUMMARY = 1 << 27
+"""Bytes of a summary; that of a batch has some kilobytes for each of its records."""
 
 
 def write_summary(folder: Path, summary: Part) -> Path:
@@ -60,12 +62,8 @@ def read_summary(result: str | Path) -> Part:
     path = Path(result)
     if path.is_dir():
         path = path / NAME
-    try:
-        return summary_of(path.read_bytes(), str(path))
-    except FileNotFoundError:
-        raise DataError(str(path), "no such file", f"a result with its {NAME}") from None
-    except OSError as error:
-        raise DataError(str(path), error.strerror or "cannot be read", f"a result with its {NAME}") from None
+    content = read_plain_file(path, f"a result with its {NAME}", DataError, most=LARGEST_SUMMARY)
+    return summary_of(content, str(path))
 
 
 def provenance(

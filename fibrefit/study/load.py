@@ -28,6 +28,9 @@ from fibrefit.study.study import SCHEMA, Study
 
 #: Bytes of a file's name that file systems take.
 _LONGEST_NAME = 255
+_KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
+_DEEP = re.compile(rf"(?<![\w-]){_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{64}}")
+"""A key of more parts than any study has: what the parser takes of memory for one grows with their square."""
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False) -> Study:
@@ -121,6 +124,8 @@ def _read_toml(path: Path) -> dict[str, Any]:
     data = read_plain_file(path, "a study file", StudyError, near, LARGEST_STUDY)
     try:
         text = data.decode("utf-8-sig")
+        if _DEEP.search(text):
+            raise RecursionError
         return tomllib.loads(text.replace("\r\n", "\n"))
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
@@ -267,8 +272,8 @@ def _check_file(path: Path, named: str, where: str) -> None:
     folder = path.parent
     if "\0" in named or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
         raise StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
-    if not folder.is_dir():
-        raise StudyError(where, f'no folder for "{named}"', f"{folder} to exist", "")
+    if not is_folder(folder):
+        raise StudyError(where, f'no folder for "{shown_path(named)}"', f"{shown_path(folder)} to exist", "")
     if path.exists():
         what = "a folder" if path.is_dir() else "a device or a pipe"
         raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")

@@ -11,7 +11,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.study.explain import key_text
 from fibrefit.study.parameters import ParameterTable
 
-_PART = re.compile(r'"([^"]+)"|\[(\d+)\]|([^.\[\]"]+)')
+_PART = re.compile(r'"([^"]+)"|\[(\d{1,9})\]|([^.\[\]"]+)')
 
 
 def apply_overrides(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, str]:

@@ -10,11 +10,9 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, StrictFl
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.scale import uncertain
+from fibrefit.core.scale import LARGEST, SMALLEST, uncertain
 from fibrefit.core.units import parse_quantity
 
-SMALLEST, LARGEST = 1e-18, 1e15
-"""Sizes in SI beyond which a number is a slip of the pen: their squares, products and quotients stay finite."""
 CHECK_IT = "Check the exponent and the unit."
 
 

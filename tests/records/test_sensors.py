@@ -136,6 +136,17 @@ def test_absurd_values_are_masked(value: str, write: Callable) -> None:
     assert dict(read_table(write(text)).column("F [N]").masked) == {"absurd": 1}
 
 
+@pytest.mark.parametrize("value", ["1e308", "-1e160", "1e16"])
+def test_numbers_that_no_quantity_has_are_masked_wherever_they_stand(
+    value: str, write: Callable, recwarn: pytest.WarningsRecorder
+) -> None:
+    """All of them are alike here, and none is absurd beside the others; their squares have no end."""
+    text = "t [s],F [N]\n" + "".join(f"{t:.4f},{value}\n" for t in TIME)
+    column = read_table(write(text)).column("F [N]")
+    assert not column.valid.any()
+    assert not recwarn.list
+
+
 def test_nines_among_large_numbers_are_no_sign(write: Callable) -> None:
     force = 9000 + 999 * np.sin(20 * TIME)
     force[77] = 9999

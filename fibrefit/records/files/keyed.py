@@ -14,8 +14,10 @@ from fibrefit.records.files.decode import Text
 #: Share of the lines that must name their values alike.
 _MOST = 0.9
 
+#: A name of up to so many letters, with or without a unit, and its value. Longer ones are none: a page of letters
+#: would be gone through once for each of them.
 _PAIR = re.compile(
-    r"([^\W\d][^\s=:,;]*(?:\s?[\[(][^\])]*[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"([^\W\d][^\s=:,;]{0,80}(?:\s?[\[(][^\])]{0,40}[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)"
 )
 
 

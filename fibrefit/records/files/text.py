@@ -34,7 +34,7 @@ from fibrefit.records.options import ReadOptions
 FEWEST_ROWS = 3
 
 #: A cell in single quotes, and the lines that tell whether a file uses them.
-_SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s*)'([^']*)'(?=\s*(?:[,;\t|]|$))"), 200
+_SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\t|]|$))"), 200
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3

@@ -18,6 +18,9 @@ _ALSO_WORDS = frozenset(
 
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
 
+#: Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried.
+LONGEST = 200
+
 #: Kinds of quantity a record is made of.
 _PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
@@ -43,6 +46,8 @@ def split_heading(text: str) -> tuple[str, str | None]:
     """
     text = " ".join(unicodedata.normalize("NFKC", text).replace("\u03bc", "u").strip().strip('"').split())
     text = _CONTROL.sub("", text)
+    if len(text) > LONGEST:
+        return text, None
     alone = text.removeprefix("in ")
     if units.expression(alone) is not None:
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)

@@ -6,9 +6,10 @@ import re
 from collections.abc import Sequence
 
 #: A number with a decimal point or a decimal comma. A trailing mark is read for points only: "12," is a separator.
+#: Digits are never given back: a cell of a hundred thousand of them and a letter would be tried in all ways to part it.
 NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
+    ".": re.compile(r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eEdD][+-]?\d++)?"),
+    ",": re.compile(r"[+-]?(?:\d++(?:,\d++)?|,\d++)(?:[eEdD][+-]?\d++)?"),
 }
 
 _GROUP = {".": "[,'\u2019 ]", ",": "[.'\u2019 ]"}

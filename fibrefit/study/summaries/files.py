@@ -55,6 +55,8 @@ def summary_of(text: bytes, where: str) -> Part:
         content = json.loads(text)
     except ValueError as error:
         raise DataError(where, f"not JSON: {error}", "a summary.json of fibrefit") from None
+    except RecursionError:
+        raise DataError(where, "nested too deeply", "a summary.json of fibrefit") from None
     schema = content.get("schema") if isinstance(content, dict) else None
     model = SUMMARIES.get(schema) if isinstance(schema, str) else None
     if model is None:

@@ -203,7 +203,7 @@ def _known(place: Path, job: Job) -> BatchItem | None:
         # An item that does not say what its model lacks was kept by an earlier version.
         same = kept["digest"] == job.digest() and "lacks" in kept["item"] and (place / NAME).exists()
         return BatchItem.model_validate(kept["item"], strict=False) if same else None
-    except (OSError, ValueError, KeyError, TypeError, FibrefitError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
         return None
 
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.formats import FORMATS
+from fibrefit.core.paths import read_plain_file
 from fibrefit.core.shown import Card, Shown
-from fibrefit.store.summary import NAME, read_summary
+from fibrefit.store.summary import LARGEST_SUMMARY, NAME, read_summary
 from fibrefit.study.load import load_study
 from fibrefit.workflow.outcome.result import AnyResult
 
@@ -127,9 +128,10 @@ class StoredInspection(Shown):
     def document(self) -> dict[str, Any]:
         """What ``inspect`` tells programs."""
         path = self.folder / INSPECTION
+        content = read_plain_file(path, "what fibrefit has written", DataError, most=LARGEST_SUMMARY)
         try:
-            return dict(json.loads(path.read_text(encoding="utf-8")))
-        except ValueError as error:
+            return dict(json.loads(content))
+        except (ValueError, RecursionError) as error:
             raise DataError(str(path), f"not JSON: {error}", "what fibrefit has written") from None
 
     def to_dataframe(self) -> pd.DataFrame:

@@ -139,7 +139,7 @@ def _read(path: Path) -> SamplingStart:
         values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
         coefficients = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
         return SamplingStart(tuple(kept["names"]), values, plain, basins, str(kept["status"]), coefficients)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
         ) from None
