@@ -10,6 +10,7 @@ from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
+from fibrefit.study import Study
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Provenance
@@ -67,7 +68,7 @@ def read_summary(result: str | Path) -> Part:
 
 
 def provenance(
-    resolved_study: str,
+    study: Study | str,
     inputs: Iterable[Path],
     *,
     seed: int | None = None,
@@ -78,10 +79,11 @@ def provenance(
 
     Parameters
     ----------
-    resolved_study : str
-        The study as TOML.
+    study : Study or str
+        What was carried out; a text where it is of several.
     inputs : iterable of pathlib.Path
-        Every file that was read.
+        Every file that was read. The digest is that of what was read, where the study knows it: a file may have changed
+        since, or be gone, which costs no result.
     seed : int or None
         Seed of all random numbers.
     seconds : float or None
@@ -94,12 +96,20 @@ def provenance(
     Provenance
         With versions, digests and the time.
     """
+    digests = {} if isinstance(study, str) else study.digests
     return Provenance(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),
-        inputs={path.as_posix(): sha256_of(path) for path in inputs},
-        resolved_study=resolved_study,
+        inputs={path.as_posix(): digests.get(path) or _digest_now(path) for path in inputs},
+        resolved_study=study if isinstance(study, str) else study.resolved_toml(),
         seed=seed,
         settings=dict(settings or {}),
         seconds=seconds,
     )
+
+
+def _digest_now(path: Path) -> str:
+    try:
+        return sha256_of(path)
+    except OSError:
+        return "gone"

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, shown_path
+from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of, shown_path
 from fibrefit.core.shown import printable
 from fibrefit.study.explain import explained
 from fibrefit.study.files.scaled import with_scale_parameters
@@ -169,6 +169,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
         raise explained(error, raw, place) from None
     study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
+    study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
     study.check_parameters()
     check_uncertain(study, place)
     study.check_units()

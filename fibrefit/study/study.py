@@ -39,6 +39,15 @@ class ModelTable(StudyTable):
     )
 
 
+class Digests(dict[Path, str]):
+    """SHA-256 of files that were read. It is no part of what a study says: two studies are not told apart by it."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Digests)
+
+    __hash__ = None
+
+
 class Study(Shown, StudyTable):
     """A study as `load_study` returns it: complete, in SI, immutable.
 
@@ -68,6 +77,12 @@ class Study(Shown, StudyTable):
     _source: Path = PrivateAttr(default=Path("study.toml"))
     _table: Path | None = PrivateAttr(default=None)
     _place: Places = PrivateAttr(default=Places(Path("study.toml")))
+    _digests: Digests = PrivateAttr(default_factory=Digests)
+
+    @property
+    def digests(self) -> Digests:
+        """Of its files as they were when they were read, by path: a run may last longer than they stay as they are."""
+        return self._digests
 
     @property
     def source(self) -> Path:

@@ -63,7 +63,7 @@ class Fit(Predicts):
     def summary(self) -> FitSummary:
         """Content of ``summary.json``."""
         inputs = self.study.input_files()
-        origin = provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.identification.seconds)
+        origin = provenance(self.study, inputs, seed=self.seed, seconds=self.identification.seconds)
         return fit_summary(self.study, self.records, self.identification, origin)
 
     def groups(self) -> dict[str, dict[str, Variable]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.bound import bound_programs
@@ -99,8 +101,14 @@ def _read(study: Study, record: object) -> Record:
     if file is None:
         raise StudyError(str(study.source), f'record "{label}" has no file', "a measured record", "Name its file.")
     first, other = readings_of(study, record)
-    whole = joined([read_record(path, **said, name=label) for path, said in first])
+
+    def read(path: Path, said: dict[str, Any]) -> Record:
+        found = read_record(path, **said, name=label)
+        study.digests[path] = found.sha256
+        return found
+
+    whole = joined([read(path, said) for path, said in first])
     if other is None:
         return whole
     path, said = other
-    return side_by_side(whole, read_record(path, **said, name=label), record.beside.clock_offset)  # type: ignore[attr-defined]
+    return side_by_side(whole, read(path, said), record.beside.clock_offset)  # type: ignore[attr-defined]

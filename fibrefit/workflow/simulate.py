@@ -132,7 +132,7 @@ class Simulation(Shown, Saved):
             path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, "\n".join(rows) + "\n")
-        origin = provenance(self.study.resolved_toml(), self.study.input_files())
+        origin = provenance(self.study, self.study.input_files())
         write_result(directory.path / "result.h5", SCHEMA, self.groups(), origin)
 
 

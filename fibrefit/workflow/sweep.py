@@ -68,7 +68,7 @@ class Sweep(FoundResult):
             runs=runs,
             curves={curve.conditions.name: curve_summary(curve) for curve in self.curves},
             checks=checks,
-            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+            provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
     def groups(self) -> dict[str, dict[str, Variable]]:

@@ -10,12 +10,17 @@ from typing import Any
 import pytest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import sha256_of
 from fibrefit.store import ResultDirectory, Run
 from fibrefit.store.manifest import MARKER
+from fibrefit.store.summary import provenance
+from fibrefit.study import load_study
 from fibrefit.workflow.growing import growing_folder
+from fibrefit.workflow.prepare import read_records
 from fibrefit.workflow.sampling import sample
 from fibrefit.workflow.sampling.start import CHAINS
 from tests.cli.conftest import Run as Words
+from tests.reliability.studies import copied
 
 
 @pytest.fixture
@@ -91,3 +96,21 @@ def test_a_run_killed_with_something_to_go_on_from_is_not_begun_anew_by_accident
     with pytest.raises(UsageError, match="holds a run that was cut short.*--resume.*--force"):
         ResultDirectory(tmp_path / "out").check()
     ResultDirectory(tmp_path / "out", force=True).check()
+
+
+@pytest.mark.parametrize("after", ["changed", "removed"])
+def test_a_result_tells_the_data_as_they_were_read(tmp_path: Path, after: str) -> None:
+    """A run may take hours: what becomes of its files in the meantime costs no result, and it names no others."""
+    folder = copied("drop_series", tmp_path, records=1)
+    study = load_study(folder)
+    (file,) = study.data_files()
+    digests = {path.as_posix(): sha256_of(path) for path in study.input_files()}
+    read_records(study.model_copy(update={"name": "another"}))
+    assert study == load_study(folder), "digests tell no studies apart"
+    for path in (file, folder / "study.toml"):
+        path.write_text("changed") if after == "changed" else path.unlink()
+    assert provenance(study, [folder / "study.toml", file]).inputs == digests
+
+
+def test_a_file_that_was_never_read_and_is_gone_costs_no_result(tmp_path: Path) -> None:
+    assert provenance("studies", [tmp_path / "gone.csv"]).inputs == {f"{tmp_path.as_posix()}/gone.csv": "gone"}

@@ -65,7 +65,7 @@ class Confused(FoundResult):
             cannot_tell_apart=tuple((first, second) for first, second, _ in found.pairs()),
             cannot_see=found.invisible,
             best_further_record=self.split and worded_separation(self.split),
-            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+            provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
     def as_json(self) -> dict[str, Any]:

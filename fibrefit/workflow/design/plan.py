@@ -109,7 +109,7 @@ class RecordPlan(FoundResult):
             told_apart_now=told_apart(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
             remarks=REMARKS,
-            provenance=provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds),
+            provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
     def _record(self, worth: Worth, minutes: float, records: Sequence[str]) -> FurtherRecord:

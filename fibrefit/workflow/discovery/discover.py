@@ -126,7 +126,7 @@ class Discovery(Predicts):
         """Content of ``summary.json``."""
         settings = self.options.as_settings() | ({"interactive": "yes"} if self.chosen else {})
         origin = provenance(
-            self.study.resolved_toml(),
+            self.study,
             inputs_of(self.study, self.options),
             seed=self.options.seed,
             seconds=self.finding.seconds,

@@ -46,7 +46,7 @@ class Prediction(Predicted, FoundResult):
 
     def summary(self) -> PredictionSummary:
         """Content of ``summary.json``."""
-        origin = provenance(self.study.resolved_toml(), self.study.input_files(), seconds=self.seconds)
+        origin = provenance(self.study, self.study.input_files(), seconds=self.seconds)
         return prediction_summary(self, origin)
 
     def groups(self) -> Groups:

@@ -55,7 +55,7 @@ class Sampled(Findings, Predicts):
         }
         del settings["seed"]
         origin = provenance(
-            self.study.resolved_toml(),
+            self.study,
             self.study.input_files(),
             seed=self.posterior.settings.seed,
             seconds=self.posterior.seconds,

@@ -115,7 +115,7 @@ class SeriesResult(FoundResult):
             trends=tuple(map(trend_summary, self.trends)),
             checks=files.series_checks(found),
             advice=self._advice(),
-            provenance=provenance(self.study.resolved_toml(), inputs, seed=self.seed, seconds=self.seconds),
+            provenance=provenance(self.study, inputs, seed=self.seed, seconds=self.seconds),
         )
 
     def _advice(self) -> tuple[str, ...]:
