@@ -134,17 +134,18 @@ def own_folder(name: str) -> Path | None:
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
-        ours = _is_own(cache) and _is_own(folder)
+        ours = _is_own(cache, stat.S_ISVTX) and _is_own(folder)
     except OSError:
         return None
     return folder if ours and os.access(folder, os.W_OK) else None
 
 
-def _is_own(folder: Path) -> bool:
+def _is_own(folder: Path, unless: int = 0) -> bool:
+    """Whether nobody else can write to a folder, or may, as its mode says, but not remove what is ours."""
     if not hasattr(os, "getuid"):
         return True
     there = folder.stat()
-    return there.st_uid in (os.getuid(), 0) and not there.st_mode & stat.S_IWOTH
+    return there.st_uid in (os.getuid(), 0) and (not there.st_mode & stat.S_IWOTH or bool(there.st_mode & unless))
 
 
 def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:

@@ -97,7 +97,9 @@ def test_a_user_without_a_home_has_a_cache(monkeypatch: pytest.MonkeyPatch) -> N
     assert environment.cache_directory({"FIBREFIT_CACHE": "~/x"}) == folder
 
 
-@pytest.mark.parametrize("whose", ["ours", "written by all", "of another", "of another above"])
+@pytest.mark.parametrize(
+    "whose", ["ours", "among temporary files", "written by all", "written by all above", "of another", "of another above"]
+)
 def test_programs_are_taken_from_a_folder_of_our_own_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whose: str
 ) -> None:
@@ -106,13 +108,15 @@ def test_programs_are_taken_from_a_folder_of_our_own_only(
     folder = environment.own_folder("programs")
     assert folder == tmp_path / "cache" / "programs"
     assert (folder.stat().st_mode | folder.parent.stat().st_mode) & 0o077 == 0
-    if whose == "written by all":
-        folder.chmod(0o777)
+    if whose == "among temporary files":
+        folder.parent.chmod(0o1777)
+    elif whose.startswith("written"):
+        (folder.parent if whose.endswith("above") else folder).chmod(0o777)
     elif whose.startswith("of another"):
         if os.getuid():
             pytest.skip("only root can give a folder away")
         os.chown(folder.parent if whose.endswith("above") else folder, 12345, -1)
-    assert (environment.own_folder("programs") == folder) == (whose == "ours")
+    assert (environment.own_folder("programs") == folder) == (whose in ("ours", "among temporary files"))
 
 
 STREAMS = {"stdin": "<&-", "stdout": ">&-", "stderr": "2>&-"}
