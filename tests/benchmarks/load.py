@@ -26,6 +26,8 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "load.md"
 
 LINEAR = 1.15
 """Exponent up to which a growth counts as linear: the scatter of such a fit."""
+FLAT = 0.1
+"""Share of the first row below which what is added is no growth, and has no exponent."""
 
 MASS, GRAVITY, LENGTH = 3.096, 9.81, 1.79
 TRUE = {"stiffness": 11_000.0, "damping": 9.5, "friction": 2.7}
@@ -180,6 +182,11 @@ def exponent(sizes: tuple[int, ...], values: list[float]) -> float:
     return float(np.polyfit(np.log(more), np.log(added), 1)[0])
 
 
+def growth(sizes: tuple[int, ...], values: list[float]) -> str:
+    """How values grow: their exponent, or that they do not."""
+    return "flat" if max(values) - values[0] < FLAT * values[0] else f"{exponent(sizes, values):.2f}"
+
+
 def table(name: str) -> Table:
     """Times and memory of all sizes, and their exponents."""
     load = LOADS[name]
@@ -191,8 +198,8 @@ def table(name: str) -> Table:
         (f"{size:,}".replace(",", " "), spoken(one.seconds), spoken(one.processor), f"{one.memory:.0f} MB")
         for size, one in zip(load.sizes, found, strict=True)
     ]
-    powers = [exponent(load.sizes, [getattr(one, what) for one in found]) for what in Measured._fields]
-    rows.append(("exponent", *(f"{power:.2f}" for power in powers)))
+    grown = [growth(load.sizes, [getattr(one, what) for one in found]) for what in Measured._fields]
+    rows.append(("exponent", *grown))
     words = " ".join(load.words(load.sizes[-1]))
     note = f"`fibrefit {words}`, from a prompt; exponents are of what is added to the first row."
     return Table(f"Growth with {load.title}", note, (load.title, "time", "processors", "largest memory"), rows)

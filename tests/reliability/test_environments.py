@@ -98,7 +98,8 @@ def test_a_user_without_a_home_has_a_cache(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize(
-    "whose", ["ours", "among temporary files", "written by all", "written by all above", "of another", "of another above"]
+    "whose",
+    ["ours", "among temporary files", "written by all", "written by all above", "of another", "of another above"],
 )
 def test_programs_are_taken_from_a_folder_of_our_own_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whose: str

@@ -18,6 +18,7 @@ from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+from fibrefit.workflow.batches.run import batch as batch_command
 from fibrefit.workflow.batches.shards import part_of, parts_of, shard_of
 from fibrefit.workflow.growing import growing_folder
 from tests.fitting import made
@@ -341,6 +342,27 @@ def test_a_file_that_is_missing_is_one_item_and_an_error_names_its_record(series
     files[1].write_text("\n".join([*cut, ""]), encoding="utf-8")
     with pytest.raises(DataError, match=f"^{files[1].name}: the record does not fall"):
         identified(there)
+
+
+def test_a_record_that_is_listed_twice_counts_once(lifted: Path, tmp_path: Path) -> None:
+    """Copies of one measurement would make the population narrower than it is."""
+    work = of_records(lifted)
+    files = [lifted / job.study.records[0].file for job in work]
+    for number, file in enumerate(files):
+        file.write_text(f"{file.read_text()}# {number}\n")
+    for file in files[3:6]:
+        file.write_bytes(files[0].read_bytes())
+    alone = carried_out([*work[:3], *work[6:]], tmp_path / "alone")
+    found = batch_command(lifted, tmp_path / "out", starts=4, processes=1)
+    refused = [name for name, item in found.items.items() if item.error]
+    assert refused == [job.name for job in work[3:6]]
+    said = f'{work[3].name}: the same data as "{work[0].name}"; expected each measurement once.'
+    assert found.items[work[3].name].error.startswith(said)
+    assert set(found.tidy()["record"]) == {job.name for job in work} - set(refused)
+    assert found.summary().population["stiffness"].mean == pytest.approx(alone.summary().population["stiffness"].mean)
+    again = batch_command(lifted, tmp_path / "out", starts=4, processes=1, resume=True)
+    assert {name: item.error for name, item in again.items.items()} == {n: i.error for n, i in found.items.items()}
+    assert again.taken_up == len(work) - len(refused)
 
 
 def test_a_study_of_which_all_files_are_missing_is_refused_at_once(series: Path) -> None:

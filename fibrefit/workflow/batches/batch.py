@@ -152,6 +152,7 @@ def batch_studies(
     folders: Path | Sequence[Path],
     engine: Engine | None = None,
     progress: Progress | None = None,
+    refused: Mapping[str, str] | None = None,
 ) -> Batch:
     """Carry out every job that `folder` does not hold the outcome of.
 
@@ -166,6 +167,8 @@ def batch_studies(
     engine : Engine, optional
     progress : callable, optional
         Called with what is being done and the share that is finished.
+    refused : mapping of str to str, optional
+        Why jobs are not carried out, by their names.
 
     Raises
     ------
@@ -177,21 +180,21 @@ def batch_studies(
     began, follow = time.perf_counter(), progress or quiet
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     folder, *others = (folders,) if isinstance(folders, Path) else folders
-    items: dict[str, BatchItem] = {}
+    items = {name: BatchItem(error=why) for name, why in (refused or {}).items()}
     todo: list[Job] = []
-    for job in jobs:
+    for job in [job for job in jobs if job.name not in items]:
         known = _known(folder / ITEMS / places[job], job) or _gathered(folder / ITEMS / places[job], job, others)
         if known is None:
             todo.append(job)
         else:
             items[job.name] = known
-    taken_up = len(items)
-    counts = Counter(_kind(item) for item in items.values())
+    taken_up = len(items) - len(refused or {})
+    before, counts = len(items), Counter(_kind(item) for item in items.values())
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
         items[job.name] = _kept(folder / ITEMS / places[job], job, done)
         counts[_kind(items[job.name])] += 1
-        follow(*_progress_line(counts, len(jobs), len(items) - taken_up, time.perf_counter() - began))
+        follow(*_progress_line(counts, len(jobs), len(items) - before, time.perf_counter() - began))
     ordered = {job.name: items[job.name] for job in jobs}
     return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
 

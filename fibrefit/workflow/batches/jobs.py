@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.store import Run
+from fibrefit.core.errors import DataError, FibrefitError, UsageError
+from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.workflow.batches.item import Job, Origin, loaded
@@ -115,6 +115,29 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
         (f"{name}/{record.label}" if several else record.label, origin, number)
         for number, record in enumerate(study.records)
     ]
+
+
+def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
+    """Why records are not identified that hold the same bytes as one before them: copies are no further evidence.
+
+    Returns
+    -------
+    dict of str to str
+        By the names of their jobs.
+    """
+    first: dict[tuple[str, ...], str] = {}
+    copies = {}
+    for job in jobs:
+        if job.record is None:
+            continue
+        with suppress(FibrefitError, OSError):  # what cannot be read says so as an item
+            study = job.study
+            held = tuple(sha256_of(study.path_of(file)) for file in study.records[0].files)
+            other = first.setdefault(held, job.name)
+            if held and other != job.name:
+                do = "Take one of the two off the list: a copy is no further evidence."
+                copies[job.name] = str(DataError(job.name, f'the same data as "{other}"', "each measurement once", do))
+    return copies
 
 
 def run_of(jobs: Sequence[Job]) -> Run:

@@ -11,7 +11,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
 from fibrefit.workflow.batches.item import Job
-from fibrefit.workflow.batches.jobs import Each, jobs_of, origins_of, run_of
+from fibrefit.workflow.batches.jobs import Each, copies_of, jobs_of, origins_of, run_of
 from fibrefit.workflow.batches.shards import part_of, parts_of
 from fibrefit.workflow.growing import growing_folder
 
@@ -76,7 +76,8 @@ def batch(
     engine, tell = Engine(processes or os.cpu_count() or 1, scheduler), progress or quiet
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
         tell(f"{len(jobs)} identifications", None)
-        found = replace(batch_studies(name, jobs, (directory.path, *parts_of(whole)), engine, tell), folder=folder)
+        places = (directory.path, *parts_of(whole))
+        found = replace(batch_studies(name, jobs, places, engine, tell, copies_of(jobs)), folder=folder)
         found.write(directory)
     return found
 
