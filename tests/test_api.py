@@ -32,6 +32,13 @@ def test_a_study_is_loaded_without_jax() -> None:
     assert run(code).strip() == "False"
 
 
+def test_a_fit_and_its_files_load_no_sampler_and_no_pictures() -> None:
+    """Statistics of SciPy, which the sampler loads, cost a third of a second; pictures come after the report."""
+    code = "import sys, fibrefit.workflow.fit, fibrefit.workflow.fit_files, fibrefit.fitting.identify, fibrefit.store"
+    not_wanted = {"emcee", "scipy.stats", "matplotlib"}
+    assert run(f"{code}; print(sorted({not_wanted!r} & set(sys.modules)))").strip() == "[]"
+
+
 @pytest.mark.parametrize("name", fibrefit.__all__)
 def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     offered = getattr(fibrefit, name)

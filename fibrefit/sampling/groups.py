@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.observations import BY_SAMPLE, Observations
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
 
@@ -15,7 +15,6 @@ MOST_DRAWS = 2000
 """Draws kept of each ensemble."""
 MOST_REPLICATES = 20
 """New measurements kept of each record; the bands are made from all."""
-GRID = ("record", "sample")
 
 
 class Entry(NamedTuple):
@@ -49,7 +48,7 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
     density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, chosen]
     data, layout = posterior.density.problem.observations, posterior.density.problem.layout
     records = {"record": Entry(np.array(layout.records, dtype=object), ("record",))}
-    shared = {**records, "time": Entry(np.asarray(data.experiment.times), GRID, "s", "Time of each sample.")}
+    shared = {**records, "time": Entry(np.asarray(data.experiment.times), BY_SAMPLE, "s", "Time of each sample.")}
     stats = {"lp": Entry(density, ("chain", "draw"), doc="Log posterior density in the sampler's coordinates.")}
     stats["acceptance_rate"] = Entry(posterior.course.acceptance, ("chain", "walker"), doc="Share of moves accepted.")
     return {
@@ -92,7 +91,7 @@ def _observed(posterior: Posterior, data: Observations) -> Group:
     for channel, unit in posterior.channel_units.items():
         counted = np.asarray(data.weight[channel]) > 0.0
         measured = np.where(counted, np.asarray(data.measured[channel]), np.nan)
-        found[channel] = Entry(measured, GRID, unit, "Measured; NaN where masked or beyond the record.")
+        found[channel] = Entry(measured, BY_SAMPLE, unit, "Measured; NaN where masked or beyond the record.")
     return found
 
 
@@ -101,10 +100,14 @@ def _predictive(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
     for channel, band in bands.items():
         unit = posterior.channel_units[channel]
         found[channel] = Entry(
-            band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *GRID), unit, "New measurements."
+            band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *BY_SAMPLE), unit, "New measurements."
         )
-        found[f"{channel}_model"] = Entry(band.model, ("quantile", *GRID), unit, "Quantiles of the model's readings.")
-        found[f"{channel}_measured"] = Entry(band.measured, ("quantile", *GRID), unit, "Quantiles of new measurements.")
+        found[f"{channel}_model"] = Entry(
+            band.model, ("quantile", *BY_SAMPLE), unit, "Quantiles of the model's readings."
+        )
+        found[f"{channel}_measured"] = Entry(
+            band.measured, ("quantile", *BY_SAMPLE), unit, "Quantiles of new measurements."
+        )
     return found
 
 

@@ -14,6 +14,8 @@ from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Experiment
 
+BY_SAMPLE = ("record", "sample")
+"""Dimensions of what every sample has, where it is written."""
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
 

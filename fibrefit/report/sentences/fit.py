@@ -121,7 +121,7 @@ def estimator_sentence(why: Why) -> str:
         return (
             "Generalised least squares (GLS, residuals pre-whitened with the fitted noise spectrum): each sample "
             "counts by what it adds to those before it, and records may differ in the rig's parameters. Error bars are "
-            f"{why.ratio:.2g} times those of ordinary least squares."
+            f"{why.ratio:.2g} times those of ordinary least squares in that noise."
         )
     reason = NO_GLS[why.identifier].format(failed=", ".join(why.failed))
     return f"Ordinary least squares (OLS), no GLS step: {reason}"

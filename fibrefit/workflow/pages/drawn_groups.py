@@ -8,8 +8,8 @@ import numpy as np
 from fibrefit.core.roles import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.sampling.groups import GRID
 from fibrefit.store.hdf5 import Variable
 
 
@@ -19,10 +19,10 @@ def motion_group(problem: Problem, moved: Motion) -> dict[str, Variable]:
     units = {**STATES, **(TURNING if turns else {})}
     said = ", ".join(f"{i}: {phase}" for i, phase in enumerate(PHASES))
     states = {
-        name.replace(" ", "_"): Variable(values, GRID, units[name], "Simulated.")
+        name.replace(" ", "_"): Variable(values, BY_SAMPLE, units[name], "Simulated.")
         for name, values in moved.states.items()
     }
-    return {"record": _records(problem), "phase": Variable(moved.phase, GRID, doc=said), **states}
+    return {"record": _records(problem), "phase": Variable(moved.phase, BY_SAMPLE, doc=said), **states}
 
 
 def conditions_group(problem: Problem) -> dict[str, Variable]:
@@ -53,7 +53,7 @@ def reading_errors(found: Identification) -> dict[str, Variable]:
         ]
         values = np.array(own) / np.where(weight > 0.0, weight, np.nan)[:, None]
         doc = "Standard error of the simulated reading by the errors of the values."
-        errors[f"{channel}_error"] = Variable(values, GRID, gap.unit, doc)
+        errors[f"{channel}_error"] = Variable(values, BY_SAMPLE, gap.unit, doc)
     return errors
 
 
