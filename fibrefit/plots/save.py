@@ -8,6 +8,7 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -74,7 +75,7 @@ def figure_file(figure: Figure, kind: str = "png") -> bytes:
     with warnings.catch_warnings():
         # A sign of a name that the font lacks is an empty box in the picture, and nothing a user could mend.
         warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)
-        how = {"pil_kwargs": {"compress_level": PACKED}} if kind == "png" else {}
+        how: dict[str, Any] = {"pil_kwargs": {"compress_level": PACKED}} if kind == "png" else {}
         figure.savefig(drawn, format=kind, metadata=_told(kind, harmless(caption_of(figure))), **how)
     return drawn.getvalue()
 
