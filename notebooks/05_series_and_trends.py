@@ -14,8 +14,8 @@
 # %% [markdown]
 # # A series and its trends
 #
-# A weight was drawn up and down over a pulley, at speeds between 60 and 800 mm/s, with and without a mass added. Does one
-# set of parameters serve all records, do parameters follow a law of speed, or does each record have values of its own?
+# A weight fell into its fibre from 5, 10 and 20 mm, straight down and along a guide at 45 degrees. Does one set of
+# parameters serve all records, do parameters follow a law of speed, or does each record have values of its own?
 
 # %% [markdown]
 # ## The equation
@@ -33,10 +33,10 @@ from pathlib import Path
 
 import fibrefit
 
-print(Path("../configs/drive_series/study.toml").read_text())
+print(Path("../configs/drop_series/study.toml").read_text())
 
 # %%
-series = fibrefit.series_of("../configs/drive_series")
+series = fibrefit.series_of("../configs/drop_series")
 print("answer:", series.answer)
 print(series.sentence)
 
@@ -70,5 +70,5 @@ trends[["slope", "slope_error", "unit", "condition_unit", "chance", "corrected"]
 series.plot()
 
 # %% [markdown]
-# The same on the command line: `fibrefit series configs/drive_series`. Hundreds of records, each by itself, go through
-# `fibrefit batch`.
+# The same on the command line: `fibrefit series configs/drop_series`, and for a rig with a drive such as that of
+# `configs/drive_series`, which takes some minutes. Hundreds of records, each by itself, go through `fibrefit batch`.

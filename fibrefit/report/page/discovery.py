@@ -162,7 +162,7 @@ def view_of_search(result: Result) -> Records | None:
     if summary.added:
         first = simulated(groups, "predictions_before")
         models = [CourseModel("first", "first model", "first", True, first), *_between(summary, groups, gaps), *models]
-    said = "95 % interval of a new measurement by the final model: noise and errors of the values"
+    said = f"95 % interval of a new measurement by the {models[-1].label}: noise and errors of the values"
     return records_block(Sight(groups, gaps, models, fit_bands(groups, final, gaps), said, summary.places))
 
 
