@@ -50,7 +50,9 @@ def test_what_is_offered_is_documented_with_an_example(name: str) -> None:
     assert ">>>" in text
     for parameter in inspect.signature(offered).parameters:
         told = text.partition("Parameters\n----------")[2].partition("\n\nReturns")[0]
-        assert re.search(rf"^\**(\w+, \**)*{parameter}\b.* : ", told, re.MULTILINE), parameter
+        types = re.search(rf"^\**(\w+, \**)*{parameter}\b.* : (.*)$", told, re.MULTILINE)
+        assert types is not None, parameter
+        assert types.group(2) != "optional", f"{parameter} has no type"
 
 
 RESULTS = re.findall(r"autoclass:: (\S+)", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"))

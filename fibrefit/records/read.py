@@ -80,10 +80,25 @@ def read_record(
     ----------
     path : str or Path
         Text of any logger, LVM, MATLAB, TDMS or MDF4.
+    channels : mapping of str to (str or mapping), optional
+        Heading by role, ``{"force": "F_Seil [N]"}``, or ``"column 2"``, or a table with ``column``, ``unit`` and
+        ``scale``: ``{"force": {"column": "U1", "unit": "V", "scale": "-200 N/V"}}``.
+    units : mapping of str to str, optional
+        Unit by role or heading, where the file has none or a wrong one.
+    columns : sequence of str, optional
+        Headings in order, for a file without any: ``("time [s]", "force [N]")``.
+    rate : float, optional
+        Sampling rate in Hz, where the file does not tell.
+    roles : sequence of str, optional
+        Roles to look for among columns that `channels` does not name.
     name : str, optional
         Name of the record; that of the file by default.
-    channels, units, columns, rate, roles, delimiter, decimal, header : optional
-        What the file does not say itself; types as in `ReadOptions`.
+    delimiter : str, optional
+        Character between columns.
+    decimal : {".", ","}, optional
+        Sign before decimals.
+    header : str or Path, optional
+        File that holds the header of this one: rate, names and units of its columns.
 
     Returns
     -------

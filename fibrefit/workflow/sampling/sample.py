@@ -202,9 +202,10 @@ def sample(
         Folder in which the chains are kept while they grow; a run that finds its own there goes on with them.
     progress : callable, optional
         Called with what is being done and the share that is finished.
-    **settings : optional
-        ``ess``, ``r_hat``, ``max_steps``, ``max_seconds``, ``ensembles``, ``walkers``, ``interval``, as on the
-        command line; see `fibrefit.sampling.settings.Settings`.
+    **settings : int or float
+        As on the command line: ``ess``, effective sample size of each value (400); ``r_hat`` below which ensembles
+        agree (1.01); ``max_steps`` (4000); ``max_seconds`` (none); ``ensembles``, 4 or more (4); ``walkers`` of each
+        ensemble, an even number (as many as are needed); ``interval``, probability of the intervals (0.95).
 
     Returns
     -------
