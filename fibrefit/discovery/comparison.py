@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, time_left, time_limit
+from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left, time_limit
+from fibrefit.discovery.engine.candidates import fit_all
 from fibrefit.discovery.engine.effort import COMPARED, PROMISING, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, occam
@@ -117,14 +118,15 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         once_more = weighed_again([one.log for one in ranked], richest.log > parent.log + NAMED)
         parent = scales.again(parent)
         near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
-        again = sorted((scales.again(one) for one in near if one.evidence.mode.steps), key=lambda one: -one.log)
+        jobs = [partial(scales.again, one) for one in near if one.evidence.mode.steps]
+        again = sorted(_all_of(jobs), key=lambda one: -one.log)
         better = [one for one in again[:COMPARED] if one.log > parent.log]
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
-        led = [scales.without(one, parent.effects) for one in better[:1]]
-        begun = [scales.led(one, parent.effects) for one in better[1:]]
-        led += [scales.again(one) for one in begun if one.log > parent.log]
-        alike = [scales.again(scales.agreeing(parent))] if parent.evidence.mode.sigma.any() else []
-        here, parent = parent.log, max([parent, *alike, *led], key=lambda one: one.log)
+        ways = [partial(scales.without, one, parent.effects) for one in better[:1]]
+        ways += [partial(_led, scales, one, parent) for one in better[1:]]
+        if parent.evidence.mode.sigma.any():
+            ways.append(partial(_agreeing, scales, parent))
+        here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
         if not again or again[0].names == ranked[0].names:
             break
@@ -140,6 +142,31 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(weighed), moved=moved)
+
+
+def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
+    """Results of all jobs, side by side.
+
+    Raises
+    ------
+    OutOfTimeError
+        If one of them found no time.
+    """
+    found = fit_all(jobs, lambda done: None)
+    if any(one is None for one in found):
+        raise OutOfTimeError
+    return found
+
+
+def _led(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
+    """A parent refitted from where a candidate led: in full only if that begins better."""
+    begun = scales.led(one, parent.effects)
+    return scales.again(begun) if begun.log > parent.log else begun
+
+
+def _agreeing(scales: Scales, parent: Weighed) -> Weighed:
+    """A parent refitted from where its records do not differ."""
+    return scales.again(scales.agreeing(parent))
 
 
 def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:

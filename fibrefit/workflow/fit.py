@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Estimate, Identification
@@ -71,6 +72,7 @@ class Fit(Predicts):
         return fit_groups(self.identification)
 
 
+@one_blas_thread
 def fit_study(
     study: Study | str | Path, *, starts: int = STARTS, seed: int = 0, robust: bool = False, profile: bool = False,
     progress: Progress | None = None, stop: Callable[[], bool] = lambda: False,

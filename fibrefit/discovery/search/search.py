@@ -22,11 +22,19 @@ from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.ways import (
+    WayIn,
+    beginnings,
+    has_valleys,
+    is_worth_following,
+    may_do_better,
+    most_promising,
+)
 from fibrefit.laws.law import Effect, extends
 from fibrefit.problem.task import Task
 
-FOLLOWED = 24
-"""Candidates that are searched for before it is asked whether one of them is more than chance; if none, others are."""
+FOLLOWED = 8
+"""Candidates that are followed before it is asked whether the next ones may still do better than the best of them."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 INSTEAD = 6
@@ -224,29 +232,50 @@ class Search:
             promised[1] = {effect: promise._replace(weak=promise.values) for effect, promise in promised[1].items()}
         seen = [effect for effect in effects if all(effect in promises for promises in promised)]
         ways = [
-            (self._gain(parent, view, promises, effect), effect, view, promises[effect], seed)
+            WayIn(self._gain(parent, view, promises, effect), effect, view, promises[effect], seed)
             for view, promises, seed in zip(views, promised, slopes, strict=True)
-            for effect in _best(promises, seen, len(seen) if view is parent else INSTEAD)
+            for effect in most_promising(promises, seen, len(seen) if view is parent else INSTEAD)
         ]
         # What promises most is followed first: where the time ends, it is the rest that was not looked at.
-        near = sorted((way for way in ways if _worth(way[1], way[0], least)), key=lambda way: -way[0])
-        jobs = [
-            self.recalled(
-                "extended", view, (effect.name, promise),
-                partial(
-                    self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect, promise, seed
-                ),
-            )
-            for _, effect, view, promise, seed in near
-        ]  # fmt: skip
-        found = fit_all(jobs, lambda done: self.tell(what, 0.5 + 0.5 * done / max(len(jobs), 1)))
+        near = sorted(
+            (way for way in ways if is_worth_following(way.effect, way.promised, least)), key=lambda way: -way.promised
+        )
+        found, followed = self._followed(parent, near, what)
         ends: dict[type[Effect], Weighed] = {}
-        for one in (one for one in found if one is not None):
+        for one in found:
             last = one.effects[-1]
             ends[last] = max(ends.get(last, one), one, key=lambda other: other.log)
-        followed = {effect for _, effect, *_ in near}
-        far = [self._as_promised(parent, way[1], way[0]) for way in ways[: len(seen)] if way[1] not in followed]
+        far = [
+            self._as_promised(parent, way.effect, way.promised)
+            for way in ways[: len(seen)]
+            if way.effect not in followed
+        ]
         return [*ends.values(), *far]
+
+    def _followed(self, parent: Weighed, ways: Sequence[WayIn], what: str) -> tuple[list[Weighed], set[type[Effect]]]:
+        """Where ways lead, the first ones first, and the effects that are on them; none that promises far too little.
+
+        Once an effect explains something beyond doubt, slopes have to promise a fair share of that.
+        """
+        found, begun, left = list[Weighed](), list[WayIn](), list(ways)
+        while left:
+            now, left = left[:FOLLOWED], left[FOLLOWED:]
+            jobs = [
+                self.recalled(
+                    "extended", view, (effect.name, promise),
+                    partial(
+                        self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect, promise, seed
+                    ),
+                )
+                for _, effect, view, promise, seed in now
+            ]  # fmt: skip
+            done = len(begun)
+            tell = lambda number, done=done: self.tell(what, 0.5 + 0.5 * (done + number) / len(ways))  # noqa: E731
+            found += [one for one in fit_all(jobs, tell) if one is not None]
+            begun += now
+            gain = max((one.log - parent.log for one in found), default=0.0)
+            left = [way for way in left if may_do_better(way.promised, gain)]
+        return found, {way.effect for way in begun}
 
     def _gain(
         self, parent: Weighed, view: Weighed, promises: dict[type[Effect], Promise], effect: type[Effect]
@@ -284,9 +313,12 @@ class Search:
         ranked = sorted(promises, key=lambda effect: -promises[effect].gain)
         far = [effect for effect in ranked if promises[effect].gain < least and not effect.singular]
         ranked, found = [effect for effect in ranked if effect not in far], list[Weighed]()
-        while ranked and not any(one.log > parent.log + NAMED for one in found):
+        gain = 0.0
+        # From afar slopes promise too much: what they promise less of than was found is not what is missing.
+        while ranked and (gain <= NAMED or promises[ranked[0]].gain > gain):
             now, ranked = ranked[:FOLLOWED], ranked[FOLLOWED:]
             found += self._from_plain_squares(parent, plain, {effect: promises[effect] for effect in now}, what)
+            gain = max((one.log - parent.log for one in found), default=0.0)
         rest = [self._as_promised(parent, effect, min(promises[effect].gain, 0.0)) for effect in (*ranked, *far)]
         return [*found, *rest]
 
@@ -329,7 +361,7 @@ class Search:
     ) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
         begun = {
-            effect: () if is_searched_widely(i) and not _has_valleys(effect) else _begun(promise)
+            effect: () if is_searched_widely(i) and not has_valleys(effect) else beginnings(promise)
             for i, (effect, promise) in enumerate(promises.items())
         }
         jobs = [
@@ -357,29 +389,6 @@ class Search:
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return alone(self.task, self.plain(weighed))
-
-
-def _worth(effect: type[Effect], promised: float, least: float) -> bool:
-    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there.
-
-    Slopes are taken at a few shapes, and what they promise includes its price: where that is nothing, an effect would
-    have to gain twice as much at a shape between these to be named.
-    """
-    return bool(effect.singular) or promised > max(0.0, least)
-
-
-def _best(promises: Mapping[type[Effect], Promise], seen: Sequence[type[Effect]], number: int) -> list[type[Effect]]:
-    return sorted(seen, key=lambda effect: -promises[effect].gain)[:number]
-
-
-def _has_valleys(effect: type[Effect]) -> bool:
-    """Whether it has frequencies or instants: too many to be tried in plain squares, where slopes tell which."""
-    return effect.sudden or any(parameter.unit == "Hz" for parameter in effect.parameters)
-
-
-def _begun(promise: Promise) -> tuple[dict[str, float], ...]:
-    """Where slopes promise most of an effect, and the same with the effect hardly there."""
-    return (promise.values,) if promise.values == promise.weak else (promise.values, promise.weak)
 
 
 def _name(thing: Any) -> str | None:

@@ -87,9 +87,17 @@ def taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, coeff
 
 
 def error_signal(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
-    """Error of an input at each instant, before the smoother, ``(n_time,)``."""
-    angle = jnp.pi * known.numbers[:, None] * (times - times[0]) / known.duration
-    return (known.size * wave) @ jnp.cos(angle)
+    """Error of an input at each instant, before the smoother, ``(n_time,)``; see `smoothed_cosines`."""
+    angle, first = jnp.pi * (times - times[0]) / known.duration, known.numbers[::CHUNK, None]
+    turn = jnp.cos(angle), jnp.sin(angle)
+
+    def on(here: tuple[jax.Array, jax.Array, jax.Array], amplitude: jax.Array) -> tuple[tuple, None]:
+        cosine, sine, error = here
+        after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        return (*after, error + amplitude @ cosine), None
+
+    begun = jnp.cos(first * angle), jnp.sin(first * angle), jnp.zeros_like(angle)
+    return jax.lax.scan(on, begun, (known.size * wave).reshape(-1, CHUNK).T)[0][2]
 
 
 def amplitudes(noise: Noise, duration: float, numbers: np.ndarray) -> np.ndarray:

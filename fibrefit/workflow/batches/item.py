@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
 from fibrefit.study.summaries.summaries import FitSummary
@@ -115,6 +116,7 @@ class Outcome(NamedTuple):
     seconds: float
 
 
+@one_blas_thread
 def identified(job: Job) -> Outcome:
     """Carry out one identification.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
@@ -77,6 +78,7 @@ class Confused(FoundResult):
         write_summary(directory.path, self.summary())
 
 
+@one_blas_thread
 def confuse_study(
     study: Study | str | Path,
     *,

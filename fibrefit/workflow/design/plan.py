@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
 from fibrefit.discovery.engine.weighed import Weighed
@@ -138,6 +139,7 @@ REMARKS = (
 )
 
 
+@one_blas_thread
 def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: Progress | None = None) -> RecordPlan:
     """Rank the records that could be taken next by what they would add to those of a study, measured or planned.
 

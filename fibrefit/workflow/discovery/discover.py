@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import SECONDS, Limits
@@ -153,6 +154,7 @@ class Discovery(Predicts):
         write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
 
 
+@one_blas_thread
 def discover_study(
     study: Study | str | Path, *, max_effects: int = 3, only: Sequence[str] = (), exclude: Sequence[str] = (),
     also: Sequence[str] = (), seed: int = 0, seconds: float = SECONDS, least: float = 0.0,

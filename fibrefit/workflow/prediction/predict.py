@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import predictive_variance, problem_parameters
@@ -54,6 +55,7 @@ class Prediction(Predicted, FoundResult):
         return prediction_groups(self)
 
 
+@one_blas_thread
 def predict_study(
     result: Predicts | PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
 ) -> Prediction:

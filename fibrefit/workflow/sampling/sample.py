@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
@@ -175,6 +176,7 @@ def settings_of(asked: Mapping[str, Any]) -> Settings:
     return Settings(**asked)
 
 
+@one_blas_thread
 def sample(
     study: Study | str | Path, *, start: Fit | None = None, seed: int = 0, noise: str = "auto",
     student_t: bool = False, heavy: bool = False, nuts: bool = False, compare: Sequence[str | Path] = (),

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.series.together.laws import laws_on, parameter_of
 from fibrefit.series.together.verdict import Answer, Verdict, judged
@@ -145,6 +146,7 @@ class SeriesResult(FoundResult):
         write_table(directory.path / "table", self.to_dataframe())
 
 
+@one_blas_thread
 def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress | None = None) -> SeriesResult:
     """Ask a series of records whether one set of parameters serves all of them, a law of speed, or neither.
 

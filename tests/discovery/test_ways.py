@@ -1,0 +1,27 @@
+"""Which effects a search follows."""
+
+from __future__ import annotations
+
+import pytest
+
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.discovery.search.ways import is_worth_following, may_do_better
+from fibrefit.laws.catalogue import find_effect
+
+
+@pytest.mark.parametrize(
+    ("promised", "gain", "expected"),
+    [(1.0, 0.0, True), (1.0, BEYOND_DOUBT, True), (101.0, 200.0, True), (99.0, 200.0, False), (60.0, 120.1, False)],
+)
+def test_what_explains_beyond_doubt_leaves_out_what_promises_far_less(
+    promised: float, gain: float, expected: bool
+) -> None:
+    assert may_do_better(promised, gain) is expected
+
+
+def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> None:
+    play, drag = find_effect("drive.play"), find_effect("guide.quadratic_drag")
+    assert is_worth_following(play, -50.0, 0.0)
+    assert not is_worth_following(drag, -1.0, -10.0)
+    assert not is_worth_following(drag, 3.0, 4.0)
+    assert is_worth_following(drag, 5.0, 4.0)
