@@ -18,6 +18,7 @@ from fibrefit.fitting.thresholds import (
     FEW_STARTS,
     GRAVITY_OFF,
     INPUT_ERROR,
+    LATE,
     LESS_PROBABLE,
     SETTLED,
     STARTS,
@@ -25,6 +26,7 @@ from fibrefit.fitting.thresholds import (
     USELESS,
     WORSE,
 )
+from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
@@ -228,6 +230,20 @@ def falls_freely(found: Gravity) -> Check:
         identifier="free_flight",
         quantity="gravity in free flight",
         facts={"excess": found.excess, "error": found.error},
+    )
+
+
+def measured_at_once(found: Lag) -> Check:
+    """Whether force and position are of the same time by Newton's law, chance and friction allowed for."""
+    beyond = max(abs(found.late) - CHANCE * found.error, 0.0)
+    return Check(
+        name="force and position are of the same time",
+        passed=beyond <= LATE,
+        statistic=beyond,
+        threshold=LATE,
+        identifier="lag",
+        quantity="time between force and position",
+        facts={"late": found.late, "error": found.error},
     )
 
 

@@ -30,6 +30,7 @@ from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import descend, gram_at, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
@@ -234,7 +235,9 @@ def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...
     """Whether channels, clock, scale and slope are what the study says, as far as records tell it by themselves."""
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     gravity = gravity_in_flight(task, best.values, best.seen.motion)
-    return swapped if gravity is None else (*swapped, judge.falls_freely(gravity))
+    lag = lag_in_contacts(task, best.values, best.seen.motion)
+    flies = () if gravity is None else (judge.falls_freely(gravity),)
+    return (*swapped, *flies, *(() if lag is None else (judge.measured_at_once(lag),)))
 
 
 FURTHER = 2

@@ -14,6 +14,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, outweighed, structure
+from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -94,6 +95,7 @@ CASES = (
     Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
     Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
+    Bracket("LATE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),

@@ -258,8 +258,8 @@ main()
 """
 SPLIT_SUMS = 1e-7
 """Relative; values were seen to differ by 1e-12, and their errors by 1e-9."""
-NOTHING = 1e-9
-"""What is left of two numbers that are equal: a cost above the best, a correlation of nothing."""
+NOTHING = 1e-6
+"""What is left of two numbers that are equal: a cost above the best, the distance of two solvers in error bars."""
 NUMBERS = ("NPROC", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 

@@ -147,6 +147,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "mass 10 % too large": ({"weight_mass": "3.406 kg"}, "suspect"),
     "force 5 % too large": ({"force": 1.05}, "suspect"),
     "clock 1 % fast": ({"clock": 1.01}, "suspect"),
+    "force 1 ms late": ({"late": 2}, "suspect"),
 }
 
 

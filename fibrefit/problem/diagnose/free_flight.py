@@ -8,7 +8,7 @@ the scale of the positions or the slope.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -98,7 +98,9 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
     measured, simulated = _told(task, local, flights), _told(task, local, _simulated(task, motion))
     if measured is None or simulated is None:
         return None
-    return Gravity(measured.ratio / simulated.ratio - 1.0, _error(task, flights, measured) / simulated.ratio)
+    places = [(flight.record, flight.samples[flight.seen]) for flight in flights]
+    error = error_of_sum(task, places, measured.weights, measured.left)
+    return Gravity(measured.ratio / simulated.ratio - 1.0, error / simulated.ratio)
 
 
 def _measured(task: Task, motion: Motion) -> list[_Flight]:
@@ -171,15 +173,27 @@ def _without_start(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray
     return table - start @ (start.T @ table)
 
 
-def _error(task: Task, flights: list[_Flight], told: _Told) -> float:
-    """Standard error by the noise of the positions."""
-    noise, variance, place = task.noise[POSITION], 0.0, 0
+def error_of_sum(task: Task, places: Sequence[tuple[int, np.ndarray]], weights: np.ndarray, left: np.ndarray) -> float:
+    """Standard error of a weighted sum of measured positions.
+
+    Parameters
+    ----------
+    task : Task
+    places : sequence of (int, (n_sample,) int)
+        Record and samples of stretches of the positions.
+    weights : (n_sample,)
+        Of the positions of all stretches, one after the other.
+    left : (n_sample,)
+        What least squares leave of them, in m: where it is louder than the noise of the rests, noise is as loud.
+    """
+    noise, variance = task.noise[POSITION], 0.0
+    parts = np.split(weights, np.cumsum([len(samples) for _, samples in places])[:-1])
     for r, trace in enumerate(task.traces):
         of_record = np.zeros(len(trace.times))
-        for samples in (flight.samples[flight.seen] for flight in flights if flight.record == r):
-            of_record[samples] = told.weights[place : place + len(samples)]
-            place += len(samples)
+        for (record, samples), part in zip(places, parts, strict=True):
+            if record == r:
+                of_record[samples] += part
         variance += noise.variance_of_sum(of_record, trace.rate)
-    rate, longest = task.traces[0].rate, max(len(flight.samples) for flight in flights)
-    louder = float(np.sqrt(np.mean(told.left**2))) / noise.rms(longest / rate, rate)
+    rate, longest = task.traces[0].rate, max(len(samples) for _, samples in places)
+    louder = float(np.sqrt(np.mean(left**2))) / noise.rms(longest / rate, rate)
     return float(np.sqrt(variance)) * max(1.0, louder)

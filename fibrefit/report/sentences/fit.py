@@ -217,6 +217,20 @@ def _free_flight(check: Check) -> str:
     )
 
 
+def _lag(check: Check) -> str:
+    late, error = (1e3 * check.facts[name] for name in ("late", "error"))
+    found = (
+        f"In the contacts the force is {abs(late):.2g} +/- {error:.1g} ms {'later' if late > 0.0 else 'earlier'} than "
+        "what the positions ask for by Newton's law, beyond what the model has"
+    )
+    if check.passed:
+        return f"{found}: the two are of the same time."
+    return (
+        f"{found}; chance allowed for, at most {1e3 * (check.threshold or 0.0):g} ms passes. A delay or a filter in "
+        "one of the two channels would do so, or a friction that the model lacks; damping takes it up and may mislead."
+    )
+
+
 def _input_error(check: Check) -> str:
     name = check.identifier.removesuffix(INPUT_ERROR)
     if check.passed:
@@ -314,6 +328,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "explained_share": _explained_share,
     "exchanged_channels": _exchanged,
     "free_flight": _free_flight,
+    "lag": _lag,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,
