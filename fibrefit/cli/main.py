@@ -126,6 +126,10 @@ def run(args: Sequence[str]) -> int:
         where = str(error.filename or "a file")
         full = UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
         return report_error(full, "", full.exit_code, args)
+    except MemoryError:
+        do = "Close other programs, raise the limit, or cut the records into parts."
+        short = UsageError("memory", "is not enough, or limited to less than this takes", "some gigabytes", do)
+        return report_error(short, "", short.exit_code, args)
     except (click.Abort, KeyboardInterrupt) as error:
         return report_interruption(error, args)
     except Exception as error:

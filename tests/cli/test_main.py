@@ -99,6 +99,15 @@ def test_a_mistake_is_explained_without_a_traceback(
     assert document["error"]["do"] == "Name it."
 
 
+def test_too_little_memory_is_no_fault_of_the_program(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, MemoryError())
+    done = fibrefit("show", "x")
+    assert done.code == 2
+    assert done.err.startswith(
+        "error: memory: is not enough, or limited to less than this takes; expected some gigabytes."
+    )
+
+
 @pytest.mark.parametrize("verbose", [False, True])
 def test_a_fault_of_the_program_is_one_line_and_a_log(
     fibrefit: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, verbose: bool
