@@ -44,6 +44,30 @@ def test_an_earlier_page_is_not_replaced_unasked(fibrefit: Run, results: list[st
     assert fibrefit("report", results[1], "--out", "page.html", "--force").code == 0
 
 
+@pytest.mark.parametrize("there", ["file", "folder", "link", "dangling"])
+def test_what_is_no_page_of_ours_is_not_replaced(fibrefit: Run, results: list[str], there: str) -> None:
+    out, thesis = Path("page.html"), Path("thesis.html")
+    thesis.write_text("mine", encoding="utf-8")
+    if there == "file":
+        thesis.rename(out)
+    elif there == "folder":
+        (out / "report.html").mkdir(parents=True)
+    else:
+        out.symlink_to(thesis if there == "link" else Path("nowhere.html"))
+    done = fibrefit("report", results[0], "--out", "page.html", "--force")
+    assert done.code == 2
+    assert ("does not exist" if there == "dangling" else "is no page of this program") in done.err
+    assert there == "folder" or (out if there == "file" else thesis).read_text(encoding="utf-8") == "mine"
+
+
+def test_a_page_behind_a_link_is_written_through(fibrefit: Run, results: list[str]) -> None:
+    fibrefit("report", results[0], "--out", "real.html")
+    Path("page.html").symlink_to("real.html")
+    assert fibrefit("report", results[1], "--out", "page.html", "--force").code == 0
+    assert Path("page.html").is_symlink()
+    assert Path("real.html").stat().st_size > 10_000
+
+
 def test_json_names_the_page(fibrefit: Run, results: list[str]) -> None:
     assert fibrefit("report", *results, "--out", "pages", "--json").document["file"] == str(Path("pages/report.html"))
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
+from fibrefit.core.paths import is_plain_file
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -26,6 +27,8 @@ CHOSEN: dict[type[Part], tuple[str, ...]] = {
 }
 """Figures that belong on the page of a kind of result; of other kinds, all up to `MOST_PICTURES`."""
 MOST_PICTURES = 6
+GENERATOR, HEAD = b'<meta name="generator" content="fibrefit', 4096
+"""What stands in the head of every page, and the bytes in which it does."""
 
 
 def report_results(folders: Sequence[Path | str], out: Path | str, *, force: bool = False) -> Path:
@@ -69,12 +72,28 @@ def page_file(out: Path, force: bool) -> Path:
     Raises
     ------
     UsageError
-        If it exists and may not be replaced.
+        If it exists and may not be replaced, or is no page of ours: that is not replaced whatever is said.
     """
     file = out / "report.html" if out.is_dir() or not out.suffix else out
+    there = Path(os.path.realpath(file))
+    if file.is_symlink() and not there.exists():
+        raise UsageError(str(file), f"is a link to {there}, which does not exist", "a file", "Name another --out.")
     if file.exists() and not force:
         raise UsageError(str(file), "exists already", "a new file", "Add --force to replace it, or name another --out.")
-    return file
+    if file.exists() and not _is_page(there):
+        do = "Nothing was removed. Move it, or name another --out."
+        raise UsageError(str(file), "is no page of this program", "a new file, or an earlier page", do)
+    return there if file.is_symlink() else file
+
+
+def _is_page(file: Path) -> bool:
+    if not is_plain_file(file):
+        return False
+    try:
+        with file.open("rb") as page:
+            return GENERATOR in page.read(HEAD)
+    except OSError:
+        return False
 
 
 def _read(result: Path, beside: Path) -> Result:
