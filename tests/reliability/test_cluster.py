@@ -63,13 +63,15 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 @pytest.fixture
 def series(tmp_path: Path) -> Path:
-    """Ten records: those of the drop series, each twice under another name and with another mass."""
-    folder = tmp_path / "series"
-    shutil.copytree(SERIES, folder)
+    """Ten records: those of the drop series, and each of them again from its second reading on."""
+    folder = Path(shutil.copytree(SERIES, tmp_path / "series"))
     text = (folder / "study.toml").read_text("utf-8")
     head, *records = text.split("[[records]]")
-    again = [f'{record.rstrip()}\nname = "again {n}"\nweight_mass = "3.1 kg"\n\n' for n, record in enumerate(records)]
     records[-1] += "\n"
+    for file in SERIES.glob("*.csv"):
+        first, _, *rest = file.read_text("utf-8").splitlines(keepends=True)
+        (folder / f"again_{file.name}").write_text("".join([first, *rest]), "utf-8")
+    again = [record.replace('file = "', 'file = "again_') for record in records]
     (folder / "study.toml").write_text("[[records]]".join([head, *records, *again]), "utf-8")
     return folder
 
