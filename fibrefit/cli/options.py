@@ -43,6 +43,8 @@ class Duration(click.ParamType):
 
 #: Where a command that runs the code a study names keeps whether it may.
 TRUST = "fibrefit.trust"
+LARGEST_SEED = 2**63 - 1
+"""The largest a file of a result holds."""
 
 
 def trust_option(command: Command) -> Command:
@@ -83,7 +85,11 @@ def result_options(command: Command) -> Command:
             help="Figures as png, pdf, svg, several with commas, or none.",
         ),
         click.option(
-            "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all random numbers."
+            "--seed",
+            type=click.IntRange(0, LARGEST_SEED),
+            default=0,
+            show_default=True,
+            help="Seed of all random numbers.",
         ),
         click.option("--force", is_flag=True, help="Replace an earlier result in DIR."),
         click.option(

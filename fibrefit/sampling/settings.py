@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 
@@ -9,6 +10,8 @@ from fibrefit.core.errors import UsageError
 
 FEWEST_ENSEMBLES = 4
 LARGEST_BATCH = 32
+MOST_WALKERS = 10_000
+"""Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +57,14 @@ class Settings:
     def __post_init__(self) -> None:
         """Refuse what cannot work."""
         self._refuse(self.ensembles < FEWEST_ENSEMBLES, "ensembles", f"{FEWEST_ENSEMBLES} or more")
-        self._refuse(self.r_hat <= 1.0, "r_hat", "a number above 1, such as 1.01")
-        self._refuse(self.ess <= 0.0, "ess", "a positive number, such as 400")
+        walkers = f"{MOST_WALKERS} walkers at most, of all ensembles together"
+        self._refuse(self.ensembles > MOST_WALKERS, "ensembles", walkers)
+        self._refuse(self.walkers is not None and self.walkers * self.ensembles > MOST_WALKERS, "walkers", walkers)
+        # Written so that a number that is none is refused too: it compares with nothing.
+        self._refuse(not 1.0 < self.r_hat < math.inf, "r_hat", "a number above 1, such as 1.01")
+        self._refuse(not 0.0 < self.ess < math.inf, "ess", "a positive number, such as 400")
+        self._refuse(self.max_seconds is not None and not self.max_seconds >= 0.0, "max_seconds", "seconds, 0 or more")
+        self._refuse(not self.checkpoint_seconds >= 0.0, "checkpoint_seconds", "seconds, 0 or more")
         self._refuse(self.max_steps < 1, "max_steps", "1 or more")
         self._refuse(not 0.0 < self.interval < 1.0, "interval", "a probability between 0 and 1")
 

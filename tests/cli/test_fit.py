@@ -137,3 +137,13 @@ def test_simulate_names_its_files(demo: Run, monkeypatch: pytest.MonkeyPatch) ->
     assert done.code == 0
     assert done.document["files"] == ["simulated/a.csv"]
     assert "  simulated/a.csv" in demo("simulate", "demo", "--out", "other").out
+
+
+@pytest.mark.parametrize("seed", [str(2**63), "9" * 30])
+def test_a_seed_that_no_file_holds_is_refused_before_the_work(
+    fibrefit: Run, calls: list[Any], demo: Any, seed: str
+) -> None:
+    done = fibrefit("fit", "study", "--seed", seed)
+    assert done.code == 2
+    assert "'--seed'" in done.err
+    assert not calls

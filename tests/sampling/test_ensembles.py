@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import subprocess
 import sys
@@ -222,6 +223,10 @@ def test_looks_come_at_steps_that_time_does_not_change() -> None:
         ({"ensembles": 3}, "ensembles: 3; expected 4 or more."),
         ({"r_hat": 1.0}, "r_hat: 1.0; expected a number above 1, such as 1.01."),
         ({"ess": 0.0}, "ess: 0.0; expected a positive number, such as 400."),
+        ({"ess": math.nan}, "ess: nan; expected a positive number, such as 400."),
+        ({"r_hat": math.nan}, "r_hat: nan; expected a number above 1, such as 1.01."),
+        ({"max_seconds": math.nan}, "max_seconds: nan; expected seconds, 0 or more."),
+        ({"walkers": 10**8}, "walkers: 100000000; expected 10000 walkers at most, of all ensembles together."),
         ({"max_steps": 0}, "max_steps: 0; expected 1 or more."),
         ({"interval": 1.0}, "interval: 1.0; expected a probability between 0 and 1."),
     ],
