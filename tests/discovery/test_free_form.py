@@ -15,7 +15,7 @@ import pytest
 from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import Reading, _held, _range, in_motion, probe_all
+from fibrefit.discovery.curves.free_form import WALKS, Reading, _held, _prepared, _range, in_motion, probe_all
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -26,6 +26,7 @@ from fibrefit.discovery.curves.probes import (
     TensionOfRate,
 )
 from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
@@ -141,6 +142,22 @@ def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Id
         assert curve.gap_after == pytest.approx(1.0, abs=NOISE), curve.says
 
 
+def test_slopes_of_the_parent_promise_what_simulated_ones_do(task: Task, found: Identification) -> None:
+    search, probe = (
+        begun_at(planted(task, found, FrictionOfPosition, 0.4 * np.ones(FrictionOfPosition.knots))),
+        PROBES[0],
+    )
+    parent = search.scales.weigh(search.base.frame, (), search.base.fit.local)
+    frame = supermodel_of(search.task, PROBES)
+    start = _prepared(frame, parent, PROBES, {name: _range(name, of) for name, (of, _) in in_motion(found).items()})
+    names = tuple(f"{probe.name}.{height}" for height in probe.heights)
+    known, simulated = search.scales.secant(frame, search.scales.slopes(parent)), search.scales.secant(frame)
+    for walk in WALKS:
+        curve = Heights(names, probe.size, walk)
+        one, other = (search.scales.promise_of(curve, parent, frame, start, gram) for gram in (known, simulated))
+        assert one == pytest.approx(other, abs=0.01)
+
+
 def test_the_time_spent_near_the_knots_is_that_of_the_motion(found: Identification, task: Task) -> None:
     moving = found.motion.phase != HELD
     within = np.arange(moving.shape[1]) < np.asarray(task.problem.observations.experiment.count)[:, None]
@@ -165,13 +182,14 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     began: list[float] = []
 
     def fitted(
-        search: Any, frame: Supermodel, parent: Any, probe: type[Curve], start: np.ndarray, worth: float
+        search: Any, parent: Any, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Any], worth: float
     ) -> None:
-        began.append(float(frame.costs(start, whole).sum()))
+        began.append(float(begun[0].costs(begun[1], whole).sum()))
 
     monkeypatch.setattr(free_form, "_fit", fitted)
     monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
-    search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None))
+    scales = SimpleNamespace(slopes=lambda parent: None)
+    search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, scales=scales))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
     assert began == [pytest.approx(cost, rel=1e-4)]
 

@@ -238,6 +238,12 @@ def test_a_place_made_of_values_gives_them_back() -> None:
     local = local_of(of, Place(z, random.standard_normal((4, 2)), np.zeros((4, 2)), np.zeros((4, 5))))
     local[:, :2] *= np.exp(0.01 * random.standard_normal((4, 2)))
     np.testing.assert_allclose(local_of(of, place_of(of, local)), local, rtol=1e-12)
+    # Deviations that are known are taken off, also where their mean is not nothing: the place is the one it was.
+    eta = 0.1 * random.standard_normal((4, 2)) + 0.05
+    there = place_of(of, local)._replace(eta=eta)
+    again = place_of(of, local_of(of, there), eta)
+    np.testing.assert_allclose(again.z, there.z, atol=1e-12)
+    np.testing.assert_array_equal(again.eta, eta)
     # Told the deviations, it takes them as they are.
     told = place_of(of, local, np.zeros((4, 2)))
     assert not told.eta.any()

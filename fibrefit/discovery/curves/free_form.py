@@ -13,6 +13,7 @@ from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
 from fibrefit.discovery.engine.priors import Heights
+from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.inputs import linearised_about
@@ -79,7 +80,8 @@ def probe_all(
         return []
     frame = supermodel_of(search.task, (*parent.effects, *probes), parent.frame.sensitivities)
     start = _prepared(frame, parent, probes, ranges)
-    jobs = [partial(_fit, search, frame, parent, probe, start, promising) for probe in probes]
+    slopes = search.scales.slopes(parent)
+    jobs = [partial(_fit, search, parent, probe, (frame, start, slopes), promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
     price = float(np.log(len(probes) * len(WALKS)))
@@ -116,7 +118,7 @@ def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Cu
     local = carried(frame, absent, parent.frame, parent.local)
     lesser = scales.weigh(frame, parent.effects, local, old.sigma, old.place.eta)
     with_it = carried(frame, absent, end.weighed.frame, end.weighed.local)
-    return scales.with_curve(lesser, frame, with_it, end.probe, end.curve).log - lesser.log
+    return scales.with_curve(lesser, frame, with_it, end.probe, end.curve, scales.secant(frame)).log - lesser.log
 
 
 def curve_facts(reading: Reading) -> dict[str, Any]:
@@ -166,17 +168,20 @@ def _turns(heights: np.ndarray) -> int:
 
 
 def _fit(
-    search: Search, frame: Supermodel, parent: Weighed, probe: type[Curve], start: np.ndarray, worth: float
+    search: Search, parent: Weighed, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed], worth: float
 ) -> _End | None:
-    """A probe at its best roughness; None where its slopes promise less than it is worth."""
-    found, names = parent.evidence.mode, tuple(f"{probe.name}.{height}" for height in probe.heights)
+    """A probe at its best roughness; None where its slopes promise less than it is worth.
+
+    A curve of no height is its parent: of the slopes, only those along the heights are simulated.
+    """
+    (frame, start, slopes), scales = begun, search.scales
+    gram, names = scales.secant(frame, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    eta = found.place.eta
-    promised = [search.scales.glance(frame, parent.effects, start, found.sigma, eta, curve).log for curve in curves]
+    promised = [scales.promise_of(curve, parent, frame, start, gram) for curve in curves]
     best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
     if not promised[best] - parent.log > worth - HOPE:
         return None
-    return _End(probe, search.scales.with_curve(parent, frame, start, probe, curves[best]), curves[best])
+    return _End(probe, scales.with_curve(parent, frame, start, probe, curves[best], gram), curves[best])
 
 
 HOPE = 3.0

@@ -84,14 +84,24 @@ class Scales:
         unknowns = unknowns_of(frame, self.context, effects, self.reference)
         return Weighed(effects, frame, self._settled(unknowns, place_of(unknowns, local, eta), frame, sigma))
 
+    def secant(self, frame: Supermodel, seed: Seed | None = None) -> SecantGram:
+        """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
+        return SecantGram(self.yardstick.on(frame), self.context.whole, seed)
+
+    def promise_of(self, curve: Heights, parent: Weighed, frame: Supermodel, local: np.ndarray, gram: Gram) -> float:
+        """Logarithm of the evidence that slopes promise of a parent with a curve on top of it, at given values."""
+        unknowns, found = unknowns_of(frame, self.context, parent.effects, self.reference, curve), parent.evidence.mode
+        place = place_of(unknowns, local, found.place.eta)
+        return laplace(PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), found.sigma, np.inf, 1)).log
+
     def with_curve(
-        self, parent: Weighed, frame: Supermodel, local: np.ndarray, probe: type[Effect], curve: Heights
+        self, parent: Weighed, frame: Supermodel, local: np.ndarray, probe: type[Effect], curve: Heights, gram: Gram
     ) -> Weighed:
         """A parent with a curve on top of it, from given values."""
         unknowns = unknowns_of(frame, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
-        return Weighed((*parent.effects, probe), frame, self._settled(unknowns, start, frame, found.sigma))
+        return Weighed((*parent.effects, probe), frame, weigh(unknowns, start, gram, found.sigma, **descent()))
 
     def glance(
         self,
@@ -100,12 +110,11 @@ class Scales:
         local: np.ndarray,
         sigma: np.ndarray,
         eta: np.ndarray,
-        curve: Heights | None = None,
     ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
-        unknowns = unknowns_of(frame, self.context, effects, self.reference, curve)
+        unknowns = unknowns_of(frame, self.context, effects, self.reference)
         place = place_of(unknowns, local, eta)
-        normal = arrowhead(unknowns, place, self._secant(frame))
+        normal = arrowhead(unknowns, place, self.secant(frame))
         return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def at_once(
@@ -137,7 +146,7 @@ class Scales:
         """
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
-        gram, sigma = self._secant(parent.frame), np.zeros_like(found.sigma)
+        gram, sigma = self.secant(parent.frame), np.zeros_like(found.sigma)
         return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, **descent())))
 
     def extended(
@@ -253,7 +262,7 @@ class Scales:
         unknowns = unknowns_of(weighed.frame, self.context, kept, self.reference)
         found = weighed.evidence.mode
         start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
-        gram = self._secant(weighed.frame)
+        gram = self.secant(weighed.frame)
         return Weighed(kept, weighed.frame, weigh(unknowns, start, gram, found.sigma, **first_steps()))
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
@@ -350,9 +359,6 @@ class Scales:
 
         return gram
 
-    def _secant(self, frame: Supermodel, seed: Seed | None = None) -> SecantGram:
-        return SecantGram(self.yardstick.on(frame), self.context.whole, seed)
-
     def _settled(
         self,
         unknowns: Unknowns,
@@ -363,7 +369,7 @@ class Scales:
         parent: float = np.inf,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        return weigh(unknowns, start, self._secant(frame, seed), sigma, **descent(parent))
+        return weigh(unknowns, start, self.secant(frame, seed), sigma, **descent(parent))
 
 
 def _with_absent(weighed: Weighed, kept: Sequence[type[Effect]]) -> np.ndarray:

@@ -190,9 +190,11 @@ def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = Non
     local : (n_record, n_local) in SI units
         The shared values are their means over the records, geometric where they are logarithmic.
     eta : (n_record, n_scattering), optional
-        Deviations; what the values themselves show by default.
+        Deviations the values hold, whose mean need not be nothing; what the values themselves show by default.
     """
     z = unknowns.coordinate(local[:, unknowns.shared])
+    if eta is not None:
+        z[:, unknowns.scattering] -= eta
     middle = np.clip(z.mean(axis=0), unknowns.lower, unknowns.upper)
     found = (z - middle)[:, unknowns.scattering] if eta is None else eta
     return Place(middle, local[:, unknowns.each] / unknowns.size, found, local.copy())
