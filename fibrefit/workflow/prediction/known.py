@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -21,8 +22,21 @@ from fibrefit.study.summaries.summaries import (
     PosteriorParameter,
     PosteriorSummary,
 )
-from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import model_of
+
+
+@runtime_checkable
+class HasValues(Protocol):
+    """A result whose values can be held against other records, see `Predicts`."""
+
+    def predicting(self) -> Study:
+        """The study with the model that the values belong to."""
+
+    def summary(self) -> Any:
+        """What was found."""
+
+    def groups(self) -> Groups:
+        """Arrays of it."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +72,7 @@ class Known:
     status: str
 
 
-def as_known(result: Predicts | PathLike[str] | str | Known) -> Known:
+def as_known(result: HasValues | PathLike[str] | str | Known) -> Known:
     """What a result says, from wherever it is.
 
     Raises
@@ -68,7 +82,7 @@ def as_known(result: Predicts | PathLike[str] | str | Known) -> Known:
     """
     if isinstance(result, Known):
         return result
-    if isinstance(result, Predicts):
+    if isinstance(result, HasValues):
         model = result.predicting()
         return known_of(result.summary(), result.groups(), model, f"the result of {model.name}")
     if isinstance(result, str | PathLike):

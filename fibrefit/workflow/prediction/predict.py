@@ -26,9 +26,8 @@ from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
-from fibrefit.workflow.prediction.known import Known, as_known
+from fibrefit.workflow.prediction.known import HasValues, Known, as_known
 from fibrefit.workflow.prediction.predicted import Predicted
-from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import FoundResult
 
@@ -57,7 +56,7 @@ class Prediction(Predicted, FoundResult):
 
 @one_blas_thread
 def predict_study(
-    result: Predicts | PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
+    result: HasValues | PathLike[str] | str | Known, study: Study | str | Path, *, progress: Progress | None = None
 ) -> Prediction:
     """Predict the records of a study with the model and the values of a result.
 
