@@ -32,6 +32,8 @@ def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> Err
         "newey_west": uncertainty.newey_west(scores) + prior,
         "block_bootstrap": uncertainty.block_bootstrap(scores) + prior,
     }
+    if (window := problem.model.pieces) is not None:
+        middles["windows"] = uncertainty.by_windows(scores, window) + prior
     found = {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
     return ErrorBars(found, max(found, key=lambda name: size(problem, found[name])))
 

@@ -35,10 +35,10 @@ class Estimate:
         Clipped at the parameter's bounds.
     free, at_bound : bool
     std_errors : dict of str to float
-        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``; and
-        ``discrepancy`` where residuals are more than noise. Where the
-        estimate is a whitened one: ``white``, which is what noise without memory would leave the plain one; ``alike``,
-        if records did not differ; ``whitened``, what is not known of their differences included.
+        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``;
+        ``windows`` of a motion that is followed in windows; and ``discrepancy`` where residuals are more than noise.
+        Where the estimate is a whitened one: ``white``, which is what noise without memory would leave the plain one;
+        ``alike``, if records did not differ; ``whitened``, what is not known of their differences included.
     interval_kind : str
         ``"normal"``; ``"population"`` for the mean of a parameter that differs from record to record; or
         ``"profile likelihood"``.

@@ -174,6 +174,69 @@ def block_bootstrap(scores: Scores) -> np.ndarray:
     return scores.assembled(local)
 
 
+MOST_LEVERAGE = 0.95
+"""Share of what is known of a direction that one window may tell before its residuals no longer count as small."""
+
+
+def by_windows(scores: Scores, window: int) -> np.ndarray:
+    """Score variance where a motion is begun anew in each window: what grows inside a window ends with it.
+
+    Law
+    ---
+    ``S = Σ_w J_w' C J_w`` with J_w the slopes of window w and C the mean of ``r_w r_w'`` over all windows of all
+    records: any window might have had the residuals of any other, instant by instant. The error of a measured force
+    grows along a window as the slopes do, so that residuals are not stationary. Each r_w is what the rest of the
+    records leaves of that window, ``(I - J_w H^-1 J_w')^-1`` times its residual: values fitted to few windows leave
+    too little of them (as in the jackknife).
+
+    Parameters
+    ----------
+    scores : Scores
+    window : int
+        Samples of each; the last of a record may hold fewer.
+    """
+    slopes, residuals = _in_windows(scores, window)
+    root = _inverse_root(scores.normal_matrix())
+    turned = slopes @ root
+    share, axes = np.linalg.eigh(np.einsum("wti,wtj->wij", turned, turned))
+    share = np.clip(share, 0.0, MOST_LEVERAGE)
+    along = np.einsum("wti,wt->wi", turned, residuals)
+    grown = np.einsum("wij,wj,wkj,wk->wi", axes, 1.0 / (1.0 - share), axes, along)
+    own = residuals + np.einsum("wti,wi->wt", turned, grown)
+    counted = np.sqrt((residuals != 0.0).sum(axis=0))
+    own = own / np.where(counted > 0.0, counted, 1.0)
+    if len(own) < window:
+        score = np.einsum("wti,vt->wvi", slopes, own).reshape(-1, scores.size)
+        return score.T @ score
+    covariance = own.T @ own
+    return np.einsum("wti,wtj->ij", slopes, covariance @ slopes)
+
+
+def _in_windows(scores: Scores, window: int) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes ``(n_window, n_row, n_free)`` and residuals ``(n_window, n_row)``, the rows of all channels in turn."""
+    found = []
+    for r, columns in enumerate(scores.columns):
+        count = int(scores.counts[r])
+        rows = np.concatenate([scores.residuals[r, :, :count, None], scores.slopes[r, :, :count]], axis=-1)
+        cut = _cut(np.moveaxis(rows, -1, 1), window)  # (n_channel, 1 + n_local, n_window, window)
+        cut = np.moveaxis(cut, (2, 0, 3), (0, 1, 2)).reshape(cut.shape[2], -1, cut.shape[1])
+        placed = np.zeros((*cut.shape[:2], 1 + scores.size + 1))
+        placed[..., 0] = cut[..., 0]
+        placed[..., 1 + np.minimum(columns, scores.size)] = cut[..., 1:]
+        found.append(placed[..., : 1 + scores.size])
+    whole = np.concatenate(found)
+    return whole[..., 1:], whole[..., 0]
+
+
+def _inverse_root(normal: np.ndarray) -> np.ndarray:
+    """A root L of the inverse of a normal matrix, ``L L' = H^-1``; what the data do not see is left out."""
+    scale = np.sqrt(np.diag(normal))
+    safe = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
+    seen = values > 1e-12 * values.max()
+    return vectors[:, seen] / np.sqrt(values[seen]) / safe[:, None]
+
+
 def _cut(rows: np.ndarray, length: int) -> np.ndarray:
     """Rows ``(..., n)`` in blocks of a length, ``(..., n_block, length)``; the last is filled up with zeros."""
     spare = -rows.shape[-1] % length

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
-from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, label, new_figure, title
+from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -20,6 +20,7 @@ METHODS = {
     "whitened": "whitened (GLS)",
     "newey_west": "Newey-West",
     "block_bootstrap": "block bootstrap",
+    "windows": "windows drawn anew",
 }
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
 """Side of a cell, in mm, that holds a number; values up to which it does; side of the whole at most, in mm."""
@@ -153,7 +154,8 @@ def each_figure(estimates: Mapping[tuple[str, str], ParameterSummary]) -> Figure
     records = list(dict.fromkeys(record for _, record in estimates))
     height, gap, top, left, room = 26.0, 5.0, 15.0, 18.0, 159.0
     flat = LETTER * sum(len(record) + 3 for record in records) < room
-    bottom = 7.0 if flat else 5.0 + LETTER * min(max(len(record) for record in records), 40)
+    shown = [cut_name(record) for record in records]
+    bottom = 7.0 if flat else 5.0 + LETTER * max(map(len, shown))
     figure = new_figure(top + bottom + len(names) * (height + gap) - gap)
     words = [name.replace("_", " ") for name in names]
     title(figure, f"Each record has its own {' and '.join(words)}", "bars: 95 % intervals; dashed: mean of all records")
@@ -163,7 +165,7 @@ def each_figure(estimates: Mapping[tuple[str, str], ParameterSummary]) -> Figure
         _by_record(axes, name, {record: one for (other, record), one in estimates.items() if other == name}, records)
         last = row == len(names) - 1
         turned: dict = {} if flat else {"rotation": 70, "ha": "right", "rotation_mode": "anchor"}
-        axes.set_xticks(range(len(records)), records if last else [""] * len(records), **turned)
+        axes.set_xticks(range(len(records)), shown if last else [""] * len(records), **turned)
         axes.set_xlim(-0.5, len(records) - 0.5)
     return figure
 

@@ -13,12 +13,14 @@ from fibrefit.plots.style import (
     FINAL,
     FIRST,
     GREY,
+    LONGEST_NAME,
     PALE,
     RIGHT,
     SMALL,
     TOP,
     USUAL,
     axes_at,
+    cut_name,
     label,
     legend,
     logarithmic,
@@ -33,8 +35,6 @@ NUMBERS = 26.0
 """Room for numbers beside the bars, in mm."""
 LETTER = 1.25
 """Width of a small letter, in mm, not less."""
-LONGEST = 34
-"""Letters of a name, which then takes a quarter of the width."""
 ONLY_NOISE = 1.1
 """Gap, over that of noise alone, up to which only noise is left."""
 MOST_CANDIDATES = 16
@@ -62,7 +62,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     }
     if summary.held_out:
         columns["left out"] = {held.record: (held.gap_before, held.gap_after) for held in summary.held_out}
-    left = 5.0 + LETTER * min(max(map(len, names)), LONGEST)
+    left = 5.0 + LETTER * min(max(map(len, names)), LONGEST_NAME)
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
     noise = summary.expected_gap or 1.0
     totals = before["all records"].total or 0.0, summary.gap.total or 0.0
@@ -77,7 +77,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     for i, (column, pairs) in enumerate(columns.items()):
         axes = axes_at(figure, left + i * (width + BETWEEN), BOTTOM, width, up - TOP - BOTTOM)
         _pairs(axes, [pairs.get(name) for name in names], changed, noise)
-        axes.set_yticks(range(len(names)), [_cut(name) for name in names] if i == 0 else [""] * len(names))
+        axes.set_yticks(range(len(names)), [cut_name(name) for name in names] if i == 0 else [""] * len(names))
         label(axes, x=f"{column} / noise" if column in channels else "left out / noise")
         if i == 0:
             legend(axes, loc="lower left", bbox_to_anchor=(0.0, 1.0))
@@ -121,7 +121,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
         Gap that noise alone leaves.
     """
     shown = list(ranking[:MOST_CANDIDATES])
-    names = [_cut(candidate.effect, 2 * LONGEST) for candidate in shown]
+    names = [cut_name(candidate.effect, 2 * LONGEST_NAME) for candidate in shown]
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     others = len(ranking) - len(shown)
@@ -163,7 +163,3 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     label(axes, x="gap after (residual RMS / noise)")
     axes.xaxis.label.set_fontsize(USUAL)
     return figure
-
-
-def _cut(name: str, longest: int = LONGEST) -> str:
-    return name if len(name) <= longest else f"{name[: longest // 2 - 1]}\N{HORIZONTAL ELLIPSIS}{name[-longest // 2 :]}"

@@ -27,6 +27,7 @@ from fibrefit.plots.style import (
     USUAL,
     WIDTH,
     axes_at,
+    cut_name,
     label,
     new_figure,
     set_caption,
@@ -233,7 +234,7 @@ def _gaps(figure: Figure, final: Fitted, first: Fitted | None, top: float, heigh
         axes.hlines(rows, [totals[n] for n in names], [before[n] for n in names], color=GREY, linewidth=0.6)
         axes.plot([before[name] for name in names], rows, "s", color=FIRST, markersize=3)
     axes.plot([totals[name] for name in names], rows, "o", color=FINAL, markersize=3)
-    axes.set_yticks(rows, [textwrap.shorten(name, 34, placeholder="\N{HORIZONTAL ELLIPSIS}") for name in names])
+    axes.set_yticks(rows, [cut_name(name) for name in names])
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.1 * max(1.2, *(before[name] for name in names)))
     axes.tick_params(axis="y", length=0)

@@ -22,6 +22,7 @@ from fibrefit.plots.style import (
     SMALL,
     TOP,
     axes_at,
+    cut_name,
     label,
     legend,
     new_figure,
@@ -65,7 +66,7 @@ def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str,
     axes = axes_at(figure, PHASES, BOTTOM, SHARES, height)
     channels = first.channels
     _phases(axes, shares, channels)
-    left = PHASES + SHARES + BETWEEN + LETTER_SMALL * max(map(len, records))
+    left = PHASES + SHARES + BETWEEN + LETTER_SMALL * max(len(cut_name(record)) for record in records)
     _times(axes_at(figure, left, BOTTOM, across - left - RIGHT, height), first, places)
     return figure
 
@@ -113,7 +114,7 @@ def _times(axes: Axes, model: Fitted, places: Sequence[GapPlace]) -> None:
         beside: dict[str, Any] = {"xytext": (1.5, 0.0), "textcoords": "offset points"}
         text: dict[str, Any] = {"fontsize": SMALL, "color": "0.3", "ha": "left", "va": "center"}
         axes.annotate(f"{100 * spot.share:.0f} %", (spot.to_s, low + 0.5 * height), **beside, **text)
-    axes.set_yticks(range(len(records)), records)
+    axes.set_yticks(range(len(records)), [cut_name(record) for record in records])
     axes.set_ylim(len(records) - 0.5, -0.5)
     axes.set_xlim(first, last)
     axes.tick_params(axis="y", length=0)

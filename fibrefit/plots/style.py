@@ -52,6 +52,8 @@ LETTER = 1.9
 """Width of a bold letter of a title, in mm."""
 LETTER_SMALL = 1.3
 """Width of a letter of small text, in mm."""
+LONGEST_NAME = 34
+"""Letters of a name beside axes, which then takes a quarter of the width."""
 SMALLEST = 0.8
 """Factor by which a long title may be set smaller before it is broken into two lines."""
 
@@ -142,6 +144,11 @@ def name_records(axes: Axes, places: Any, names: Sequence[str], width: float) ->
     lines = [textwrap.wrap(name.replace("_", "_ "), room)[-2:] for name in names]
     axes.set_xticks(places, ["\n".join(part).replace("_ ", "_") for part in lines])
     axes.tick_params(axis="x", labelsize=SMALL)
+
+
+def cut_name(name: str, longest: int = LONGEST_NAME) -> str:
+    """A name of at most so many letters: what a longer one begins and ends with."""
+    return name if len(name) <= longest else f"{name[: longest // 2 - 1]}\N{HORIZONTAL ELLIPSIS}{name[-longest // 2 :]}"
 
 
 def label(axes: Axes, *, x: str = "", y: str = "") -> None:

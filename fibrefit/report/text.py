@@ -45,6 +45,7 @@ ERROR_METHODS = {
     "white": "Standard errors assume white noise.",
     "spectrum": "Standard errors follow from the residual spectrum, taken as white + 1/f (pink) noise.",
     "newey_west": "Standard errors allow for autocorrelated noise (Newey-West).",
+    "windows": "Standard errors allow for errors that grow along each window (windows drawn anew).",
     "whitened": "Standard errors are those of the whitened likelihood (GLS), differences between records allowed for.",
     "discrepancy": "Standard errors allow for what the model lacks: residuals alike at like states count as one "
     "(cluster-robust sandwich).",

@@ -12,12 +12,14 @@ from matplotlib.colors import to_rgba
 from fibrefit.fitting.result import Identification
 from fibrefit.plots.before_after import SMOOTH, _smooth, averaged_noise
 from fibrefit.plots.curve import curve_figure
+from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.places import places_figure
 from fibrefit.plots.quantities import readable_unit
 from fibrefit.plots.states import _unit
-from fibrefit.plots.style import FINAL, caption_of
+from fibrefit.plots.style import FINAL, LONGEST_NAME, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.workflow.pages.drawn_groups import motion_group
-from tests.discovery.made import CURVES, FINDINGS, named
+from tests.discovery.made import CURVES, FINDINGS, WHERE, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search
 
 RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
@@ -39,6 +41,19 @@ def test_before_and_after_share_their_axes(task: Task) -> None:
     assert any("31 %" in text for text in said)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["measured", "first model", "final model"]
+
+
+def test_a_record_may_be_named_by_a_long_path(task: Task) -> None:
+    summary, groups = saved_search(named(task))
+    first = Fitted.of(summary, groups)
+    folder = "/somewhere/far/away/with/many/folders/of/folders/in/folders/of/the/laboratory/"
+    first.records = tuple(folder + name for name in first.records)
+    places = [place.model_copy(update={"record": folder + place.record}) for place in WHERE]
+    figure = places_figure(first, places, groups["phase_shares"])
+    figure.canvas.draw()
+    names = [text.get_text() for text in figure.axes[1].get_yticklabels()]
+    assert all(len(name) <= LONGEST_NAME and name.endswith("deg.csv") for name in names)
+    assert figure.axes[1].get_position().width > 0.2
 
 
 def test_a_round_has_its_candidates(task: Task) -> None:

@@ -13,6 +13,7 @@ from fibrefit.fitting.uncertainty import (
     MEMORY,
     Scores,
     block_bootstrap,
+    by_windows,
     newey_west,
     sandwich,
     stationary,
@@ -216,3 +217,53 @@ def test_where_slopes_are_no_numbers_nothing_is_known_and_nothing_fails(lost: fl
     for pair in ((broken, normal), (normal, broken)):
         np.testing.assert_array_equal(np.diag(sandwich(*pair)), [np.inf, np.inf])
     np.testing.assert_allclose(sandwich(normal, normal), np.linalg.inv(normal))
+
+
+WINDOW = 32
+
+
+def in_windows(seed: int) -> tuple[Scores, np.ndarray]:
+    """A fit to errors that begin at nought in each window and grow along it, as the slopes do."""
+    random = np.random.default_rng([seed, 3])
+    walks = np.cumsum(random.standard_normal((RECORDS, SAMPLES // WINDOW, WINDOW)), axis=-1)
+    ahead = np.tile(np.arange(WINDOW) / WINDOW, SAMPLES // WINDOW)
+    columns = ahead[:, None] * slopes()[:, 0]
+    columns[..., 2] = 1.0
+    raw = dataclasses.replace(scores(walks.reshape(RECORDS, 1, SAMPLES)), slopes=columns[:, None])
+    errors = np.linalg.solve(raw.normal_matrix(), raw.gradient())
+    left = raw.residuals - np.einsum("rcti,ri->rct", raw.slopes, errors[raw.columns])
+    return dataclasses.replace(raw, residuals=left), errors
+
+
+def test_errors_that_grow_along_each_window_are_covered_by_windows_alone() -> None:
+    ratios: dict[str, list[np.ndarray]] = {"windows": [], "spectrum": [], "block_bootstrap": []}
+    methods = {**METHODS, "windows": lambda fit: by_windows(fit, WINDOW)}
+    for seed in range(150):
+        fit, errors = in_windows(seed)
+        for name, found in ratios.items():
+            found.append((errors / standard_errors(fit, methods[name](fit)))[:2])
+    rms = {name: np.sqrt(np.mean(np.square(rows), axis=0)) for name, rows in ratios.items()}
+    np.testing.assert_allclose(rms["windows"], 1.0, atol=0.18)
+    for name in ("spectrum", "block_bootstrap"):
+        assert np.all(rms[name] > 1.25), f"{name}: {rms[name]}"
+
+
+@pytest.mark.parametrize("window", [WINDOW, 200])
+def test_by_windows_is_the_sum_of_products(window: int) -> None:
+    """Windows of which a record holds many, and few; the last may be shorter."""
+    fit, _ = in_windows(1)
+    inverse = np.linalg.inv(fit.normal_matrix())
+    covariance, counted, pieces = np.zeros((window, window)), np.zeros((window, window)), []
+    for r, places in enumerate(fit.columns):
+        for start in range(0, SAMPLES, window):
+            part = slice(start, min(start + window, SAMPLES))
+            here = np.zeros((part.stop - start, fit.size))
+            here[:, places] = fit.slopes[r, 0, part]
+            own = np.zeros(window)
+            own[: len(here)] = np.linalg.solve(np.eye(len(here)) - here @ inverse @ here.T, fit.residuals[r, 0, part])
+            covariance += np.outer(own, own)
+            counted[: len(here), : len(here)] += 1.0
+            pieces.append(here)
+    covariance /= np.maximum(np.sqrt(np.outer(np.diag(counted), np.diag(counted))), 1.0)
+    expected = sum(here.T @ covariance[: len(here), : len(here)] @ here for here in pieces)
+    np.testing.assert_allclose(by_windows(fit, window), expected, rtol=1e-7, atol=1e-9 * np.abs(expected).max())

@@ -25,7 +25,8 @@ class ParameterSummary(Part):
     std_errors: dict[str, Known] = Field(
         default_factory=dict,
         description="Standard error by method: white (of ordinary least squares under white noise), spectrum, "
-        "newey_west, block_bootstrap, and, where residuals are more than noise, discrepancy. Where the estimate is "
+        "newey_west, block_bootstrap, windows for a motion that is followed in windows, and, where residuals are more "
+        "than noise, discrepancy. Where the estimate is "
         "that of generalised least squares: whitened, which allows "
         "for differences between records, and alike, if there were none.",
     )
