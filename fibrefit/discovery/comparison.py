@@ -81,6 +81,9 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
     with time_limit(LOOKING * time_left()):
         more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
     found = sorted([*look.found, *more.found], key=lambda one: -one.log)
+    if not any(one.evidence.mode.steps for one in more.found):
+        # None was followed: there is nothing to weigh, and the noise is what it was.
+        return replace(look, found=tuple(found), untried=(*tried.untried, *more.untried))
     whole = _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
     return replace(whole, moved=look.moved or whole.moved)
 

@@ -17,6 +17,7 @@ from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
 from fibrefit.discovery.engine.effort import time_for_gls
+from fibrefit.discovery.engine.supermodel import FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS, widens
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
@@ -280,8 +281,11 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         horizons=task.horizons[:1, -1:],
     )
     enough, coefficients = time_for_gls(budget.left, budget.seconds), coefficients_of(search, best)
+    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
+    near = None if search.gap(search.plain(best)) > FAR else best.frame.sensitivities
+    how = How(whiten=enough, coefficients=coefficients, near=near)
     with time_limit(budget.left):
         return identify(
-            nearby, FINAL_STARTS if coefficients is None else 1, seed, How(whiten=enough, coefficients=coefficients),
+            nearby, FINAL_STARTS if coefficients is None else 1, seed, how,
             progress=search.tell, stop=lambda: budget.left < 0.0,
         )  # fmt: skip

@@ -35,6 +35,7 @@ from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
@@ -54,6 +55,8 @@ class How(NamedTuple):
         Whether to whiten where inputs are noisy too, which takes long.
     coefficients : mapping of input to (n_record, n_wave), optional
         Errors of measured inputs from an earlier identification, to begin with.
+    near : InputSensitivities, optional
+        Readings linearised in these errors, near where it begins.
     rivals : bool
         Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
     """
@@ -62,6 +65,7 @@ class How(NamedTuple):
     profile: bool = False
     whiten: bool = True
     coefficients: InputCoefficients | None = None
+    near: InputSensitivities | None = None
     rivals: bool = True
 
 
@@ -169,7 +173,7 @@ def _rate(task: Task) -> float:
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How) -> Identification:
-    plain = optimum(task, values, how.coefficients)
+    plain = optimum(task, values, how.coefficients, how.near)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten)

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
-from fibrefit.discovery import conclusion
-from fibrefit.discovery.comparison import looked
+from fibrefit.discovery import comparison, conclusion
+from fibrefit.discovery.comparison import Comparison, in_same_noise, looked
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.effort import slopes_tell
@@ -126,6 +126,28 @@ def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], sca
     assert max(one.false_alarm for one in candidates(found.look)) > 0.01
     for name in ("stiffness", "damping", "friction"):
         assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
+
+
+def test_costly_effects_that_slopes_promise_nothing_of_are_not_weighed_again(
+    case: Callable[..., Case], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, weighed = case(FAINT), list[int]()
+
+    def counted(*args: Any) -> Comparison:
+        weighed.append(1)
+        return in_same_noise(*args)
+
+    monkeypatch.setattr(comparison, "in_same_noise", counted)
+    monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is DELAY)
+    look = looked(made.search, made.base, "trying")
+    assert len(weighed) == 1
+    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
+    assert (DELAY.name,) not in look.compared
+    # Where it is what is missing it is followed, and weighed like the others.
+    monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is VISCOUS)
+    look = looked(made.search, made.base, "trying")
+    assert len(weighed) == 3
+    assert look.found[0].names == (VISCOUS.name,)
 
 
 def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:

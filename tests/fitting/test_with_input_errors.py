@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import equinox as eqx
 import numpy as np
@@ -56,6 +57,32 @@ def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
     # Its weight bounces: at first, parts of the motion are beyond what a linear step predicts.
     assert np.mean(first.downweight < 0.5) > 0.02
     assert np.mean(found.sensitivities.downweight < 0.5) < 0.5 * np.mean(first.downweight < 0.5)
+
+
+def test_readings_linearised_by_somebody_else_are_not_linearised_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    from fibrefit.fitting.search import with_input_errors as module
+
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    known, start = input_errors(task), task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    looks: list[int] = []
+    own = module.linearised_in_errors
+
+    def counted(*args: Any) -> Any:
+        looks[-1] += 1
+        return own(*args)
+
+    first = own(task.problem, known, start, no_errors(known)).raw
+    monkeypatch.setattr(module, "linearised_in_errors", counted)
+    ends = []
+    for near in (None, first):
+        looks.append(0)
+        ends.append(with_input_errors(task, known, start, no_errors(known), near))
+    assert looks[1] == looks[0] - 1
+    np.testing.assert_array_equal(ends[1].values, ends[0].values)
+    assert (ends[1].view.beforehand or ends[1].view).raw is first
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.with_input_errors import WithInputErrors, noise_left, with_input_errors
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
-from fibrefit.problem.inputs.sensitivities import without_input_errors
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, without_input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -63,7 +63,12 @@ class Optimum:
         return _promised(self.scores, np.array(moving[: self.scores.size])) if self.further is None else self.further
 
 
-def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | None = None) -> Optimum:
+def optimum(
+    task: Task,
+    values: np.ndarray,
+    coefficients: InputCoefficients | None = None,
+    near: InputSensitivities | None = None,
+) -> Optimum:
     """What is known at the best values of a task; noisy inputs are corrected first, which moves the values a little.
 
     Parameters
@@ -73,12 +78,14 @@ def optimum(task: Task, values: np.ndarray, coefficients: InputCoefficients | No
         Best for the inputs as they were measured.
     coefficients : mapping of input to (n_record, n_wave), optional
         Errors of the inputs to begin with.
+    near : InputSensitivities, optional
+        Readings linearised near there, where they have been.
     """
     problem, known = task.problem, input_errors(task)
     if not known:
         linear = linearised(problem, values)
         return Optimum(problem, values, linear, uncertainty.Scores.of(problem, linear, values))
-    found = with_input_errors(task, known, values, coefficients)
+    found = with_input_errors(task, known, values, coefficients, near)
     shares = noise_left(task, found)
     linear, scores = _scores(found, np.asarray(problem.observations.experiment.count), shares)
     rms = error_rms(problem, known, found.coefficients)

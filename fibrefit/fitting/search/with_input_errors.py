@@ -87,6 +87,7 @@ def with_input_errors(
     known: Mapping[str, InputErrors],
     values: np.ndarray,
     coefficients: InputCoefficients | None = None,
+    near: InputSensitivities | None = None,
 ) -> WithInputErrors:
     """Best values and input errors, from the values that suit the inputs as they were measured.
 
@@ -97,6 +98,8 @@ def with_input_errors(
     values : (n_free,) in SI units
     coefficients : mapping of input to (n_record, n_wave), optional
         Where to begin; inputs as they were measured by default.
+    near : InputSensitivities, optional
+        Readings linearised near there by somebody else, with what is known of the errors beforehand.
     """
     problem, layout = task.problem, task.problem.layout
     unknowns = fit_unknowns(layout, values, np.full(layout.size, np.inf))
@@ -106,7 +109,10 @@ def with_input_errors(
     beforehand: View | None = None
     samples, share = float(counted(problem).sum()), -1.0
     for _ in range(LOOKS):
-        view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
+        if near is not None and roots is None:
+            view = _view(problem, known, near)
+        else:
+            view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
         sensitivities = view.raw
         assert sensitivities is not None
@@ -123,10 +129,10 @@ def with_input_errors(
         # What readings linearised elsewhere promised of it may not be there: a motion that bounces is another one then.
         if float(np.sum(left**2)) < HOPELESS * number:
             found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
-        near = float(np.mean((left - remaining[0])[remaining[0] != 0.0] ** 2)) < MISSED * variance
+        predicted = float(np.mean((left - remaining[0])[remaining[0] != 0.0] ** 2)) < MISSED * variance
         # What is learnt from more samples lets still more of them count, until it does not.
         share, before = number / samples, share
-        if (near and (share > WHOLE or share < before + MORE)) or time_left() <= 0.0:
+        if (predicted and (share > WHOLE or share < before + MORE)) or time_left() <= 0.0:
             break
         roots = sensitivities.roots()
     return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
@@ -153,8 +159,11 @@ def linearised_in_errors(
     """
     rows = [rows for _, _, rows in expanded(problem, known, values, coefficients)]
     downweight = downweights(problem, known, values, coefficients, rows, roots)
-    found = weighted_sensitivities(coefficients, rows, downweight)
-    return View(downweighted(corrected(problem, known, coefficients), downweight), None, found, found)
+    return _view(problem, known, weighted_sensitivities(coefficients, rows, downweight))
+
+
+def _view(problem: Problem, known: Mapping[str, InputErrors], seen: InputSensitivities) -> View:
+    return View(downweighted(corrected(problem, known, seen.coefficients), seen.downweight), None, seen, seen)
 
 
 def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> PosteriorMode:

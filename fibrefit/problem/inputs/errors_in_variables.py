@@ -29,6 +29,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.inputs.error_signals import (
     CHUNK,
     InputErrors,
@@ -43,6 +44,7 @@ from fibrefit.problem.inputs.smoothing import smoother
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.simulation.inputs import Signals
 
 InputCoefficients = Mapping[str, Any]
 THREADS = os.cpu_count() or 1
@@ -68,12 +70,21 @@ def no_errors(known: Mapping[str, InputErrors]) -> dict[str, np.ndarray]:
     return {name: np.zeros(of.size.shape) for name, of in known.items()}
 
 
-@eqx.filter_jit
 def corrected(problem: Problem, known: Mapping[str, InputErrors], coefficients: InputCoefficients) -> Problem:
     """The problem with the errors taken off its inputs."""
     experiment = problem.observations.experiment
-    inputs = jax.vmap(taken_off)(experiment.inputs, experiment.times, dict(known), dict(coefficients))
+    inputs = _cleaned(*_arrays(experiment.inputs, experiment.times, dict(known), dict(coefficients)))
     return eqx.tree_at(lambda p: p.observations.experiment.inputs, problem, inputs)
+
+
+@kept_program
+def _cleaned(inputs: Any, times: jax.Array, known: Any, coefficients: Any) -> dict[str, Signals]:
+    return jax.vmap(taken_off)(inputs, times, known, coefficients)
+
+
+def _arrays(*of: Any) -> tuple[Any, ...]:
+    """Pytrees with all numbers as arrays of JAX: a program is compiled for their shapes, whatever they are."""
+    return tuple(jax.tree.map(jnp.asarray, part) for part in of)
 
 
 def error_rms(problem: Problem, known: Mapping[str, InputErrors], coefficients: InputCoefficients) -> dict[str, float]:
@@ -110,10 +121,10 @@ def residuals(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
 ) -> np.ndarray:
     """Residuals ``(n_record, n_channel, n_time)`` with the errors taken off the inputs."""
-    return np.asarray(_residuals(corrected(problem, known, coefficients), values))
+    return np.asarray(_residuals(corrected(problem, known, coefficients), jnp.asarray(values)))
 
 
-@eqx.filter_jit
+@kept_program
 def _residuals(problem: Problem, values: Any) -> jax.Array:
     return problem.residuals(values)
 
@@ -129,10 +140,11 @@ def _linear(
     """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and sensitivities ``(n_wave, n)`` of a record."""
     data, *rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(coefficients)))
     record = Problem(problem.model, problem.layout, data, problem.soft_beyond)
-    return tuple(np.asarray(part) for part in _linearised(record, problem.layout.local(values)[r], *rows))
+    local = jnp.asarray(problem.layout.local(values)[r])
+    return tuple(np.asarray(part) for part in _linearised(record, local, *_arrays(*rows)))
 
 
-@eqx.filter_jit
+@kept_program
 def _linearised(problem: Problem, local: Any, known: Any, coefficients: Any) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The same of a problem that holds the rows of one record."""
     data = problem.observations
