@@ -191,7 +191,8 @@ def _verdict(
         return "not_trusted", (Statement("time_ended"),)
     # Innovations are noise, and no curve explains more than what was named.
     levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
-    return "named" if best.effects else NOTHING, (Statement("noise_left", {"between_records": bool(levels.any())}),)
+    noise = Statement("noise_left", {"between_records": bool(levels.any())})
+    return "named" if best.effects else NOTHING, (noise, *([Statement("no_further_look")] if cut else []))
 
 
 def _left_over(

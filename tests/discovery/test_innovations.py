@@ -250,3 +250,13 @@ def test_a_gap_of_which_nothing_was_tried_is_not_told_as_one_that_nothing_accoun
     alarm = Alarm("rest", 1e-9, 1e-4)
     verdict, reason = conclusion._verdict(cast(Any, SimpleNamespace(effects=())), [alarm], [], cut, tried)
     assert (verdict, reason[0].identifier) == ("unexplained", said)
+
+
+@pytest.mark.parametrize("cut", [True, False])
+def test_a_name_found_before_the_time_ended_says_that_more_may_be_missing(cut: bool) -> None:
+    evidence = SimpleNamespace(grid=np.zeros((1, 1)), weight=np.ones(1))
+    best = cast(Any, SimpleNamespace(effects=(object(),), evidence=evidence))
+    verdict, reason = conclusion._verdict(best, [], [], cut, True)
+    assert verdict == "named"
+    assert [one.identifier for one in reason] == ["noise_left", *(["no_further_look"] if cut else [])]
+    assert ("--time" in " ".join(map(discovery_sentence, reason))) == cut

@@ -245,6 +245,9 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "time_ended": lambda facts: (
         "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
     ),
+    "no_further_look": lambda facts: (
+        "The time ended before all that may be missing beside what was named was looked at; more is given by --time."
+    ),
     "no_time": lambda facts: "The time ended before any effect was tried; more is given by --time.",
 }
 """By identifier."""
