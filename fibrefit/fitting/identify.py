@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -42,6 +43,8 @@ from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ChannelGap
 
 Stop = Callable[[], bool]
+Width = Callable[[], np.ndarray]
+"""Steps ``(n_free,)`` that suit a solver at the start; found when one first asks."""
 
 
 class How(NamedTuple):
@@ -106,7 +109,7 @@ def identify(
         replace(task, problem=corrected(task.problem, input_errors(task), coefficients)) if coefficients else task
     )
     tell("compiling", 0.0)
-    width = widths(searched.problem, task.problem.layout.free(task.start))
+    width = cache(partial(widths, searched.problem, task.problem.layout.free(task.start)))
     found = _search(searched, starts, seed, tell, stop)
     _refuse_if_lost(found, task.problem.layout.records)
     tell("second solver", 0.87)
@@ -136,7 +139,7 @@ def _softened(task: Task) -> Task:
     return replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
 
 
-def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop: Stop) -> Identification:
+def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop) -> Identification:
     profiled = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
         # Standard deviations between records are held in a profile: it knows too much of a mean of the population.
@@ -149,11 +152,11 @@ def _profiled(found: Identification, width: np.ndarray, whole: np.ndarray, stop:
     return replace(found, estimates=tuple(profiled))
 
 
-def _cost_of(found: Identification, index: int, width: np.ndarray, whole: np.ndarray) -> tuple[Cost, str]:
+def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray) -> tuple[Cost, str]:
     """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
     if found.gls is not None:
         return cost_with_one_held(found.gls, index), "whitened"
-    return plain_cost(found.problem, index, width, whole), "white"
+    return plain_cost(found.problem, index, width(), whole), "white"
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> Starts:
@@ -283,7 +286,7 @@ class _Second(NamedTuple):
     gain: float
 
 
-def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple[np.ndarray, _Second | None]:
+def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.ndarray, _Second | None]:
     """Best values, and where another solver ends; if it ends lower, the search goes on from its place."""
     problem, whole = task.problem, task.counts[-1:]
     values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
@@ -295,7 +298,7 @@ def _settled(task: Task, width: np.ndarray, starts: Starts, stop: Stop) -> tuple
         gain = cost - other.cost
         if not gain > SETTLED:
             break
-        found = descend(problem, problem.layout.free(other.values), width, whole)
+        found = descend(problem, problem.layout.free(other.values), width(), whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
     # What is left may be far more than noise: a fall of the cost counts in units of that.
     variance = max(cost / max(problem.n_measured, 1), 1.0)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
-from typing import ParamSpec, TypeVar
+from functools import cache, wraps
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -20,10 +20,16 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def alone(*args: P.args, **kwargs: P.kwargs) -> R:
-        import scipy.linalg  # noqa: F401  its library is limited only once it is loaded
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _libraries().limit(limits=1, user_api="blas"):
             return function(*args, **kwargs)
 
     return alone
+
+
+@cache
+def _libraries() -> Any:
+    """What is loaded; to look for it takes as long as reading a small record."""
+    import scipy.linalg  # noqa: F401  its library is limited only once it is loaded
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

@@ -193,7 +193,7 @@ def _surroundings() -> str:
 
 
 def _setting(name: str) -> Any:
-    return jax.config.values[f"jax_{name}"]
+    return getattr(jax.config, f"jax_{name}")
 
 
 def _instructions() -> str:

@@ -189,12 +189,13 @@ def _states(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ("", "")
     moving = residual_set.motion.phase != HELD
     for c, channel in enumerate(residual_set.channels):
-        inside = residual_set.counted[:, c] & moving
+        inside, drawn = residual_set.counted[:, c] & moving, None
         for name, state in residual_set.motion.states.items():
             steps = _steps(state[inside])
             share = _explained(steps, residual_set.residuals[:, c][inside])
             if share > STATE_SHARE:
-                share *= min(1.0, STATE_SHARE / _by_chance(residual_set, c, inside, steps))
+                drawn = _drawn(residual_set, c) if drawn is None else drawn
+                share *= min(1.0, STATE_SHARE / _by_chance([one[inside] for one in drawn], steps))
             if share > worst:
                 worst, where = share, (channel, name)
     return Check(
@@ -224,13 +225,17 @@ def _explained(steps: np.ndarray, residual: np.ndarray) -> float:
     return float(np.sum(sums**2 / np.maximum(np.bincount(steps), 1)) / np.sum(residual**2))
 
 
-def _by_chance(residual_set: ResidualSet, channel: int, inside: np.ndarray, steps: np.ndarray) -> float:
-    """Share that noise alone, with the spectrum of the rests, would have explained, and rarely more."""
-    random, shares = np.random.default_rng(0), []
-    noise = residual_set.noise[residual_set.channels[channel]]
-    for _ in range(DRAWS):
-        drawn = np.zeros(inside.shape)
-        for r, count in enumerate(residual_set.counts):
-            drawn[r, :count] = noise.draw(int(count), residual_set.rate, random)
-        shares.append(_explained(steps, drawn[inside]))
+def _drawn(residual_set: ResidualSet, channel: int) -> np.ndarray:
+    """Noise with the spectrum of the rests, ``(DRAWS, n_record, n_time)``."""
+    random, noise = np.random.default_rng(0), residual_set.noise[residual_set.channels[channel]]
+    found = np.zeros((DRAWS, *residual_set.counted[:, channel].shape))
+    for draw in found:
+        for row, count in zip(draw, residual_set.counts, strict=True):
+            row[:count] = noise.draw(int(count), residual_set.rate, random)
+    return found
+
+
+def _by_chance(drawn: Sequence[np.ndarray], steps: np.ndarray) -> float:
+    """Share that noise alone would have explained, and rarely more."""
+    shares = [_explained(steps, noise) for noise in drawn]
     return float(np.mean(shares) + CHANCE * np.std(shares))

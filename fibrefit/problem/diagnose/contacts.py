@@ -19,6 +19,7 @@ from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.trace import Trace
 
 SHORTEST_CONTACT = 24
 """Samples of the shortest contact that tells a shape from its noise."""
@@ -55,6 +56,19 @@ class _Told(NamedTuple):
     late: float
     weights: np.ndarray
     left: np.ndarray
+
+
+class _Signals(NamedTuple):
+    """Position, force, and the sign of the speed of one record, ``(n_time,)`` each."""
+
+    position: np.ndarray
+    force: np.ndarray
+    turned: np.ndarray
+
+    @classmethod
+    def of(cls, trace: Trace, position: np.ndarray, force: np.ndarray) -> _Signals:
+        """With the direction of the motion that the positions tell."""
+        return cls(position, force, np.sign(derivative(position, trace.times, TURNED, 1)))
 
 
 Signals = Callable[[int], tuple[np.ndarray, np.ndarray]]
@@ -123,7 +137,8 @@ def _told(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Sign
     """Least squares over all contacts; None where they tell nothing."""
     if not contacts:
         return None
-    table = np.concatenate([_without_start(task, local[one.record], one, signals) for one in contacts])
+    known = {r: _Signals.of(task.traces[r], *signals(r)) for r in {one.record for one in contacts}}
+    table = np.concatenate([_without_start(task, local[one.record], one, known[one.record]) for one in contacts])
     positions, shapes = table[:, 0], table[:, 1:]
     scale = np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(float).tiny)
     left, size, right = np.linalg.svd(shapes / scale, full_matrices=False)
@@ -137,15 +152,15 @@ def _told(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Sign
     return _Told(float(late), (rows[1] - late * rows[0]) / whole, positions - left @ (left.T @ positions))
 
 
-def _without_start(task: Task, local: np.ndarray, contact: _Contact, signals: Signals) -> np.ndarray:
+def _without_start(task: Task, local: np.ndarray, contact: _Contact, signals: _Signals) -> np.ndarray:
     """Positions of a contact and the two integrals, ``(n_seen, 3)``, without start, speed and a constant force."""
-    trace, (position, force) = task.traces[contact.record], signals(contact.record)
-    stated = {**trace.conditions, **dict(zip(task.problem.layout.names, local, strict=True))}
+    trace = task.traces[contact.record]
+    step, stated = trace.step, {**trace.conditions, **dict(zip(task.problem.layout.names, local, strict=True))}
     mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
-    turned = np.sign(derivative(position, trace.times, TURNED, 1)[contact.samples])
-    once = integrated(force[contact.samples], trace.step)
-    rubbed = stated.get("friction", 0.0) / mass * integrated(integrated(turned, trace.step), trace.step)
-    columns = [position[contact.samples] + rubbed, integrated(once, trace.step) / mass, once / mass]
+    position, force, turned = (signal[contact.samples] for signal in signals)
+    once = integrated(force, step)
+    rubbed = stated.get("friction", 0.0) / mass * integrated(integrated(turned, step), step)
+    columns = [position + rubbed, integrated(once, step) / mass, once / mass]
     time = np.linspace(-1.0, 1.0, len(contact.samples))
     table = np.column_stack(columns)[contact.seen]
     free, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time, time**2])[contact.seen])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -111,11 +112,18 @@ class Noise:
 
     def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
         """Some noise with this spectrum, the lines left out, ``(count,)``."""
-        frequency = np.fft.rfftfreq(count, 1.0 / rate)
-        density = np.zeros(len(frequency))
-        density[1:] = self.density(frequency[1:])
-        wave = random.normal(size=len(frequency)) + 1j * random.normal(size=len(frequency))
-        return np.fft.irfft(wave * np.sqrt(0.25 * density * count * rate), count)
+        size = _wave_sizes(self, count, rate)
+        wave = random.normal(size=len(size)) + 1j * random.normal(size=len(size))
+        return np.fft.irfft(wave * size, count)
+
+
+@lru_cache(maxsize=8)
+def _wave_sizes(noise: Noise, count: int, rate: float) -> np.ndarray:
+    """Standard deviation of both parts of each wave of `count` samples at `rate` [Hz], ``(count // 2 + 1,)``."""
+    frequency = np.fft.rfftfreq(count, 1.0 / rate)
+    density = np.zeros(len(frequency))
+    density[1:] = noise.density(frequency[1:])
+    return np.sqrt(0.25 * density * count * rate)
 
 
 def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:

@@ -26,6 +26,9 @@ _WEIGHT = {FULL: 1.0, PARTIAL: -0.5, BLANK: 0.0, HOLLOW: 0.0, OTHER: -1.0, HEADI
 #: Rows of numbers above the table that may be part of a header (sample counts, ranges, channel numbers).
 _STRAY_NUMBERS = 2
 
+#: Rows beyond which the first may tell how many follow.
+_FEWEST_ALIKE = 3
+
 #: Words that begin a line of statistics below a table.
 _SUMMARY = re.compile(
     r"\W*(max|min|mean|avg|average|mittel\w*|summe|sum|std|stdev|rms|count|end|ende|konec|total|pr[uů]m[eě]r)\w*\b",
@@ -104,12 +107,14 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     _refuse_second_table(lines, first, last, where)
     while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _looks_like_a_row(lines[first - 1]):
         first -= 1
-    row_of = partial(_row, dialect=dialect, kinds=kinds)
-    cells, numbers, unplaced, skipped = _collect(lines, classes, range(first, last + 1), row_of, where)
+    block = range(first, last + 1)
+    cells, numbers, unplaced, skipped = _regular(lines, classes, block, dialect) or _collect(
+        lines, classes, block, partial(_row, dialect=dialect, kinds=kinds), where
+    )
     if not cells:
         raise DataError(where, "no rows of numbers", "a table of measured values")
     return Rows(
-        cells=list(zip(*cells, strict=True)),
+        cells=cells,
         numbers=np.array(numbers),
         first=first + 1,
         last=last + 1,
@@ -134,10 +139,29 @@ def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str
         raise DataError(where, got, "one table", "Split the file.")
 
 
+_Found = tuple[list[tuple[str, ...]], list[int], list[int], list[int]]
+
+
+def _regular(lines: Sequence[str], classes: list[str], block: range, dialect: Dialect) -> _Found | None:
+    """As `_collect`, all lines at once; None where they are not all alike."""
+    stretch = lines[block.start : block.stop]
+    if len(stretch) <= _FEWEST_ALIKE or any(kind != FULL for kind in classes[block.start : block.stop]):
+        return None
+    # A row of fewer cells has fewer separators, and one of more is no row.
+    joined, delimiter = "\n".join(stretch), dialect.delimiter
+    if '"' in joined or delimiter == WHITESPACE or joined.count(delimiter) != (dialect.width - 1) * len(stretch):
+        return None
+    cells = joined.replace(delimiter, "\n").split("\n")
+    columns = [tuple(cells[place :: dialect.width]) for place in range(dialect.width)]
+    if {column[0] for column in columns} <= {str(len(stretch) - 1), ""}:
+        return None
+    return columns, [line + 1 for line in block], [], []
+
+
 def _collect(
     lines: Sequence[str], classes: list[str], block: range, row_of: Callable[[str], list[str] | None], where: str
-) -> tuple[list[list[str]], list[int], list[int], list[int]]:
-    """Rows of a block with their lines, and the lines in it that are none."""
+) -> _Found:
+    """Columns of a block with the lines of its rows, and the lines in it that are none."""
     heading = {line.strip() for line in lines[: block.start]} - {""}
     rows: list[list[str]] = []
     numbers: list[int] = []
@@ -156,10 +180,10 @@ def _collect(
             raise DataError(f"{where}, line {i + 1}", got, "one table", "Split the file.")
         else:
             unplaced.append(i + 1)
-    if len(rows) > 3 and set(rows[0]) <= {str(len(rows) - 1), ""}:  # how many rows follow
+    if len(rows) > _FEWEST_ALIKE and set(rows[0]) <= {str(len(rows) - 1), ""}:  # how many rows follow
         skipped.insert(0, numbers.pop(0))
         rows.pop(0)
-    return rows, numbers, unplaced, skipped
+    return list(zip(*rows, strict=True)), numbers, unplaced, skipped
 
 
 def _looks_like_a_row(line: str) -> bool:
