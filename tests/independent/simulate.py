@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from tests.independent.chain import run_chain
 from tests.independent.excitation import Excitation, fine_motion
-from tests.independent.kernel import run_direct, run_rim
+from tests.independent.kernel import power_of_speed, run_direct, run_rim
 from tests.independent.laws import CHAIN, DRIVE, GRAVITY, Laws
 from tests.independent.sensors import sense
 
@@ -202,6 +202,7 @@ def static_stretch(laws: Laws, load: float) -> float:
     def excess(stretch: float) -> float:
         elastic = laws.stiffness * stretch * (1.0 + laws.hardening * stretch)
         elastic *= 1.0 - laws.toe_depth * math.exp(-stretch / laws.toe_length)
+        elastic *= power_of_speed(0.0, laws.stiffness_exponent)
         elastic += laws.kink * max(0.0, stretch - laws.kink_stretch)
         return elastic - load
 

@@ -61,6 +61,14 @@ def test_comes_to_rest_inside_the_friction_band() -> None:
     assert abs(out.force[-1] - 3.096 * GRAVITY) <= 5.0
 
 
+@pytest.mark.parametrize("exponent", [-0.05, 0.05])
+def test_a_fibre_that_is_softer_or_stiffer_at_rest_begins_at_rest(exponent: float) -> None:
+    effects = {"fibre.stiffness_speed_exponent": {"stiffness_exponent": exponent}}
+    out = simulate(PULLED, Base(friction=1.5), effects, TIMES[:180])
+    assert np.ptp(out.position) < BALLISTIC
+    assert out.force == pytest.approx(out.force[0])
+
+
 def test_capstan_ratio() -> None:
     """Pulled slowly up, the weight's side carries m g sin α + F_c and the drive's side exp(μφ) times that."""
     slow = replace(PULLED, excitation=Excitation("trapezoid", 0.03, 0.03, lead=0.1, hold=1.0, ramps=1))
