@@ -174,8 +174,8 @@ def block_bootstrap(scores: Scores) -> np.ndarray:
     return scores.assembled(local)
 
 
-MOST_LEVERAGE = 0.95
-"""Share of what is known of a direction that one window may tell before its residuals no longer count as small."""
+MOST_LEVERAGE = 0.999
+"""Share of what is known of a direction up to which one stretch may tell it alone: beyond, rounding would decide."""
 
 
 def by_windows(scores: Scores, window: int) -> np.ndarray:
@@ -196,7 +196,7 @@ def by_windows(scores: Scores, window: int) -> np.ndarray:
         Samples of each; the last of a record may hold fewer.
     """
     slopes, residuals = _in_windows(scores, window)
-    root = _inverse_root(scores.normal_matrix())
+    root = inverse_root(scores.normal_matrix())
     turned = slopes @ root
     share, axes = np.linalg.eigh(np.einsum("wti,wtj->wij", turned, turned))
     share = np.clip(share, 0.0, MOST_LEVERAGE)
@@ -228,7 +228,7 @@ def _in_windows(scores: Scores, window: int) -> tuple[np.ndarray, np.ndarray]:
     return whole[..., 1:], whole[..., 0]
 
 
-def _inverse_root(normal: np.ndarray) -> np.ndarray:
+def inverse_root(normal: np.ndarray) -> np.ndarray:
     """A root L of the inverse of a normal matrix, ``L L' = H^-1``; what the data do not see is left out."""
     scale = np.sqrt(np.diag(normal))
     safe = np.where(scale > 0.0, scale, 1.0)

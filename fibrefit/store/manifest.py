@@ -24,7 +24,22 @@ LAYOUT = 1
 KINDS = frozenset(
     [
         "",
-        *[".csv", ".h5", ".html", ".json", ".npz", ".parquet", ".pdf", ".png", ".py", ".svg", ".toml", ".tmp", ".copy"],
+        *[
+            ".csv",
+            ".h5",
+            ".html",
+            ".job",
+            ".json",
+            ".npz",
+            ".parquet",
+            ".pdf",
+            ".png",
+            ".py",
+            ".svg",
+            ".toml",
+            ".tmp",
+            ".copy",
+        ],
     ]
 )
 TOLD = "inspection.txt"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.error_bars import ErrorBars
-from fibrefit.fitting.misfit.discrepancy import CELLS, METHOD, _cells, with_discrepancy
+from fibrefit.fitting.misfit.discrepancy import CELLS, METHOD, PARTS, _cells, _without_parts, with_discrepancy
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
 from fibrefit.problem.diagnose.phases import FORWARDS, HELD, Motion
 
@@ -58,3 +58,44 @@ def test_cells_are_visited_equally_often(held: int) -> None:
     assert (cells[:, :held] == -1).all()
     number = np.bincount(cells[cells >= 0], minlength=CELLS)
     assert number.max() < 1.1 * number.min()
+
+
+def decaying(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Two columns of a swing that dies out, and what was measured of it: the model lacks a cube of the speed."""
+    random = np.random.default_rng(seed)
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    speed = np.exp(-2.0 * time) * np.sin(150.0 * time)
+    columns = np.column_stack([speed, np.sign(speed)])
+    return columns, columns @ [TRUTH, 0.5] + 0.3 * speed**3 + 0.01 * random.standard_normal(SAMPLES)
+
+
+def scores_of(columns: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, Scores]:
+    found = np.linalg.lstsq(columns, force, rcond=None)[0]
+    count, size = columns.shape
+    return found, Scores(
+        (columns @ found - force)[None, None], columns[None, None], np.array([count]), np.arange(size)[None], size
+    )
+
+
+def test_parts_left_out_are_fits_without_them() -> None:
+    columns, force = decaying(3)
+    found, scores = scores_of(columns, force)
+    moved = []
+    for part in np.array_split(np.arange(SAMPLES), PARTS):
+        rest = np.setdiff1d(np.arange(SAMPLES), part)
+        moved.append(scores_of(columns[rest], force[rest])[0] - found)
+    expected = (PARTS - 1) / PARTS * np.einsum("ri,rj->ij", moved, moved)
+    np.testing.assert_allclose(_without_parts(scores), expected, rtol=1e-6)
+
+
+def test_a_value_that_a_swing_asks_for_differently_as_it_dies_out_is_no_surer_than_that() -> None:
+    """What a fit to nearly all of a record finds lies within the bars of a fit to all of it."""
+    columns, force = decaying(4)
+    found, scores = scores_of(columns, force)
+    speed = columns[:, 0]
+    motion = Motion(np.full((1, SAMPLES), FORWARDS), {"speed": speed[None]}, np.zeros(1, dtype=bool), {})
+    bars = ErrorBars({"white": sandwich(scores.normal_matrix(), white(scores))}, "white")
+    wide = with_discrepancy(bars, scores, motion).errors[METHOD]
+    later, _ = scores_of(columns[SAMPLES // 6 :], force[SAMPLES // 6 :])
+    assert np.all(np.abs(later - found) > 8.0 * bars.errors["white"])
+    assert np.all(np.abs(later - found) < 2.0 * wide)

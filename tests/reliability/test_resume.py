@@ -11,10 +11,13 @@ import pytest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
+from fibrefit.discovery.engine.journal import Journal
 from fibrefit.store import ResultDirectory, Run
 from fibrefit.store.manifest import MARKER
 from fibrefit.store.summary import provenance
 from fibrefit.study import load_study
+from fibrefit.workflow.discovery.discover import SearchOptions
+from fibrefit.workflow.discovery.journal import journal_folder
 from fibrefit.workflow.growing import growing_folder
 from fibrefit.workflow.prepare import read_records
 from fibrefit.workflow.sampling import sample
@@ -96,6 +99,19 @@ def test_a_run_killed_with_something_to_go_on_from_is_not_begun_anew_by_accident
     with pytest.raises(UsageError, match="holds a run that was cut short.*--resume.*--force"):
         ResultDirectory(tmp_path / "out").check()
     ResultDirectory(tmp_path / "out", force=True).check()
+
+
+def test_force_forgets_a_search_that_was_cut_short(tmp_path: Path) -> None:
+    study = load_study(copied("drop_series", tmp_path, records=1))
+    with (
+        pytest.raises(KeyboardInterrupt),
+        journal_folder(tmp_path / "out", study, SearchOptions()) as (_, folder),
+    ):
+        Journal(folder).recall("a", lambda: 1.0)
+        raise KeyboardInterrupt
+    assert list((tmp_path / "out.partial").rglob("a.job"))
+    with journal_folder(tmp_path / "out", study, SearchOptions(), force=True) as (_, folder):
+        assert not list(folder.iterdir())
 
 
 @pytest.mark.parametrize("after", ["changed", "removed"])
