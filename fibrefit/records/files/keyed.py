@@ -14,10 +14,11 @@ from fibrefit.records.files.decode import Text
 #: Share of the lines that must name their values alike.
 _MOST = 0.9
 
-#: A name of up to so many letters, with or without a unit, and its value. Longer ones are none: a page of letters
-#: would be gone through once for each of them.
+#: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
+#: page of letters would be gone through once for each of them.
 _PAIR = re.compile(
     r"([^\W\d][^\s=:,;]{0,80}(?:\s?[\[(][^\])]{0,40}[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)"
+    r"([^\W\d]{0,4}(?=[\s,;]|$))?"
 )
 
 
@@ -81,13 +82,19 @@ def _object(line: str, where: str) -> Any:
 
 
 def _flat(item: Any) -> dict[str, Any]:
-    """Values of an object by their names, those of objects inside it too."""
+    """Values of an object by their names, those of objects inside it too; what several are called is told apart."""
     found: dict[str, Any] = {}
+    inside = (
+        {key: _flat(value) for key, value in item.items() if isinstance(value, dict)} if isinstance(item, dict) else {}
+    )
     for key, value in item.items() if isinstance(item, dict) else ():
         name = " ".join(str(key).split())
         if isinstance(value, dict):
-            inner = _flat(value)
-            found |= {(sub if sub not in item else f"{name}.{sub}"): v for sub, v in inner.items()}
+            if set(inside[key]) == {"value", "unit"}:
+                found[f"{name} [{inside[key]['unit']}]"] = inside[key]["value"]
+                continue
+            others = {sub for other, inner in inside.items() if other != key for sub in inner} | set(item)
+            found |= {(sub if sub not in others else f"{name}.{sub}"): v for sub, v in inside[key].items()}
         elif not isinstance(value, list):
             found[name] = " ".join(value.split()) if isinstance(value, str) else value
     return found
@@ -122,10 +129,10 @@ def _holds_rows(node: Any) -> bool:
 
 
 def _from_pairs(text: Text) -> Text:
-    """Text whose rows are ``t=0.1 F=12.5``, as a table."""
+    """Text whose rows are ``t=0.1 F=12.5`` or ``t=0.1s F=12.5N``, as a table."""
     lines = text.lines
     tail = [line for line in lines[-200:] if line.strip()]
-    keys = [tuple(key for key, _ in _PAIR.findall(line)) for line in tail]
+    keys = [_keys(line) for line in tail]
     usual = max(set(keys), key=keys.count, default=())
     if len(usual) < 2 or len(set(usual)) < len(usual) or keys.count(usual) < max(3, _MOST * len(tail)):
         return text
@@ -133,12 +140,16 @@ def _from_pairs(text: Text) -> Text:
         return text
     body, above, first = [], [], True
     for line in lines:
-        pairs = _PAIR.findall(line)
-        if tuple(key for key, _ in pairs) == usual:
-            body.append("\t".join(value.rstrip(",") for _, value in pairs))
+        if _keys(line) == usual:
+            body.append("\t".join(value.rstrip(",") for _, value, _ in _PAIR.findall(line)))
             first = False
         elif first:
             above.append(line)
         else:
             body.append(line)
     return replace(text, lines=[*above, "\t".join(usual), *body])
+
+
+def _keys(line: str) -> tuple[str, ...]:
+    """Names of the values of a line, with the units that stand behind them."""
+    return tuple(f"{key} [{unit}]" if unit else key for key, _, unit in _PAIR.findall(line))

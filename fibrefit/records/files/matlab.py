@@ -35,6 +35,7 @@ _NAMES = (
     "headers",
 )
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit")
+_PACKED = ("scale_factor", "add_offset", "_FillValue")
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
 _UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
@@ -179,8 +180,20 @@ class _Hdf5:
             return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
         if array.dtype.names:
             return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
+        if array.dtype.kind not in "biuf":
+            return None
+        array = _unpacked(array, item.attrs)
         # MATLAB stores columns first: a matrix comes out transposed.
-        return np.squeeze(array.T if kind else array) if array.dtype.kind in "biuf" else None
+        return np.squeeze(array.T if kind else array)
+
+
+def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:
+    """Numbers that were packed by the conventions of netCDF: a factor, an offset, and a number for nothing."""
+    told = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
+    if not told:
+        return array
+    missing = array == told["_FillValue"] if "_FillValue" in told else np.zeros(array.shape, dtype=bool)
+    return np.where(missing, np.nan, array * told.get("scale_factor", 1.0) + told.get("add_offset", 0.0))
 
 
 def _said(item: Any) -> dict[str, Any]:

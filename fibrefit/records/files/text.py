@@ -21,7 +21,7 @@ from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
 from fibrefit.records.grammar.header import Header, find_header, header_cells
-from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
@@ -77,6 +77,8 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         if match is not None:
             delimiter, lines[i] = delimiter or match.group(1), ""
     lines, told = _header_beside(_requoted(lines))
+    lines, stated = _step_beside(lines)
+    told = told or stated
     voted = vote(lines, delimiter=delimiter, mark=options.decimal)
     if voted is None:
         raise no_table(lines, where)
@@ -156,6 +158,21 @@ def _requoted(lines: list[str]) -> list[str]:
     if framed <= 0.5 * min(len(lines), _LOOKED_AT):
         return lines
     return [_SINGLE_QUOTED.sub(r'\1"\2"', line) for line in lines]
+
+
+def _step_beside(lines: list[str]) -> tuple[list[str], list[str]]:
+    """Lines without a start and a step that stand beside the headings alone, rows being shorter; and what they say."""
+    rows = [[cell.strip() for cell in line.rstrip(", ").split(",")] for line in lines[:3]]
+    if (
+        len(rows) < 3
+        or len(rows[0]) != len(rows[1])
+        or tuple(map(str.casefold, rows[0][-2:])) != ("start", "increment")
+    ):
+        return lines, []
+    if len(lines[2].split(",")) >= len(rows[0]) or any(kind_of_cell(cell, ".") != "number" for cell in rows[1][-2:]):
+        return lines, []
+    told = [f"{name} = {cell}" for name, cell in zip(rows[0][-2:], rows[1][-2:], strict=True)]
+    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *lines[2:]], told
 
 
 def _header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
@@ -286,11 +303,24 @@ def _columns(
                 numbers = masked_with(numbers, end, "cut short")
             columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1))
         elif title or kind != "empty":
+            if kind == "text":
+                _refuse_figures(cells, unit, place)
             what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     return columns, notes, aside
+
+
+def _refuse_figures(cells: Sequence[str], unit: str | None, place: str) -> None:
+    """Refuse text with figures in it below a unit: a quantity that was printed in a way of its own is not left out."""
+    if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
+        return
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    odd = [cell for cell in filled if kind_of_cell(cell, ".") == "text" and kind_of_cell(cell, ",") == "text"]
+    if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
+        do = "Export plain numbers, negative ones with a minus before them."
+        raise DataError(place, f'"{odd[0][:30]}" is no number', f"numbers in {unit}", do)
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

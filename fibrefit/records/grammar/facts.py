@@ -36,6 +36,11 @@ _COUNT_KEYS = (
     r"samples|(?:number|no\.?|num) of (?:samples|points|rows|scans)|points|record length|block ?size"
     r"|anzahl (?:der )?(?:messwerte|werte|samples|punkte)|messwerte|pocet (?:vzorku|hodnot|bodu)"
 )
+#: Of so many samples one is kept: whether the rate that is named is that before or after is not said.
+_THINNED_KEYS = (
+    r"decimation|(?:down|sub|under)[ -]?sampl\w*|(?:rate|clock|sample|sampling)?[ ]?(?:divider|divisor|prescaler)"
+    r"|dezimation|untersetzung|decimation factor|keep every"
+)
 #: Keys that say what horizontal numbers without a unit are in.
 _AXIS_KEYS = r"horizontal units?|h ?unit|x ?units?|x.einheit|time units?|zeiteinheit"
 
@@ -67,6 +72,9 @@ _MOST_SAMPLES = 1e12
 _LIKELY = (5.0, 5e5)
 
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
+_THINNED = re.compile(
+    rf"(?<![\w/])(?:{_THINNED_KEYS})(?:[ ]?(?:factor|ratio|rate|by|of))?\"?\s*{_BREAK}{_NUMBER}", re.IGNORECASE
+)
 _AXIS = re.compile(rf"(?<![\w])(?:{_AXIS_KEYS})\"?\s*[:=;,\t ]+\"?\s*([^\s;,\t\"]+)", re.IGNORECASE)
 
 
@@ -136,9 +144,22 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     quoted = clear[0].quoted if clear else ""
     facts = Facts(rates, quoted, count, tuple(dict.fromkeys(one.note for one in clear if one.note)))
     if not open_ones:
-        return facts
+        return replace(facts, doubt=_thinned(lines, facts, mark))
     readings = " or ".join(f"{format_number(rate, 7)} Hz" for rate in open_ones[0].rates)
     return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
+
+
+def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
+    """What is in doubt of a rate beside a statement that of so many samples one is kept; empty where nothing is."""
+    for match in (match for line in lines for match in _THINNED.finditer(line)):
+        numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
+        if numbers and len(facts.rates) == 1:
+            readings = " or ".join(
+                f"{format_number(rate, 7)} Hz" for rate in (facts.rates[0], facts.rates[0] / numbers[0])
+            )
+            words = " ".join(match.group(0).split()).strip('"')
+            return f'"{facts.quoted}" and "{words}", which can be read as {readings}'
+    return ""
 
 
 def _plain(line: str) -> str:

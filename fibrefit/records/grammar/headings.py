@@ -21,8 +21,13 @@ _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"
 #: Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried.
 LONGEST = 200
 
+#: A power of ten by which the numbers below are to be multiplied, or were.
+_FACTOR = re.compile(
+    r"(?<![^\s(\[])\(?(?:[x*\u00d7\u00b7]\s*(?:10\s*(?:\^|\*\*)\s*|1\s*[eE]\s*)[+-]?\d+|[*\u00d7\u00b7]\s*10+)\)?(?=\s|$)"
+)
+
 #: Kinds of quantity a record is made of.
-_PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
+PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
 #: Units some loggers print in capitals; read only where the name says the same kind of quantity.
 _CAPITALS = {"S": "s", "MS": "ms", "US": "us", "M": "m", "MM": "mm", "CM": "cm", "UM": "um", "DEG": "deg"}
@@ -42,7 +47,8 @@ def split_heading(text: str) -> tuple[str, str | None]:
     Returns
     -------
     tuple of str and (str or None)
-        Name without the unit; unit as written, known or not, or None where there is none.
+        Name without the unit; unit as written, known or not, a factor of ten beside it included; None where there is
+        none.
     """
     text = " ".join(unicodedata.normalize("NFKC", text).replace("\u03bc", "u").strip().strip('"').split())
     text = _CONTROL.sub("", text)
@@ -52,6 +58,11 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if units.expression(alone) is not None:
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
+    factor = _FACTOR.search(text)
+    if factor is not None and factor.start() > 0:
+        name, unit = split_heading(text[: factor.start()] + text[factor.end() :])
+        # Whether it was applied or is still to be is not for us to say: the unit is one that nobody knows.
+        return name, f"{unit or ''} {factor.group().strip('()')}".strip()
     for find in (_bracketed, _after_sign, _last_word, _after_underscore):
         found = find(text)
         if found is not None:
@@ -89,10 +100,16 @@ def _bracketed(text: str) -> tuple[str, str | None] | None:
             content = match.group(1).strip()
             name = " ".join((text[: match.start()] + " " + text[match.end() :]).split()).strip(" ,;:/_-") or content
             known = known_unit(name, content) if content and content != "1" else None
-            square = bracket is _BRACKETS[0] and content and not content[0].isdigit()
+            square = bracket is _BRACKETS[0] and content and (not content[0].isdigit() or _is_amount(content))
             if known is not None or square:
                 return name, known or content
     return None
+
+
+def _is_amount(content: str) -> bool:
+    """Whether it is a number with a unit, such as "0.01 mm": what one number is worth, or a range."""
+    number = re.match(r"\d+(?:[.,]\d+)?\s*(?=[^\W\d])", content)
+    return number is not None and units.expression(content[number.end() :]) is not None
 
 
 def _after_sign(text: str) -> tuple[str, str | None] | None:
@@ -126,6 +143,6 @@ def _after_underscore(text: str) -> tuple[str, str | None] | None:
     """Unit after an underscore, where the name before it says nothing and the unit is no word: ``x_um``."""
     name, sign, unit = text.rpartition("_")
     known = None if unit in _ALSO_WORDS or not name.strip("_ ") else known_unit(name, unit)
-    if not sign or known is None or units.kind_of(known) not in _PLAIN_KINDS or kinds_named(name):
+    if not sign or known is None or units.kind_of(known) not in PLAIN_KINDS or kinds_named(name):
         return None
     return name, known

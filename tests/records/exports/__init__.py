@@ -10,6 +10,7 @@ from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER
 from tests.records.exports.laboratory import LABORATORY
 from tests.records.exports.scopes import SCOPES
+from tests.records.exports.strangers import STRANGERS
 from tests.records.exports.text import TEXT
 
 KINDS: dict[str, list[Export]] = {
@@ -21,4 +22,5 @@ KINDS: dict[str, list[Export]] = {
     "containers": CONTAINERS,
     "fresh": FRESH,
     "further": FURTHER,
+    "strangers": STRANGERS,
 }
