@@ -100,7 +100,7 @@ REFUSED = {
     "time backward throughout": (HEAD + rows(lambda i: german(N - 1 - i)), "the time never increases"),
     "time not readable": (
         HEAD + rows(lambda i: "x" + german(i)),
-        ""x0,0000" is no number; expected numbers in s",
+        '"x0,0000" is no number; expected numbers in s',
     ),
     "unit of time against the rate": (
         "fs = 2000 Hz\ntime [ms],F [N],u [mm]\n" + rows(plain),
