@@ -60,8 +60,6 @@ class How(NamedTuple):
         Errors of measured inputs from an earlier identification, to begin with.
     near : InputSensitivities, optional
         Readings linearised in these errors, near where it begins.
-    rivals : bool
-        Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
     """
 
     robust: bool = False
@@ -69,7 +67,6 @@ class How(NamedTuple):
     whiten: bool = True
     coefficients: InputCoefficients | None = None
     near: InputSensitivities | None = None
-    rivals: bool = True
 
 
 def identify(
