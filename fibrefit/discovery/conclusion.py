@@ -18,7 +18,7 @@ from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
 from fibrefit.discovery.engine.effort import time_for_gls
 from fibrefit.discovery.engine.supermodel import FAR
-from fibrefit.discovery.engine.thresholds import NAMED, TELLS, widens
+from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
@@ -32,7 +32,6 @@ from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
-from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.catalogue import look_alikes
@@ -92,11 +91,9 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     propose = partial(proposed, search, best, readings)
     law = parts.take("law", propose, None) if readings else None
     search.tell("fitting the final model", None)
-    found, (wanted, small) = best, _of_interest(search, best, limits.least)
-    best, after, refused = _confirmed(search, wanted, before, limits, budget)
     # What was found too small for interest is still there: what is left is that of a model with it.
-    alarms = alarms if best is wanted else alarms_of(search, best)
-    complete = not alarms and not readings
+    found, (best, small) = best, _of_interest(search, best, limits.least)
+    after = _final(search, best, limits.seed, budget) if best.effects else before
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _verdict(best, alarms, readings, cut, tried)
@@ -105,7 +102,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *(refused or _taken_out(at, found if best is wanted else best))),
+        reason=(*reason, *small, *_taken_out(at, found)),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -126,28 +123,6 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
-
-
-def _confirmed(
-    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget
-) -> tuple[Weighed, Identification, list[Statement]]:
-    """What was found and its fit, without what makes the gap larger once it is in the model; and what is said of that.
-
-    A search weighs all hypotheses by reactions to errors of inputs as one model has them. An effect that changes these,
-    such as a play of the size of the errors, may gain there what no fit finds again.
-    """
-    said: list[Statement] = []
-    while best.effects:
-        after = _final(search, best, limits.seed, budget)
-        gaps = total(before.gap), total(after.gap)
-        cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        # Of one model records may differ, of the other all are alike: their gaps say nothing of what was added.
-        unlike = before.gls is not None and after.gls is None
-        if cut or unlike or limits.choose is not None or not widens(*gaps):
-            return best, after, said
-        said.append(Statement("widens", {"effect": best.names[-1], "gaps": gaps}))
-        best = search.scales.without(best, best.effects[:-1])
-    return best, before, said
 
 
 def _of_interest(search: Search, best: Weighed, least: float) -> tuple[Weighed, list[Statement]]:
@@ -282,8 +257,10 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         horizons=task.horizons[:1, -1:],
     )
     enough, coefficients = time_for_gls(budget.left, budget.seconds), coefficients_of(search, best)
-    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
-    near = None if search.gap(search.plain(best)) > FAR else best.frame.sensitivities
+    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole. And it begins with
+    # records that are alike: where they differ, it is at another place than these readings.
+    apart = search.gap(search.plain(best)) > FAR or best.evidence.mode.sigma.any()
+    near = None if apart else best.frame.sensitivities
     how = How(whiten=enough, coefficients=coefficients, near=near)
     with time_limit(budget.left):
         return identify(

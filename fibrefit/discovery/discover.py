@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+
+import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.discovery.search.setup import begun
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import begun, minima_weighed
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -45,27 +50,41 @@ def discover(
         task,
         STARTS,
         limits.seed,
-        How(whiten=False),
+        How(whiten=False, rivals=False),
         progress=progress,
         stop=lambda: budget.used > BASE * limits.seconds,
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
-    with time_limit(budget.left - CONCLUDING * limits.seconds):
-        begin = partial(begun, task, before, effects, tell, limits.folder)
-        started, _ = in_time(begin, None)
+    with time_limit(budget.left - _concluding(before.seconds, limits.seconds)):
+        started, _ = in_time(partial(_started, task, before, effects, tell, limits.folder), None)
         if started is None:
             return _not_trusted(before, (Statement("no_time"),), budget)
-        at = forward_select(*started, before, limits)
-    return concluded(before, started[1], at, limits, budget)
+        search, base, before = started
+        at = forward_select(search, base, before, limits)
+    return concluded(before, base, at, limits, budget)
+
+
+def _started(
+    task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None
+) -> tuple[Search, Weighed, Identification]:
+    search, base = begun(task, before, effects, tell, folder)
+    return search, *minima_weighed(search, base, before)
 
 
 BASE = 0.3
 """Share of the time that the fit of the first model may take."""
-CONCLUDING = 0.35
-"""Share that is kept for tests of what was found and for the fit of the final model."""
+CONCLUDING = 0.2, 0.35
+"""Least and largest share that is kept for tests of what was found and for the fit of the final model."""
+FINAL = 3.0
+"""Factor on the time of the first fit, that these usually take."""
 ASTRAY = 0.05
 """Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
+
+
+def _concluding(first: float, given: float) -> float:
+    """Time kept for the conclusion, in s, from that of the first fit and what is given for all."""
+    return float(np.clip(FINAL * first, *(share * given for share in CONCLUDING)))
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:

@@ -32,7 +32,7 @@ from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
-from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised
+from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -286,7 +286,7 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     added = " + ".join(name for name in chosen.names if name not in parent.names)
     gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
     residual_set = before.residual_set if not parent.effects else what_is_left(search, parent)
-    residuals_with = tuple(what_is_left(search, one).residuals for one in look.found[:COMPARED])
+    residuals_with = tuple(residuals_left(search, one) for one in look.found[:COMPARED])
     summary = Round(
         added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking
     )

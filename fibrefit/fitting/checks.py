@@ -37,6 +37,8 @@ from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 CONVERGED = "convergence"
 COMPLETION = "completion"
 EXPLAINED = "explained_share"
+SIZE = "residual_size"
+AGREED = "starts"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -133,7 +135,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
         passed=share >= STARTS or few,
         statistic=share,
         threshold=STARTS,
-        identifier="starts",
+        identifier=AGREED,
         quantity="agreement of the starts (multistart)",
         facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess},
     )
@@ -175,7 +177,7 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
         Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """
     ratio, limit = total(gap), GAP * expected
-    named: dict[str, Any] = {"identifier": "residual_size", "quantity": "residual size", "about": "model"}
+    named: dict[str, Any] = {"identifier": SIZE, "quantity": "residual size", "about": "model"}
     return Check(name="the gap is noise", passed=ratio <= limit, statistic=ratio, threshold=limit, **named)
 
 

@@ -60,6 +60,8 @@ class How(NamedTuple):
         Errors of measured inputs from an earlier identification, to begin with.
     near : InputSensitivities, optional
         Readings linearised in these errors, near where it begins.
+    rivals : bool
+        Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
     """
 
     robust: bool = False
@@ -67,6 +69,7 @@ class How(NamedTuple):
     whiten: bool = True
     coefficients: InputCoefficients | None = None
     near: InputSensitivities | None = None
+    rivals: bool = True
 
 
 def identify(
@@ -187,7 +190,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
         _agreed(second, settling_unit(problem, bars)),
-        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed)),
+        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
@@ -244,11 +247,9 @@ def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...
     return (*swapped, *flies, *(() if lag is None else (judge.measured_at_once(lag),)))
 
 
-FURTHER = 2
-"""Minima beside the best that errors of measured inputs are taken off in, too."""
-
-
-def _left_open(task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise: bool) -> tuple[bool, float]:
+def _left_open(
+    task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise: bool, rivals: bool
+) -> tuple[bool, float]:
     """Whether the best minimum leaves only noise, and by how many nats the next is less probable, if that is open.
 
     As measured, an input leaves residuals in every minimum: what tells them apart shows once its errors are taken off.
@@ -259,15 +260,12 @@ def _left_open(task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise
     if not best.input_errors:
         # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
         return noise, 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / unit**2
-    for label in range(1, FURTHER + 1):
-        there = np.where(starts.basin == label, starts.cost, np.inf)
-        if not np.isfinite(there).any():
-            break
-        other = optimum(task, starts.values[int(np.argmin(there))])
+    for values in starts.others() if rivals else ():
+        other = optimum(task, values)
         # Ends that differ by less than their error bars say the same.
         if np.any(np.abs(other.values - best.values) > bars.errors[bars.method]):
             return noise, 0.5 * (_objective(other) - _objective(best)) / unit**2
-    return noise, np.inf
+    return noise, np.inf if rivals else 0.0
 
 
 def _objective(end: Optimum) -> float:

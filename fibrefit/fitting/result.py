@@ -68,6 +68,10 @@ def total(gap: Gap) -> float:
     return float(np.sqrt(np.mean([math.nan if one.ratio is None else one.ratio**2 for one in gap.values()])))
 
 
+FURTHER = 2
+"""Minima beside the best that errors of measured inputs are taken off in, too."""
+
+
 @dataclass(frozen=True)
 class Starts:
     """Where the search began and ended.
@@ -106,6 +110,11 @@ class Starts:
     def agreeing(self) -> int:
         """Number that ended in the best minimum."""
         return int(np.sum(self.basin == 0))
+
+    def others(self) -> list[np.ndarray]:
+        """Best ends ``(n_free,)`` of the next `FURTHER` minima, in SI units."""
+        ends = [np.where(self.basin == label, self.cost, np.inf) for label in range(1, FURTHER + 1)]
+        return [self.values[int(np.argmin(end))] for end in ends if np.isfinite(end).any()]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fibrefit.discovery import discover
 from fibrefit.discovery.engine import effort
 from tests.brackets import Bracket, thresholds
 
@@ -55,3 +56,8 @@ def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
     assert effort.lost(1.0, 1.2)
     assert not effort.lost(1.0, 1.05)
     assert not effort.lost(3.0, 1.2)
+
+
+@pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (25.0, 75.0), (90.0, 105.0)])
+def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, kept: float) -> None:
+    assert discover._concluding(first, 300.0) == pytest.approx(kept)

@@ -182,7 +182,6 @@ CASES = (
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
-    Bracket("WIDENED", thresholds, lambda x: not thresholds.widens(1.0, x), 1.006, 1.015),
     Bracket("BEYOND_DOUBT", comparison, sobered, 90.0, 110.0),
     Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),

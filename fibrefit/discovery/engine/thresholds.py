@@ -24,9 +24,6 @@ BEYOND_DOUBT = 100.0
 """Nats that no inflation of the scores' variance makes doubtful."""
 NOISE_LIKE = 1.045
 """Normalised residual RMS up to which a model leaves only noise; the noise itself is known to about two percent."""
-WIDENED = 1.01
-"""Factor on the gap of a fit from which what was added is not what is missing: a right law lowers it, and an estimate
-that weighs readings by their noise moves it by some thousandths."""
 ALARM = 1e-4
 """Probability of innovations as strange as these, if the model were complete, below which it is not."""
 CONTRADICTED = 1e-5
@@ -53,11 +50,6 @@ QUANTISED = 0.3
 
 PRICE = 4.0
 """Nats a parameter usually costs before it explains anything: the logarithm of what the records narrow its prior by."""
-
-
-def widens(before: float, after: float) -> bool:
-    """Whether a gap has risen by more than the noise of an estimate."""
-    return after > WIDENED * before
 
 
 def gate(parameters: int, louder: float = 1.0) -> float:

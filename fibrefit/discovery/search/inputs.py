@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from threading import Lock
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
@@ -32,6 +33,21 @@ def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | Non
     flat = [-basis @ np.asarray(inverse @ (rows @ own)) for basis, inverse, rows, own in directions]
     ends = np.cumsum([wave.shape[1] for wave in sensitivities.coefficients.values()])[:-1]
     return dict(zip(sensitivities.coefficients, np.split(np.array(flat), ends, axis=1), strict=True))
+
+
+def residuals_left(search: Search, weighed: Weighed) -> np.ndarray:
+    """Residuals of a hypothesis ``(n_record, n_channel, n_time)`` in units of the noise, errors of inputs taken off.
+
+    By a program of the search: to put a hypothesis into a model of its own is to compile that.
+    """
+    frame, coefficients = weighed.frame, coefficients_of(search, weighed)
+    if coefficients is not None and (seen := frame.sensitivities) is not None:
+        whole = seen._replace(
+            coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=jnp.zeros_like(seen.offset)
+        )
+        frame = supermodel_of(search.task, frame.effects, whole)
+    rows = np.asarray(residual_rows(frame, weighed.local, search.context.whole))
+    return rows.reshape(len(rows), len(search.task.problem.model.rig.channels), -1)
 
 
 class About(NamedTuple):

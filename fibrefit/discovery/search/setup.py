@@ -18,6 +18,7 @@ from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.checks import AGREED, SIZE, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
@@ -57,6 +58,39 @@ def begun(
         search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
         base = search.scales.again(base)
     return search, base
+
+
+def minima_weighed(search: Search, base: Weighed, before: Identification) -> tuple[Weighed, Identification]:
+    """The best minimum of the base model, and its fit, whose starts are held against the next one's probability.
+
+    As measured, an input leaves residuals in every minimum, and few starts may find the best: what tells them apart are
+    residuals with the errors of the input eliminated. The likelihood of the search says that at once.
+
+    Parameters
+    ----------
+    search : Search
+    base : Weighed
+    before : Identification
+        Of the base model.
+    """
+    noise = all(check.passed for check in before.checks if check.identifier == SIZE)
+    if not before.input_errors or not undecided(before.starts, noise):
+        return base, before
+    search.tell("weighing other minima of the first fit", None)
+    frame, errors = search.base.frame, before.plain.errors
+    values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
+    ends = [search.scales.weigh(frame, (), _local(frame, search.task, end)) for end in values]
+    best = max([base, *ends], key=lambda one: one.log)
+    nats = min((best.log - one.log for one in (base, *ends) if _is_elsewhere(one, best)), default=np.inf)
+    checks = tuple(
+        starts_agree(before.starts, noise, nats) if check.identifier == AGREED else check for check in before.checks
+    )
+    return best, replace(before, checks=checks)
+
+
+def _is_elsewhere(one: Weighed, best: Weighed) -> bool:
+    """Whether it is another minimum: ends that differ by less than their error bars say the same."""
+    return any(abs(one.shared[name] - value) > best.errors[name] for name, value in best.shared.items())
 
 
 def set_up(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:

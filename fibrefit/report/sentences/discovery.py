@@ -204,14 +204,6 @@ def _noise_left(facts: Facts) -> str:
     return f"What is left is noise{besides}: no test of the innovations objects."
 
 
-def _widens(facts: Facts) -> str:
-    before, after = facts["gaps"]
-    return (
-        f"With {facts['effect']} in the model the normalised residual RMS rises from {before:.3g} to {after:.3g}: it "
-        "is not what is missing."
-    )
-
-
 def _taken_out(facts: Facts) -> str:
     gone, several = facts["effects"], len(facts["effects"]) > 1
     were, are = ("were", "they are") if several else ("was", "it is")
@@ -236,7 +228,6 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "events": _events,
     "unknown": lambda facts: f"nothing that is known of; {discovery_sentence(facts['lies']).removesuffix('.')}",
     "noise_left": _noise_left,
-    "widens": _widens,
     "taken_out": _taken_out,
     "too_small": lambda facts: (
         f"{facts['effect']} is there, but explains {facts['strength']:.2g} of the noise rms, less than the least of "
