@@ -7,8 +7,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
@@ -84,7 +82,8 @@ ASTRAY = 0.05
 
 def _concluding(first: float, given: float) -> float:
     """Time kept for the conclusion, in s, from that of the first fit and what is given for all."""
-    return float(np.clip(FINAL * first, *(share * given for share in CONCLUDING)))
+    least, most = (share * given for share in CONCLUDING)
+    return min(max(FINAL * first, least), most)
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:
