@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.products import column_products
 from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Problem
@@ -108,7 +109,8 @@ def _information(problem: Problem, values: jax.Array, conditions: dict[str, jax.
         changed[name] = changed[name].at[0].set(value)
     planned = data._replace(experiment=data.experiment._replace(conditions=changed))
     slopes = eqx.tree_at(lambda p: p.observations, problem, planned).linearised(values).slopes[0]
-    local = jnp.einsum("cti,ctj->ij", slopes, slopes)
+    flat = slopes.reshape(-1, slopes.shape[-1])
+    local = column_products(flat, flat)
     columns = problem.layout.local_columns[0]
     shared = sum(record is None for _, record in problem.layout.entries)
     own = columns >= shared

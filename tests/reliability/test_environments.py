@@ -61,30 +61,6 @@ def told(out: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     return summary, arrays
 
 
-def same_but_for_last_digits(one: Any, other: Any, where: str = "") -> float:
-    """Largest relative difference of two numbers of two results; all that is not a broken number is the same."""
-    if isinstance(one, dict):
-        assert one.keys() == other.keys(), where
-        return max((same_but_for_last_digits(one[key], other[key], f"{where}.{key}") for key in one), default=0.0)
-    if isinstance(one, list):
-        assert len(one) == len(other), where
-        return max((same_but_for_last_digits(*pair, where) for pair in zip(one, other, strict=True)), default=0.0)
-    if isinstance(one, np.ndarray) and one.dtype.kind == "f":
-        assert one.shape == other.shape, where
-        assert np.array_equal(np.isnan(one), np.isnan(other)), where
-        size = np.nanmax(np.abs(one), initial=0.0, where=np.isfinite(one))
-        np.testing.assert_allclose(other, one, rtol=SPLIT_SUMS, atol=SPLIT_SUMS * size, err_msg=where)
-        return float(np.nanmax(np.abs(other - one), initial=0.0) / size) if size else 0.0
-    if isinstance(one, np.ndarray):
-        np.testing.assert_array_equal(one, other, where)
-        return 0.0
-    if isinstance(one, float) and isinstance(other, float):
-        assert other == pytest.approx(one, rel=SPLIT_SUMS, abs=NOTHING), where
-        return abs(other - one) / abs(one) if abs(one) > NOTHING else 0.0
-    assert one == other, where
-    return 0.0
-
-
 def test_a_user_without_a_home_has_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     def homeless() -> Path:
         raise RuntimeError("Could not determine home directory.")
@@ -256,10 +232,6 @@ os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:number])
 from fibrefit.cli.main import main
 main()
 """
-SPLIT_SUMS = 1e-7
-"""Relative; values were seen to differ by 1e-12, and their errors by 1e-9."""
-NOTHING = 1e-6
-"""What is left of two numbers that are equal: a cost above the best, the distance of two solvers in error bars."""
 NUMBERS = ("NPROC", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -273,7 +245,7 @@ NUMBERS = ("NPROC", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
     ],
     ids=lambda words: words[0],
 )
-def test_one_thread_and_eight_give_the_same(tmp_path: Path, series: Path, words: tuple[str, ...]) -> None:
+def test_one_thread_and_eight_give_the_same_bits(tmp_path: Path, series: Path, words: tuple[str, ...]) -> None:
     for number in (1, 8):
         counts = dict.fromkeys(NUMBERS, str(number))
         command = [sys.executable, "-c", THREADS, str(number), words[0], "series", *words[1:]]
@@ -282,13 +254,11 @@ def test_one_thread_and_eight_give_the_same(tmp_path: Path, series: Path, words:
             capture_output=True, text=True, check=False, timeout=LONGEST,
         )  # fmt: skip
         assert done.returncode in (0, 5), done.stderr
-    # Products of matrices are split by the number of threads: their sums differ in the last digits. What is concluded,
-    # counted and said is the same.
     (one, arrays), (eight, its_arrays) = told(tmp_path / "out1"), told(tmp_path / "out8")
-    apart = same_but_for_last_digits(one, eight), same_but_for_last_digits(arrays, its_arrays)
-    print(
-        f"\n{words[0]}: numbers of the summary differ by {apart[0]:.1e} at the most, those of arrays by {apart[1]:.1e}"
-    )
+    assert eight == one
+    assert its_arrays.keys() == arrays.keys()
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(its_arrays[name], array, name)
 
 
 def test_ignored_interruptions_stay_ignored() -> None:

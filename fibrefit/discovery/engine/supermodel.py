@@ -16,6 +16,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
 from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
@@ -344,15 +345,15 @@ def _products(
     """Gram matrices of the rows of `number` channels, whitened, the errors of inputs eliminated."""
     rows = whitened_rows(rows, number, whitening)
     if sensitivities is None:
-        return jax.lax.map(lambda rows: rows @ rows.T, rows)
+        return jax.lax.map(lambda rows: row_products(rows, rows), rows)
 
     def one(row: tuple) -> jax.Array:
         rows, (pulls, inverse) = row
-        gram = rows @ rows.T
+        gram = row_products(rows, rows)
         # Rows differ by many orders of magnitude: single precision is that of each row.
         size = jnp.sqrt(jnp.diag(gram))
         size = jnp.where(size > 0.0, size, 1.0)
-        pulled = ((rows / size[:, None]).astype(pulls.dtype) @ pulls.T).astype(float) * size[:, None]
+        pulled = row_products((rows / size[:, None]).astype(pulls.dtype), pulls).astype(float) * size[:, None]
         return gram - pulled @ inverse @ pulled.T
 
     return jax.lax.map(one, (rows, sensitivities))
@@ -374,7 +375,7 @@ def _within_stretches(
     rows = whitened_rows(rows, number, whitening)
     if sensitivities is not None:
         pulls, inverse = sensitivities[0].astype(float), sensitivities[1]
-        pulled = jnp.einsum("rkn,rwn->rkw", rows, pulls)
+        pulled = row_products(rows, pulls)
         rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, inverse, pulls)
     whole = rows.reshape(*rows.shape[:2], number, -1)
     size = -(-whole.shape[-1] // STRETCHES)
@@ -382,5 +383,5 @@ def _within_stretches(
     parts = whole.reshape(*whole.shape[:3], STRETCHES, size)
     products = jnp.einsum("rkcst,rlcst->rskl", parts, parts)
     scores = (rows[:, :-1] * rows[:, -1:]).reshape(len(rows), rows.shape[1] - 1, -1)
-    squares = jnp.einsum("rkn,rln->rkl", scores, scores)
+    squares = row_products(scores, scores)
     return products, squares

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
@@ -127,7 +128,7 @@ def _products(
     rows = jnp.moveaxis(jnp.concatenate([moved, residuals[..., None]], axis=-1), -1, 0)
     rows = rows if whitening is None else whitening.whiten_rows(rows)
     rows = jnp.moveaxis(rows, 0, 1).reshape(rows.shape[1], rows.shape[0], -1)
-    grams = jnp.einsum("rin,rjn->rij", rows, rows)
+    grams = row_products(rows, rows)
     if sensitivities is None:
         return grams
     pulled = pulled_by(sensitivities, rows)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.products import column_products
 from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.statement.jump_sides import nearest_side
 from fibrefit.problem.statement.layout import Layout
@@ -188,7 +189,7 @@ class Problem(eqx.Module):
             linear, _ = self.record_followed(*row)
             columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
             columns = columns.reshape(-1, columns.shape[-1])
-            return columns.T @ columns
+            return column_products(columns, columns)
 
         local = jax.lax.map(one, (self.layout.local(values), self.observations))
         size, index = self.layout.size, self.layout.local_columns

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs.products import column_products
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.posterior.random_effects import Conditional
@@ -79,13 +80,13 @@ def _curvature(
         freedom = jnp.exp(noise[-1])
         weight = weight * (freedom + 1.0) / (freedom + (innovations / levels) ** 2)
     weighted = slopes * weight[..., None]
-    local = jnp.einsum("rcti,rctj->rij", weighted, slopes)
+    local = _over_samples(weighted, slopes)
     rows, size = layout.local_columns, layout.size
     gram = jnp.zeros((size, size)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
     whole = jnp.zeros((density.size, density.size)).at[:size, :size].set(gram * slope[:, None] * slope)
     cross = None
     if density.random_effects is not None:
-        own = jnp.einsum("rcti,rctk->rik", weighted, density.random_effects.slopes)
+        own = _over_samples(weighted, density.random_effects.slopes)
         number = jnp.arange(len(rows))[:, None]
         cross = jnp.zeros((len(rows), density.size, own.shape[-1])).at[number, rows].add(own, mode="drop")
         cross = cross.at[:, :size].multiply(slope[:, None]).at[:, size:].set(0.0)
@@ -93,6 +94,11 @@ def _curvature(
         return whole, cross
     of_noise = -jax.hessian(lambda x: likelihood.log_density(linear.residuals, x))(noise)
     return whole.at[size:, size:].set(of_noise), cross
+
+
+def _over_samples(one: jax.Array, other: jax.Array) -> jax.Array:
+    """Products ``(n_record, i, j)`` of columns ``(n_record, n_channel, n_time, i)`` and ``(..., j)``."""
+    return column_products(*(array.reshape(len(array), -1, array.shape[-1]) for array in (one, other)))
 
 
 class _OfGrid(NamedTuple):
