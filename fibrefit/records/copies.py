@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,65 @@ ALIKE = 1e-3
 """Part of the steps from sample to sample below which two signals are the same, written with other digits."""
 LOOKS = 8
 """Samples by which a record is looked up among the others: where nothing moves, one may be alike by chance."""
+
+PLACES, LENGTH = 64, 8
+"""Stretches of a record by whose means it is known again, and their samples."""
+
+
+class Looks(NamedTuple):
+    """What of a record tells it from all others, in few numbers: to be kept beside its result.
+
+    Parameters
+    ----------
+    samples : int
+    means : dict of str to list of float
+        By role, of stretches of it; None where a sample is missing.
+    reach : dict of str to float
+        By role, how far those of a copy may be.
+    """
+
+    samples: int
+    means: dict[str, list[float | None]]
+    reach: dict[str, float]
+
+
+def looks_of(record: Record) -> Looks:
+    """What of a record tells it from all others."""
+    number = len(record.time)
+    first = np.unique(np.linspace(0, max(number - LENGTH, 0), PLACES).astype(int))
+    at = np.minimum(first[:, None] + np.arange(LENGTH), number - 1)
+    means, reach = dict[str, list[float | None]](), dict[str, float]()
+    for role, signal in sorted(record.channels.items()):
+        found = np.asarray(signal)[at].mean(axis=1)
+        means[role] = [float(value) if np.isfinite(value) else None for value in found]
+        reach[role] = _reach(np.asarray(signal))
+    return Looks(number, means, reach)
+
+
+def copies_by_looks(looks: Sequence[Looks]) -> dict[int, int]:
+    """Numbers of records that are copies, and of the first one that each is a copy of.
+
+    Two that are not share all of some hundred means by chance only if nothing in them is noise.
+    """
+    groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
+    for number, one in enumerate(looks):
+        groups[(one.samples, *one.means)].append(number)
+    found: dict[int, int] = {}
+    for members in groups.values():
+        if len(members) < 2:
+            continue
+        width = len(next(iter(looks[members[0]].means.values()), ()))
+        means = np.array([[v for row in looks[m].means.values() for v in row] for m in members], dtype=float)
+        reach = np.repeat([list(looks[m].reach.values()) for m in members], width, axis=1)
+        for i, number in enumerate(members):
+            if number in found or not means.shape[1]:
+                continue
+            near = i + 1 + np.flatnonzero(~(np.abs(means[i + 1 :, 0] - means[i, 0]) > reach[i, 0]))
+            apart = np.abs(means[near] - means[i])
+            shared = np.isfinite(apart).reshape(len(near), means.shape[1] // width, width).sum(axis=2).min(axis=1)
+            same = ~(apart > reach[i]).any(axis=1) & (shared >= LOOKS)
+            found |= {members[j]: number for j in near[same] if members[j] not in found}
+    return found
 
 
 def first_copy(records: Sequence[Record]) -> tuple[Record, Record] | None:
@@ -76,4 +136,4 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(both.any()) and bool(np.max(np.abs(a[both] - b[both])) <= _reach(a))
 
 
-__all__ = ["ALIKE", "first_copy"]
+__all__ = ["ALIKE", "Looks", "copies_by_looks", "first_copy", "looks_of"]

@@ -54,6 +54,25 @@ OTHERS = {
 }
 
 
+@pytest.mark.parametrize("change", ["digits", "a gap"])
+def test_a_copy_is_known_by_how_a_record_looks(change: str) -> None:
+    """That little is what a batch keeps of each record."""
+    records = measured(np.random.default_rng(1), 300)
+    records.insert(11, COPIES[change](records[3]))
+    assert copies.copies_by_looks([copies.looks_of(one) for one in records]) == {11: 3}
+
+
+@pytest.mark.parametrize("change", OTHERS)
+def test_what_is_no_copy_does_not_look_like_one(change: str) -> None:
+    """Readings in coarse steps are alike where nothing moves; those in motion are not."""
+    records = [
+        changed(one, force=np.round(one.channels["force"]), position=np.round(one.channels["position"], 3))
+        for one in measured(np.random.default_rng(2), 300)
+    ]
+    records.insert(11, OTHERS[change](records[3]))
+    assert copies.copies_by_looks([copies.looks_of(one) for one in records]) == {}
+
+
 @pytest.mark.parametrize("change", COPIES)
 def test_a_copy_is_found(change: str) -> None:
     records = measured(np.random.default_rng(1), 20)

@@ -10,6 +10,7 @@ import jsonschema
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.records.copies import Looks
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
@@ -54,7 +55,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         if job.name.startswith("more"):
             left = FIT.checks[0].model_copy(update={"passed": False, "about": "model", "quantity": "residual size"})
             update["checks"] = (left,)
-        return Outcome(FIT.model_copy(update=update).model_dump_json(by_alias=True), 1.0)
+        seen = len(job.name.removeprefix("twice "))
+        looks = Looks(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
+        return Outcome(FIT.model_copy(update=update).model_dump_json(by_alias=True), 1.0, looks if seen == 3 else None)
 
     monkeypatch.setattr(batch, "identified", outcome)
     return names
@@ -363,6 +366,19 @@ def test_a_record_that_is_listed_twice_counts_once(lifted: Path, tmp_path: Path)
     again = batch_command(lifted, tmp_path / "out", starts=4, processes=1, resume=True)
     assert {name: item.error for name, item in again.items.items()} == {n: i.error for n, i in found.items.items()}
     assert again.taken_up == len(work) - len(refused)
+
+
+def test_a_record_in_other_digits_counts_once(series: Path, tmp_path: Path, asked: list[str]) -> None:
+    """Its bytes are others; it is known by how it looks, which is kept beside each item."""
+    work = jobs(series, "four", "two", "twice two")
+    found = carried_out(work, tmp_path / "out")
+    assert found.items["four"].error is found.items["two"].error is None
+    assert found.items["twice two"].error.startswith(
+        'twice two: the same data as "two"; expected each measurement once.'
+    )
+    again = carried_out(work, tmp_path / "out", resume=True)
+    assert again.items == found.items
+    assert asked == ["four", "two", "twice two"], "what was kept says how each looks"
 
 
 def test_a_study_of_which_all_files_are_missing_is_refused_at_once(series: Path) -> None:

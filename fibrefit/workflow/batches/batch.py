@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.records.copies import Looks
 from fibrefit.report.checks import quantity_of
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
@@ -28,7 +29,7 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
-from fibrefit.workflow.batches.jobs import RecordConditions, headed, record_conditions
+from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, headed, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
 from fibrefit.workflow.together.pooled import USABLE, pooled_batch, quantities_of
@@ -181,36 +182,49 @@ def batch_studies(
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     folder, *others = (folders,) if isinstance(folders, Path) else folders
     items = {name: BatchItem(error=why) for name, why in (refused or {}).items()}
+    looks: dict[str, Looks] = {}
     todo: list[Job] = []
     for job in [job for job in jobs if job.name not in items]:
         known = _known(folder / ITEMS / places[job], job) or _gathered(folder / ITEMS / places[job], job, others)
         if known is None:
             todo.append(job)
         else:
-            items[job.name] = known
+            _noted(items, looks, job, known)
     taken_up = len(items) - len(refused or {})
     before, counts = len(items), Counter(_kind(item) for item in items.values())
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
-        items[job.name] = _kept(folder / ITEMS / places[job], job, done)
+        _noted(items, looks, job, _kept(folder / ITEMS / places[job], job, done))
         counts[_kind(items[job.name])] += 1
         follow(*_progress_line(counts, len(jobs), len(items) - before, time.perf_counter() - began))
     ordered = {job.name: items[job.name] for job in jobs}
+    ordered |= {copy: BatchItem(error=why) for copy, why in copies_seen(list(ordered), looks).items()}
     return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
 
 
-def _known(place: Path, job: Job) -> BatchItem | None:
+Known = tuple[BatchItem, Looks | None]
+"""The item of a job that has ended, and by what copies of its record are known."""
+
+
+def _noted(items: dict[str, BatchItem], looks: dict[str, Looks], job: Job, known: Known) -> None:
+    items[job.name] = known[0]
+    if known[1] is not None:
+        looks[job.name] = known[1]
+
+
+def _known(place: Path, job: Job) -> Known | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
-        # An item that does not say what its model lacks was kept by an earlier version.
+        # An item that does not say what its model lacks, or how its record looks, was kept by an earlier version.
         same = kept["digest"] == job.digest() and "lacks" in kept["item"] and (place / NAME).exists()
-        return BatchItem.model_validate(kept["item"], strict=False) if same else None
+        looks = None if kept["looks"] is None else Looks(**kept["looks"])
+        return (BatchItem.model_validate(kept["item"], strict=False), looks) if same else None
     except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
         return None
 
 
-def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> BatchItem | None:
+def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
     """What another part of the batch found, copied to its place."""
     for folder in folders:
         source = folder / ITEMS / place.name
@@ -222,10 +236,10 @@ def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> BatchItem | Non
     return None
 
 
-def _kept(place: Path, job: Job, done: Done) -> BatchItem:
+def _kept(place: Path, job: Job, done: Done) -> Known:
     """The item of a job that has ended, on disk where it ended well."""
     if done.error is not None:
-        return BatchItem(error=_said(done.error))
+        return BatchItem(error=_said(done.error)), None
     outcome: Outcome = done.outcome
     summary = FitSummary.model_validate_json(outcome.summary)
     item = BatchItem(
@@ -237,9 +251,10 @@ def _kept(place: Path, job: Job, done: Done) -> BatchItem:
     )
     place.mkdir(parents=True, exist_ok=True)
     write_whole(place / NAME, outcome.summary)
-    content = {"digest": job.digest(), "item": item.model_dump(mode="json")}
+    looks = None if outcome.looks is None else outcome.looks._asdict()
+    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "looks": looks}
     write_whole(place / ITEM, json.dumps(content, indent=1) + "\n")
-    return item
+    return item, outcome.looks
 
 
 def _said(error: Exception) -> str:

@@ -8,7 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
+from fibrefit.records.copies import Looks, copies_by_looks
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
@@ -83,8 +85,10 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     Raises
     ------
     FibrefitError
-        If the only study there is cannot be read.
+        If the only study there is cannot be read, or starts are more than memory holds.
     """
+    if not 1 <= starts <= MOST_STARTS:
+        raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
     each = each or ("record" if len(origins) == 1 else "study")
     named: list[tuple[str, Origin, int | None]] = []
     for origin in origins:
@@ -135,9 +139,28 @@ def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
             held = tuple(sha256_of(study.path_of(file)) for file in study.records[0].files)
             other = first.setdefault(held, job.name)
             if held and other != job.name:
-                do = "Take one of the two off the list: a copy is no further evidence."
-                copies[job.name] = str(DataError(job.name, f'the same data as "{other}"', "each measurement once", do))
+                copies[job.name] = _copy_of(job.name, other)
     return copies
+
+
+def copies_seen(names: Sequence[str], looks: Mapping[str, Looks]) -> dict[str, str]:
+    """The same of records that hold the data of one before them in other bytes, such as with other digits.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the jobs, in their order.
+    looks : mapping of str to Looks
+        Of the records of those that were carried out.
+    """
+    known = [name for name in names if name in looks]
+    found = copies_by_looks([looks[name] for name in known])
+    return {known[copy]: _copy_of(known[copy], known[first]) for copy, first in sorted(found.items())}
+
+
+def _copy_of(name: str, other: str) -> str:
+    do = "Take one of the two off the list: a copy is no further evidence."
+    return str(DataError(name, f'the same data as "{other}"', "each measurement once", do))
 
 
 def run_of(jobs: Sequence[Job]) -> Run:
