@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.thresholds import (
@@ -15,6 +16,7 @@ from fibrefit.fitting.thresholds import (
     ASTRAY,
     AT_BOUND,
     CHANCE,
+    FACTOR,
     FEW_STARTS,
     GRAVITY_OFF,
     INPUT_ERROR,
@@ -39,6 +41,7 @@ COMPLETION = "completion"
 EXPLAINED = "explained_share"
 SIZE = "residual_size"
 AGREED = "starts"
+MISSTATED = "misstated"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -246,6 +249,20 @@ def measured_at_once(found: Lag) -> Check:
         identifier="lag",
         quantity="time between force and position",
         facts={"late": found.late, "error": found.error},
+    )
+
+
+def explained_otherwise(found: Misstated) -> Check:
+    """What is said of records that a fault in what the study states explains: by how much a value would be another."""
+    return Check(
+        name="what the study states fits the records",
+        passed=False,
+        fatal=found.factor > FACTOR,
+        statistic=found.factor,
+        threshold=FACTOR,
+        identifier=MISSTATED,
+        quantity="what the study states",
+        facts={"misstated": found},
     )
 
 

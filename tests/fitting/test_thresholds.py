@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,7 +14,8 @@ from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, outweighed, structure
+from fibrefit.fitting.misfit import agreement, misstated, outweighed, structure
+from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
@@ -33,6 +35,11 @@ __all__ = ["clean"]
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
     return judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
+
+
+def off_by(factor: float) -> Misstated:
+    """A fault in what is stated that makes so much of a value."""
+    return Misstated("study.clock", 0.01, "-", "damping", "N s/m", factor, 1.0, factor)
 
 
 def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float = 0.0) -> bool:
@@ -95,6 +102,10 @@ CASES = (
     Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
     Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
+    Bracket("FACTOR", judge, lambda x: not judge.explained_otherwise(off_by(x)).fatal, 1.4, 1.6),
+    Bracket(
+        "REMAINING", misstated, lambda x: misstated.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)), 0.017, 0.0235
+    ),
     Bracket("LATE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),

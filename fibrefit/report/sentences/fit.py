@@ -217,6 +217,31 @@ def _free_flight(check: Check) -> str:
     )
 
 
+def _misstated(check: Check) -> str:
+    found = check.facts["misstated"]
+    name = found.name.rpartition(".")[2].replace("_", " ")
+    value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
+    says = (
+        f"With {STATED_OTHERWISE[found.effect](found.size)} ({found.effect}), the model would leave nothing but noise, "
+        f"and the {name} would be {without} in place of {value}"
+    )
+    if not check.fatal:
+        return f"{says}. Look at what the study states."
+    return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use."
+
+
+STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
+    "study.clock": lambda size: f"times {100.0 * size:+.2g} % longer than they are given",
+    "study.inclination": lambda size: f"an inclination {math.degrees(size):+.2g} deg from the stated one",
+    "study.lift": lambda size: f"heights {1e3 * size:+.2g} mm from the stated ones",
+    "study.weight_mass": lambda size: f"a mass {100.0 * size:+.2g} % from the stated one",
+    "sensor.position_gain": lambda size: f"positions that are read {size:.3g} times as large as they are",
+    "sensor.force_gain": lambda size: f"a force that is read {size:.3g} times as large as it is",
+    "sensor.force_delay": lambda size: f"a force that is {1e3 * size:.2g} ms late",
+}
+"""What a fault in what a study states comes to, by its law."""
+
+
 def _lag(check: Check) -> str:
     late, error = (1e3 * check.facts[name] for name in ("late", "error"))
     found = (
@@ -329,6 +354,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "exchanged_channels": _exchanged,
     "free_flight": _free_flight,
     "lag": _lag,
+    "misstated": _misstated,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

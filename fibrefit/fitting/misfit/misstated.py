@@ -1,0 +1,206 @@
+"""What the values would be if something that a study states were otherwise: clock, scales, slope, height, mass.
+
+A fit that leaves more than noise, or a flight that falls as it should not, shows a fault; whether the values are of use
+all the same nobody knows who does not know the fault. A fault in what is stated is one number. Fitted beside the
+others, it either leaves nothing but noise, and then it explains the records as the truth does, or it does not. Where it
+does, what it makes of the values is what they are off by.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.capability import Capability
+from fibrefit.core.parameter import Parameter
+from fibrefit.fitting.search.solve import gram_at, linearised
+from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
+from fibrefit.laws.catalogue import CATALOGUE, suits
+from fibrefit.laws.law import Effect
+from fibrefit.problem.statement.layout import Layout, Slot, least_squares
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import GAP
+
+STATED = ("study.clock", "study.inclination", "study.lift", "study.weight_mass", "sensor.position_gain",
+          "sensor.force_gain", "sensor.force_delay")  # fmt: skip
+"""Laws of one number that a study states, or that it does by silence: that channels are true and of the same time."""
+STEPS, SETTLED = 40, 1e-4
+"""Most steps of a descent, and the share of the sum of squares below which a step is the last."""
+DAMPED, SHORTER, LONGER = 1e-3, 0.2, 8.0
+"""First damping in units of the curvature, and how it follows from whether a step led down."""
+DIFFERENCE = 1e-6
+"""Step in a free coordinate for the slope of its value."""
+
+
+class Misstated(NamedTuple):
+    """A fault in what is stated that explains the records, and the value that it changes most.
+
+    Parameters
+    ----------
+    effect : str
+        Law of the fault.
+    size, unit : float, str
+        What it comes to, in SI units.
+    name, value_unit : str
+        Of the value.
+    value, without : float in SI units
+        As it was found, and as it would be without the fault.
+    factor : float
+        By which the two differ, 1 or more.
+    """
+
+    effect: str
+    size: float
+    unit: str
+    name: str
+    value_unit: str
+    value: float
+    without: float
+    factor: float
+
+
+def misstated(task: Task, values: np.ndarray) -> Misstated | None:
+    """The fault that explains drops best; None where none leaves nothing but noise, and on other rigs.
+
+    Parameters
+    ----------
+    task : Task
+        Of exact inputs.
+    values : (n_free,) in SI units
+        The best ones of plain least squares.
+
+    Law
+    ---
+    Least squares in the values and one more number each, from where plain least squares ended, by damped Gauss-Newton
+    steps in coordinates without limits.
+    """
+    if Capability.FALL not in task.problem.model.rig.capabilities:
+        return None
+    before = _left(task.problem, values)
+    found = [one for one in _explanations(task, values) if is_noise(one.left, before)]
+    return min(found, key=lambda one: one.left).most_changed(task.problem.layout, values) if found else None
+
+
+def is_noise(left: float, before: float) -> bool:
+    """Whether a model leaves but noise, of what was left before it: that of a motion may be louder than that of a rest.
+
+    Parameters
+    ----------
+    left, before : float
+        Normalised rms.
+    """
+    return left <= LOUDEST and left**2 - 1.0 <= max(GAP**2 - 1.0, REMAINING * (before**2 - 1.0))
+
+
+class _Explained(NamedTuple):
+    """A fault with its size, the largest normalised rms it leaves in a channel, and the values without the fault."""
+
+    law: type[Effect]
+    size: float
+    left: float
+    values: np.ndarray
+
+    def most_changed(self, layout: Layout, values: np.ndarray) -> Misstated:
+        """With the value that differs by the largest factor; those that may have either sign have none."""
+        parameter, worst, factor = self.law.parameters[0], 0, 0.0
+        for i, (slot, record) in enumerate(layout.entries):
+            if record is None and slot.range.lower >= 0.0:
+                one, other = sorted(max(abs(float(v[i])), SMALL * slot.range.scale) for v in (values, self.values))
+                if other / one > factor:
+                    worst, factor = i, other / one
+        slot = layout.entries[worst][0]
+        sizes = float(values[worst]), float(self.values[worst])
+        return Misstated(self.law.name, self.size, parameter.unit, slot.name, slot.unit, *sizes, factor)
+
+
+def _explanations(task: Task, values: np.ndarray) -> Iterator[_Explained]:
+    known = task.problem.model.effects
+    laws = [CATALOGUE[name] for name in STATED if suits(CATALOGUE[name], task.problem.model.rig)]
+    laws = [law for law in laws if law not in known]
+    if not laws:
+        return
+    problem = _with(task.problem, laws)
+    start = _beside(task.problem.layout, values, problem.layout, laws)
+    names = problem.layout.free_names
+    kept = np.array([names.index(name) for name in task.problem.layout.free_names])
+    for law in laws:
+        of_law = names.index(f"{law.name}.{law.parameters[0].name}")
+        for way in task.horizons:
+            there = _through(problem, way, start, np.append(kept, of_law))
+            if there is not None:
+                yield _Explained(law, float(there[of_law]), _left(problem, there), there[kept])
+
+
+def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:
+    """A problem whose model has further effects, one value each for all records."""
+    model = replace(problem.model, effects=(*problem.model.effects, *laws))
+    known = {slot.name: slot for slot in problem.layout.slots}
+    slots = [known.get(p.name) or Slot(p.name, p.unit, _unlimited(p)) for p in model.parameters]
+    slots += [slot for slot in problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
+    return replace(problem, model=model, layout=Layout(tuple(slots), problem.layout.records))
+
+
+def _unlimited(parameter: Parameter) -> Range:
+    """What was stated may be off by more than a search would look for."""
+    return replace(Range.of(parameter), lower=-math.inf, upper=math.inf)
+
+
+def _beside(old: Layout, values: np.ndarray, new: Layout, laws: Sequence[type[Effect]]) -> np.ndarray:
+    local = np.asarray(old.local(values))
+    named: dict[str, float | np.ndarray] = {name: local[:, j] for j, name in enumerate(old.names)}
+    return new.pack(named | {f"{law.name}.{p.name}": p.null for law in laws for p in law.parameters})
+
+
+def _through(problem: Problem, way: np.ndarray, values: np.ndarray, moving: np.ndarray) -> np.ndarray | None:
+    """Values ``(n_free,)`` where a descent ends that goes through horizons ``(n_stage, n_record)``.
+
+    What a contact teaches times the next. None where a horizon leaves twice what noise may be: the whole leaves more.
+    """
+    for counts in way:
+        values, left = _descended(problem.until(counts), values, moving)
+        if left > (2.0 * LOUDEST) ** 2 * counts.sum() * len(problem.model.rig.channels):
+            return None
+    return values
+
+
+def _descended(problem: Problem, start: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, float]:
+    """Values ``(n_free,)`` where damped Gauss-Newton steps of some of them end, and the sum of squares there."""
+    layout, here, damping = problem.layout, problem.layout.free(start), DAMPED
+    gram = _gram(problem, here)
+    for _ in range(STEPS):
+        normal, right = gram[np.ix_(moving, moving)], gram[moving, -1]
+        there = np.array(here)
+        there[moving] -= least_squares(normal + damping * np.diag(np.diag(normal)), right)
+        with np.errstate(over="ignore"):
+            tried = _gram(problem, there)
+        fall = gram[-1, -1] - tried[-1, -1]
+        if not fall > 0.0:  # nor where it cannot be simulated
+            damping *= LONGER
+            if damping > 1.0 / DAMPED:
+                break
+            continue
+        here, gram, damping = there, tried, damping * SHORTER
+        if fall < SETTLED * gram[-1, -1]:
+            break
+    return np.asarray(layout.values(here)), float(gram[-1, -1])
+
+
+def _gram(problem: Problem, free: np.ndarray) -> np.ndarray:
+    """Products of slopes in free coordinates and residuals, ``(n_free + 1, n_free + 1)``."""
+    values = problem.layout.values
+    slope = (values(free + DIFFERENCE) - values(free - DIFFERENCE)) / (2.0 * DIFFERENCE)
+    slope = np.append(slope, 1.0)
+    return gram_at(problem, values(free)) * slope[:, None] * slope
+
+
+def _left(problem: Problem, values: np.ndarray) -> float:
+    """Largest normalised rms of a channel."""
+    residuals = linearised(problem, values).residuals
+    counted = np.maximum(np.count_nonzero(residuals, axis=(0, 2)), 1)
+    return float(np.sqrt(np.max(np.sum(residuals**2, axis=(0, 2)) / counted)))

@@ -1,0 +1,80 @@
+"""What a fault in a statement makes of the values: found with the values, and told only where it explains."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting.identify import identify
+from fibrefit.fitting.misfit.misstated import STATED, Misstated
+from fibrefit.fitting.result import Identification
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.fibre.hardening import Hardening
+from fibrefit.report.sentences.fit import STATED_OTHERWISE, fit_sentence
+from tests.fitting import made
+
+LIFT = 1e-2
+
+
+def of_one_drop(folder: Path, *, clock: float = 1.0, positions: float = 1.0) -> Identification:
+    """A fit of one drop of 10 mm, its times and positions multiplied."""
+    one = made.record("drop_10mm.csv", LIFT, seed=4, samples=2000)
+    one = made.replace(one, position=positions * one.channels["position"])
+    one = dataclasses.replace(one, time=clock * one.time, rate=one.rate / clock)
+    return identify(made.task(folder, [one], lifts=(LIFT,)), made.STARTS, 0)
+
+
+def told(found: Identification) -> Misstated | None:
+    return next((check.facts["misstated"] for check in found.checks if check.identifier == judge.MISSTATED), None)
+
+
+@pytest.mark.parametrize(
+    ("fault", "law", "size"),
+    [
+        ({"clock": 1.05}, "study.clock", 1.0 / 1.05 - 1.0),
+        ({"clock": 0.95}, "study.clock", 1.0 / 0.95 - 1.0),
+        ({"positions": 1.1}, "sensor.position_gain", 1.1),
+    ],
+    ids=str,
+)
+def test_a_fault_that_puts_values_off_by_a_factor_is_found_and_fails_the_fit(
+    tmp_path: Path, fault: dict[str, float], law: str, size: float
+) -> None:
+    found = of_one_drop(tmp_path, **fault)
+    fault_found = told(found)
+    assert fault_found is not None, [check.identifier for check in found.checks if not check.passed]
+    assert fault_found.effect == law
+    assert fault_found.size == pytest.approx(size, abs=0.003)
+    assert fault_found.without == pytest.approx(made.TRUTH[fault_found.name], rel=0.05)
+    values = dict(zip(found.problem.layout.free_names, found.values, strict=True))
+    apart = max(max(values[n] / made.TRUTH[n], made.TRUTH[n] / max(values[n], 1e-9)) for n in made.TRUTH)
+    assert (found.status == "failed") == (fault_found.factor > 1.5)
+    assert fault_found.factor == pytest.approx(apart, rel=0.1) or apart > 10.0
+    check = next(check for check in found.checks if check.identifier == judge.MISSTATED)
+    assert f"({law})" in fit_sentence(check)
+    assert ("of no use" in fit_sentence(check)) == check.fatal
+
+
+def test_a_sound_fit_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fibrefit.fitting.identify.misstated", lambda *given: pytest.fail("it was asked"))
+    assert of_one_drop(tmp_path).status == "ok"
+
+
+def test_what_no_statement_explains_is_not_put_down_to_one(tmp_path: Path) -> None:
+    """Hardening of the fibre, in two drops of other heights, is no fault in what the study states."""
+    made_ones = made.records(effects=(Hardening,), fibre__hardening__hardening=200.0)
+    found = identify(made.task(tmp_path, made_ones), made.STARTS, 0)
+    assert found.status != "ok"
+    assert told(found) is None
+
+
+def test_every_law_of_a_statement_is_known_and_has_its_words() -> None:
+    assert set(STATED) == set(STATED_OTHERWISE) <= set(CATALOGUE)
+    for name in STATED:
+        (parameter,) = CATALOGUE[name].parameters
+        told_of = Misstated(name, 1.02 * parameter.typical, parameter.unit, "damping", "N s/m", 9.0, 4.0, 2.2)
+        says = fit_sentence(judge.explained_otherwise(told_of))
+        assert "damping would be 4 N s/m in place of 9 N s/m: another by a factor of 2.2" in says, says
