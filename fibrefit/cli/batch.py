@@ -9,6 +9,7 @@ import click
 from fibrefit.cli.options import check_trust, result_options, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.core.allowance import MOST_STARTS
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 
@@ -24,7 +25,9 @@ from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 )
 @click.option("--jobs", type=click.IntRange(1), help="Processes on this machine [one a core].")
 @click.option("--scheduler", metavar="ADDRESS", help="A running Dask scheduler, such as tcp://host:8786.")
-@click.option("--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of each search.")
+@click.option(
+    "--starts", type=click.IntRange(1, MOST_STARTS), default=32, show_default=True, help="Starts of each search."
+)
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")
 @click.option("--shard", metavar="I/N", help="Only the I-th of N parts, for job arrays; a run without it gathers them.")

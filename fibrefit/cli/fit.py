@@ -9,6 +9,7 @@ from fibrefit.cli.interruption import asked_to_stop
 from fibrefit.cli.options import Asked, result_options, study_options, with_asked
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.core.allowance import MOST_STARTS
 
 #: Exit code of a run that ended but whose result did not pass its own checks.
 
@@ -16,7 +17,11 @@ from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 @click.command("fit")
 @study_options
 @click.option(
-    "--starts", type=click.IntRange(1), default=32, show_default=True, help="Starts of the multistart search."
+    "--starts",
+    type=click.IntRange(1, MOST_STARTS),
+    default=32,
+    show_default=True,
+    help="Starts of the multistart search.",
 )
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")

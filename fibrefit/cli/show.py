@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import click
@@ -32,11 +34,20 @@ def command(terminal: Terminal, result: Path, figures: str | None, out: Path | N
 
 def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
     """Draw a saved result again, beside it."""
+    from fibrefit.core.errors import UsageError
     from fibrefit.core.formats import figure_formats
     from fibrefit.plots import save_figures
     from fibrefit.workflow.outcome.draw import draw_result
 
     kinds = figure_formats(formats)
-    paths = [str(path) for path in save_figures(draw_result(result), out, formats=kinds)]
+    figures = draw_result(result)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if not os.access(out, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
+        do = "Name another with --out."
+        raise UsageError(str(out), error.strerror or "no folder", "a folder that can be written", do) from None
+    paths = [str(path) for path in save_figures(figures, out, formats=kinds)]
     document = {"schema": "fibrefit/figures/1", "result": str(result), "files": paths}
     terminal.answer("\n".join(paths), document)

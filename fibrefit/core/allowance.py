@@ -1,4 +1,4 @@
-"""How much a file may ask for: refused by what it declares, before memory is taken."""
+"""How much a file or a command may ask for: refused by what it declares, before memory is taken."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ MOST_CELLS = 30_000_000
 """Cells of a table of text, of which each takes up to 0.2 kB while it is read."""
 LARGEST_STUDY = 1 << 24
 """Bytes of a study or of a table of records."""
+MOST_STARTS = 10_000
+"""Of one search: hundreds of times what is usual, beyond which they take gigabytes and days."""
 
 
 @dataclass

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.errors import DataError
+from fibrefit.core.allowance import MOST_STARTS
+from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
@@ -21,6 +22,7 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
+from fibrefit.fitting.misfit.misstated import misstated
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
@@ -100,9 +102,13 @@ def identify(
     ------
     DataError
         If the model cannot be simulated from any start.
+    UsageError
+        If there are no starts, or more than memory holds.
     KeyboardInterrupt
         If it is stopped before anything is known.
     """
+    if not 1 <= starts <= MOST_STARTS:
+        raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
     began, tell, how = time.perf_counter(), progress or quiet, how or How()
     task, coefficients = _softened(task) if how.robust else task, how.coefficients
     searched = (
@@ -243,8 +249,11 @@ def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     gravity = gravity_in_flight(task, best.values, best.seen.motion)
     lag = lag_in_contacts(task, best.values, best.seen.motion)
-    flies = () if gravity is None else (judge.falls_freely(gravity),)
-    return (*swapped, *flies, *(() if lag is None else (judge.measured_at_once(lag),)))
+    told = () if gravity is None else (judge.falls_freely(gravity),)
+    told = told if lag is None else (*told, judge.measured_at_once(lag))
+    doubted = not (swapped or best.input_errors) and not all(check.passed for check in (explained, *told))
+    fault = misstated(task, best.values) if doubted else None
+    return (*swapped, *told, *(() if fault is None else (judge.explained_otherwise(fault),)))
 
 
 def _left_open(

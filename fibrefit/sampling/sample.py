@@ -316,6 +316,20 @@ def _target(task: Task, priors: Priors, density: LogPosterior, settings: Setting
     return target_of(density, every, priors.units + units + tail[1], noise_units, batch)
 
 
+def coordinates_asked(task: Task, heavy: bool) -> int:
+    """Number of coordinates of a posterior before anything is known of it: free values and what is not known of noise.
+
+    Parameters
+    ----------
+    task : Task
+    heavy : bool
+        Whether the likelihood is heavy-tailed, with degrees of freedom to find.
+    """
+    known = {*task.noise_given, *task.steps}
+    levels = [channel for channel in task.problem.model.rig.channels if channel not in known]
+    return task.problem.layout.size + len(levels) + heavy
+
+
 def _counts(task: Task) -> np.ndarray:
     """Number of samples of each channel that count, ``(n_channel,)``; one where there are none."""
     data = task.problem.observations

@@ -40,3 +40,12 @@ def test_formats(text: str, formats: tuple[str, ...]) -> None:
 def test_unknown_formats_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="expected png, pdf, svg, separated by commas, or none"):
         figure_formats(text)
+
+
+def test_a_folder_that_cannot_be_made_is_told(fibrefit: Run, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    where = str(tmp_path / "file" / "figures")
+    done = fibrefit("show", saved(tmp_path / "batch", "fibrefit/batch/1"), "--figures", "png", "--out", where)
+    assert done.code == 2
+    assert f"{where}: " in done.err
+    assert "expected a folder that can be written" in done.err

@@ -87,13 +87,17 @@ def test_a_plan_is_a_result_like_all_others(plan: RecordPlan, tmp_path: Path) ->
     assert set(plan_figures(summary)) == {"plan"}
 
 
-def test_what_is_asked_for_in_vain_is_refused(folder: Path) -> None:
+def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fibrefit.workflow.design.plan.is_planned", lambda study: pytest.fail("it went on to fit"))
     with pytest.raises(UsageError, match="none are known"):
         plan_study(folder, Aim(purpose="rivals"))
     with pytest.raises(UsageError, match="expected two effects"):
         plan_study(folder, Aim(rivals=("guide.viscous_friction",)))
     with pytest.raises((UsageError, StudyError), match="not in the catalogue"):
         plan_study(folder, Aim(rivals=("guide.viscous_friction", "guide.vicous")))
+    for minutes in ({"nothing": 3.0}, {"lfit": 3.0}, {"record": -1.0}, {"record": math.nan}, {"lift": math.inf}):
+        with pytest.raises(UsageError, match=f'cost of "{next(iter(minutes))}"'):
+            plan_study(folder, Aim(minutes=minutes))
 
 
 def test_the_probability_to_tell_rivals_apart() -> None:

@@ -13,9 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+import fibrefit as package
 from fibrefit.cli import main, terminal
 from fibrefit.cli.terminal import Terminal
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.shown import harmless
 from fibrefit.plots.save import figure_file
 from fibrefit.store.csv_text import csv_text
@@ -226,3 +227,17 @@ def test_numbers_that_are_none_are_refused(fibrefit: Run, mass: str, key: str) -
     file.write_text(changed, "utf-8")
     done = fibrefit("inspect", "study")
     assert done.code in (3, 4) or (key == "name" and mass.startswith('"')), (changed[-300:], done.err)
+
+
+@pytest.mark.parametrize("words", ["fit none --starts 100000000", "batch none --starts 1000000", "fit none --starts 0"])
+def test_starts_beyond_memory_are_refused(fibrefit: Run, words: str) -> None:
+    done = fibrefit(*words.split())
+    assert done.code == 2
+    assert "'--starts': " in done.err
+
+
+def test_starts_beyond_memory_are_refused_in_python() -> None:
+    with pytest.raises(UsageError, match="starts: 100000000; expected 1 to"):
+        package.fit(package.example("drop_series"), starts=100_000_000)
+    with pytest.raises(UsageError, match="starts: 0; expected 1 to"):
+        package.batch(package.example("drop_series"), starts=0)

@@ -191,6 +191,15 @@ def test_what_was_kept_must_be_readable(study: Study, tmp_path: Path) -> None:
         fibrefit.sample(study, checkpoint=tmp_path)
 
 
+@pytest.mark.parametrize("walkers", [1, 13, 4])
+def test_walkers_that_are_too_few_are_refused_before_the_fit(
+    study: Study, walkers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fibrefit.workflow.sampling.start.identify", lambda *given, **how: pytest.fail("it computed"))
+    with pytest.raises(UsageError, match="walkers: .*; expected an even number from 20 on"):
+        sample_study(study, settings=Settings(walkers=walkers))
+
+
 def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) -> None:
     wrong = ["parameters.stiffness.prior={kind='uniform', lower='1 N/m', upper='2 N/m'}"]
     with pytest.raises(StudyError, match="prior of stiffness"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -174,7 +175,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     tell = progress or quiet
     rivals = aim.rivals or _of_discovery(study)
     purpose = aim.purpose or ("rivals" if rivals else "errors")
-    _refuse(rivals, purpose)
+    _refuse(rivals, purpose, aim.minutes)
     study = _without(study, rivals)
     task = task_of(study)
     choices = options_of(task)
@@ -183,10 +184,12 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
         raise StudyError(
             str(study.source), f"a rig {rig.kind}", "one whose further records could differ", "Plan its inputs by hand."
         )
-    fit = None if is_planned(study) else identify(task, 1, progress=progress)
     effects = {n: e for n, e in candidates_of(study, aim.only, aim.exclude).items() if aim.only or is_lasting(e)}
+    named = _named(study, rivals)
+    _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
+    fit = None if is_planned(study) else identify(task, 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
-    found = _rivals(study, task, search, rivals, fit, tell) if rivals else []
+    found = _rivals(task, search, named, fit, tell) if rivals else []
     tell("weighing the records that could be taken", None)
     ranked, now = worths(search, found, choices)
     cost = {**MINUTES, **aim.minutes}
@@ -195,12 +198,31 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
 
 
-def _refuse(rivals: Sequence[str], purpose: str) -> None:
+def _refuse(rivals: Sequence[str], purpose: str, minutes: Mapping[str, float]) -> None:
+    for name, cost in minutes.items():
+        if not 0.0 <= cost < math.inf:
+            raise UsageError(f'cost of "{name}"', f"{cost:g} minutes", "a number of minutes, 0 or more", "")
     if rivals and len(set(rivals)) != 2:
         raise UsageError("rivals", ", ".join(rivals), "two effects", "")
     if purpose == "rivals" and not rivals:
         do = "Name two with --rivals A,B, or give the folder of a discovery that could not tell two apart."
         raise UsageError("purpose", "rivals, and none are known", "two effects", do)
+
+
+def _named(study: Study, rivals: Sequence[str]) -> list[type[Effect]]:
+    """Rivals by their names, refused before any fit."""
+    known = candidates_of(study, only=tuple(rivals)) if rivals else {}
+    for name in rivals:
+        if name not in known:
+            raise UsageError("rivals", name, "an effect", did_you_mean(name, known) or "")
+    return [known[name] for name in rivals]
+
+
+def _refuse_costs(minutes: Mapping[str, float], known: set[str]) -> None:
+    for name in minutes:
+        if name not in known:
+            expected = f"one of {', '.join(sorted(known))}"
+            raise UsageError(f'cost of "{name}"', "no condition of a record", expected, did_you_mean(name, known) or "")
 
 
 def _of_discovery(study: Study) -> tuple[str, ...]:
@@ -222,14 +244,9 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
 
 
 def _rivals(
-    study: Study, task: Task, search: Search, names: Sequence[str], fit: object, tell: Progress
+    task: Task, search: Search, effects: Sequence[type[Effect]], fit: object, tell: Progress
 ) -> list[Explanation]:
     """Rivals with the values they have in the records at hand; of their typical size where nothing is measured."""
-    known = candidates_of(study, only=tuple(names))
-    lacking = [name for name in names if name not in known]
-    if lacking:
-        raise UsageError("rivals", lacking[0], "an effect", did_you_mean(lacking[0], known) or "")
-    effects = [known[name] for name in names]
     if fit is None:
         return [_typical(task, effect) for effect in effects]
     tell("fitting the rivals", None)

@@ -18,7 +18,7 @@ from fibrefit.problem.task import Task
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, coordinates_asked, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study
@@ -278,6 +278,7 @@ def sample_study(
         require_nuts()
     on_progress("reading records", None)
     task = task_of(study, start.records if start is not None else read_records(study))
+    settings.walkers_for(coordinates_asked(task, options.heavy))  # refused before the fit, not after it
     rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
     stated = _stated(study, task)
     kept = None if folder is None else Path(folder)
