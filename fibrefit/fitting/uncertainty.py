@@ -230,10 +230,12 @@ def _in_windows(scores: Scores, window: int) -> tuple[np.ndarray, np.ndarray]:
 
 def inverse_root(normal: np.ndarray) -> np.ndarray:
     """A root L of the inverse of a normal matrix, ``L L' = H^-1``; what the data do not see is left out."""
+    if not np.isfinite(normal).all():
+        return np.zeros((len(normal), 0))  # where slopes are no numbers nothing is known
     scale = np.sqrt(np.diag(normal))
     safe = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
-    seen = values > 1e-12 * values.max()
+    seen = values > 1e-12 * max(values.max(), 1e-300)
     return vectors[:, seen] / np.sqrt(values[seen]) / safe[:, None]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,3 +101,10 @@ def test_a_value_that_a_swing_asks_for_differently_as_it_dies_out_is_no_surer_th
     later, _ = scores_of(columns[SAMPLES // 6 :], force[SAMPLES // 6 :])
     assert np.all(np.abs(later - found) > 8.0 * bars.errors["white"])
     assert np.all(np.abs(later - found) < 2.0 * wide)
+
+
+@pytest.mark.filterwarnings("error")
+def test_parts_that_tell_nothing_are_no_fault() -> None:
+    columns, force = decaying(1)
+    _, scores = scores_of(columns, force)
+    assert not _without_parts(replace(scores, slopes=0.0 * scores.slopes)).any()

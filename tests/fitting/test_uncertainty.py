@@ -14,6 +14,7 @@ from fibrefit.fitting.uncertainty import (
     Scores,
     block_bootstrap,
     by_windows,
+    inverse_root,
     newey_west,
     sandwich,
     stationary,
@@ -267,3 +268,12 @@ def test_by_windows_is_the_sum_of_products(window: int) -> None:
     covariance /= np.maximum(np.sqrt(np.outer(np.diag(counted), np.diag(counted))), 1.0)
     expected = sum(here.T @ covariance[: len(here), : len(here)] @ here for here in pieces)
     np.testing.assert_allclose(by_windows(fit, window), expected, rtol=1e-7, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("slope", [0.0, np.nan])
+def test_what_no_window_tells_is_no_fault(slope: float) -> None:
+    fit, _ = in_windows(2)
+    blind = dataclasses.replace(fit, slopes=np.full_like(fit.slopes, slope))
+    assert inverse_root(blind.normal_matrix()).shape == (fit.size, 0)
+    assert by_windows(blind, WINDOW).shape == (fit.size, fit.size)
