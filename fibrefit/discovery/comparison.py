@@ -10,10 +10,11 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
-from fibrefit.discovery.engine.effort import COMPARED, PROMISING, weighed_again
+from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, occam
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.inputs import Confirmation, weighed_about
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -145,6 +146,29 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(weighed), moved=moved)
+
+
+def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
+    """A comparison with readings linearised about the best candidate: of the others, those that are near are too.
+
+    None where the time does not suffice.
+
+    Parameters
+    ----------
+    look : Comparison
+    seen : Confirmation
+        Of the candidate.
+    """
+    mine, first = seen.found.names, max(look.gain(one) for one in look.found)
+    likely = [one for one in look.found if one.names != mine and one.evidence.mode.steps and look.gain(one) > NAMED]
+    near = [one for one in likely if look.gain(one) > first - FAR_BEHIND][:PARTNERS]
+    there = fit_all([partial(weighed_about, seen.search, one) for one in near], lambda done: None)
+    if any(one is None for one in there):
+        return None
+    weighed = {mine: seen.found} | {one.names: one for one in there}
+    others = [one.moved_to(seen.parent.log + look.gain(one)) for one in look.found if one.names not in weighed]
+    found = tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log))
+    return replace(look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(weighed))
 
 
 def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:

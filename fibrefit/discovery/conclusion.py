@@ -16,7 +16,7 @@ from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried
-from fibrefit.discovery.engine.effort import time_for_gls
+from fibrefit.discovery.engine.effort import lost, time_for_gls
 from fibrefit.discovery.engine.supermodel import FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
@@ -32,6 +32,7 @@ from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
+from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.catalogue import look_alikes
@@ -92,8 +93,10 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     law = parts.take("law", propose, None) if readings else None
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
-    found, (best, small) = best, _of_interest(search, best, limits.least)
-    after = _final(search, best, limits.seed, budget) if best.effects else before
+    found, (wanted, small) = best, _of_interest(search, best, limits.least)
+    best, after, refused = _fitted(search, wanted, before, limits, budget)
+    alarms = alarms if best is wanted else alarms_of(search, best)
+    complete = not alarms and not readings
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _verdict(best, alarms, readings, cut, tried)
@@ -102,7 +105,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *_taken_out(at, found)),
+        reason=(*reason, *small, *(refused or _taken_out(at, found))),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -123,6 +126,26 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+
+
+def _fitted(
+    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget
+) -> tuple[Weighed, Identification, list[Statement]]:
+    """What was found and its fit; without what no fit finds again, and what is said of that.
+
+    Where inputs have errors the evidence is that of readings linearised in them. A fit that loses a bounce with an
+    effect that the model without it does not lose shows that the effect is not what is missing.
+    """
+    said: list[Statement] = []
+    while best.effects:
+        after = _final(search, best, limits.seed, budget)
+        gaps = total(before.gap), total(after.gap)
+        cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
+        if cut or limits.choose is not None or not lost(*gaps):
+            return best, after, said
+        said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
+        best = search.scales.without(best, best.effects[:-1])
+    return best, before, said
 
 
 def _of_interest(search: Search, best: Weighed, least: float) -> tuple[Weighed, list[Statement]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import beyond_limits, in_time
-from fibrefit.discovery.comparison import Comparison, looked
+from fibrefit.discovery.comparison import Comparison, compared_about, looked
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
@@ -158,12 +158,35 @@ def _believed(look: Comparison, limits: Limits) -> _Believed:
     while (chosen := _chosen(look, limits)) is not None:
         with beyond_limits():
             seen = confirmed(look.search, look.parent, chosen)
-        if seen is None or limits.choose is not None or seen.gain > NAMED:
+        if seen is None or limits.choose is not None:
             return _Believed(look, chosen, seen)
+        if seen.gain > NAMED:
+            return _among_rivals(_Believed(look, chosen, seen), limits)
         less = chosen.moved_to(look.parent.log + seen.gain)
         others = [one for one in look.found if one is not chosen]
         look = replace(look, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
     return _Believed(look, None)
+
+
+def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
+    """The best where readings are linearised about itself, the others as seen from there.
+
+    Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
+    linearised about either of them.
+    """
+    asked: set[tuple[str, ...]] = set()
+    while (seen := found.seen) is not None and seen.gain > NAMED:
+        asked.add(seen.found.names)
+        if (there := compared_about(found.look, seen)) is None:
+            break
+        found, best = _Believed(there, seen.found, seen), _chosen(there, limits)
+        if best is None or best.names in asked:
+            break
+        further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
+        if further is None or further.gain <= NAMED:
+            break
+        found = _Believed(there, best, further)
+    return found
 
 
 def _together(

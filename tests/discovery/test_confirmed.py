@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
-from fibrefit.discovery import forward_selection
+from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _believed, _further
 from fibrefit.discovery.search.inputs import Confirmation
+from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, look_of
 
 A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abc")
@@ -25,6 +26,8 @@ def moved_to(self: Model, log: float) -> Model:
 @pytest.fixture(autouse=True)
 def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Model, "moved_to", moved_to, raising=False)
+    followed = SimpleNamespace(mode=SimpleNamespace(steps=1))
+    monkeypatch.setattr(Model, "evidence", followed, raising=False)
 
 
 def first_look(moved: bool = False) -> Any:
@@ -38,10 +41,28 @@ def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> li
 
     def confirmed(search: Any, parent: Model, found: Model) -> Confirmation:
         asked.append(found.names[-1])
-        return Confirmation(search, replace(found, log=1000.0), gains[found.effects[-1]])  # type: ignore[arg-type]
+        gain = gains[found.effects[-1]]
+        return Confirmation(search, replace(found, log=1000.0), replace(parent, log=1000.0 - gain))  # type: ignore[arg-type]
 
     monkeypatch.setattr(forward_selection, "confirmed", confirmed)
+    seen_from_there(monkeypatch, {})
     return asked
+
+
+def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, float]]) -> None:
+    """What others gain where readings are linearised about an effect; nothing where nothing is said."""
+
+    def about(search: Any, other: Model) -> Model:
+        last = search.about[-1]
+        return replace(other, log=search.parent.log + gains.get(last, {}).get(other.effects[-1], 0.0))
+
+    def compared(look: Any, seen: Any) -> Any:
+        search = SimpleNamespace(about=seen.found.effects, parent=seen.parent)
+        return own(look, replace(seen, search=search))
+
+    own = comparison.compared_about
+    monkeypatch.setattr(comparison, "weighed_about", about)
+    monkeypatch.setattr(forward_selection, "compared_about", compared)
 
 
 def test_what_gains_about_itself_is_taken_and_the_next_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,7 +83,7 @@ def test_what_gains_only_about_another_model_is_passed_over_and_told_with_what_i
     assert found.chosen is not None
     assert found.chosen.names == (B.name,)
     assert {one.names[0]: found.look.gain(one) for one in found.look.found} == {
-        B.name: 40.0, A.name: pytest.approx(NAMED - 0.1), C.name: 2.0,
+        B.name: 35.0, A.name: pytest.approx(NAMED - 0.1), C.name: 2.0,
     }  # fmt: skip
 
 
@@ -70,6 +91,37 @@ def test_where_none_is_believed_nothing_is_added(monkeypatch: pytest.MonkeyPatch
     asked = confirmation(monkeypatch, {A: 1.0, B: -3.0})
     assert _believed(first_look(), Limits()).chosen is None
     assert asked == [A.name, B.name]
+
+
+def test_the_best_is_the_one_that_is_so_where_readings_are_linearised_about_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gains most about the parent; about A, B does better, and about B it still does."""
+    asked = confirmation(monkeypatch, {A: 30.0, B: 45.0})
+    seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 31.0}})
+    found = _believed(first_look(), Limits())
+    assert found.chosen is not None
+    assert found.seen is not None
+    assert found.chosen.names == found.seen.found.names == (B.name,)
+    assert asked == [A.name, B.name]
+    gains = {one.names[0]: found.look.gain(one) for one in found.look.found}
+    assert gains == {B.name: pytest.approx(45.0), A.name: pytest.approx(31.0), C.name: pytest.approx(2.0)}
+    assert found.look.compared == {(A.name,), (B.name,)}
+
+
+def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = confirmation(monkeypatch, {A: 30.0, B: 30.0})
+    seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 44.0}})
+    found = _believed(first_look(), Limits())
+    assert asked == [A.name, B.name]
+    assert found.seen is not None
+    assert found.seen.found.names == (B.name,)
+
+
+def test_what_is_better_about_another_but_nothing_about_itself_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    confirmation(monkeypatch, {A: 30.0, B: 1.0})
+    seen_from_there(monkeypatch, {A: {B: 44.0}})
+    found = _believed(first_look(), Limits())
+    assert found.seen is not None
+    assert found.seen.found.names == (A.name,)
 
 
 def test_what_a_person_chooses_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,3 +151,21 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
     after, grown = _further(Selection(look.search, look.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
     assert not grown
     assert (after.best is there, after.search is searched, tested == [there]) == (moved, moved, moved)
+
+
+@pytest.mark.parametrize(("after", "kept"), [(1.05, True), (3.0, False)])
+def test_what_a_fit_loses_the_motion_with_is_taken_out_and_said(
+    monkeypatch: pytest.MonkeyPatch, after: float, kept: bool
+) -> None:
+    before, ended = (SimpleNamespace(gap=gap, checks=()) for gap in (1.0, after))
+    monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
+    monkeypatch.setattr(conclusion, "total", lambda gap: gap)
+    scales = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
+    search: Any = SimpleNamespace(scales=scales)
+    best, fit, said = conclusion._fitted(
+        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), cast(Any, None)
+    )
+    assert best.names == ((A.name,) if kept else ())
+    assert fit is (ended if kept else before)
+    assert [one.identifier for one in said] == ([] if kept else ["lost"])
+    assert all("from 1 to 3" in discovery_sentence(one) for one in said)

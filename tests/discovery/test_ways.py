@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from fibrefit.discovery.engine.screening import Promise
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
 from fibrefit.discovery.search.ways import is_worth_following, may_do_better
 from fibrefit.laws.catalogue import find_effect
@@ -25,3 +26,10 @@ def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> No
     assert not is_worth_following(drag, -1.0, -10.0)
     assert not is_worth_following(drag, 3.0, 4.0)
     assert is_worth_following(drag, 5.0, 4.0)
+
+
+def test_an_effect_is_followed_last_from_where_slopes_were_taken() -> None:
+    far, weak, slight = ({"guide.quadratic_drag.drag_coefficient": value} for value in (0.3, 0.2, 0.003))
+    assert Promise(50.0, far, weak, slight).starts == [far, weak, slight]
+    assert Promise(50.0, weak, weak, slight).starts == [weak, slight]
+    assert Promise(50.0, weak, weak, weak).starts == [weak]

@@ -49,7 +49,7 @@ def slopes_tell(gap: float) -> bool:
 
 
 def lost(before: float, after: float) -> bool:
-    """Whether so much more is left where readings are linearised anew that a motion was lost there, by both gaps."""
+    """Whether so much more is left, where readings are linearised anew or in a fit, that a motion was lost there."""
     return after > NEARLY * before
 
 

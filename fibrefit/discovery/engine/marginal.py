@@ -169,7 +169,7 @@ class Scales:
         local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
         ends: list[Weighed] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
-        for values in (promise.values, promise.weak)[: 1 + (promise.weak != promise.values)]:
+        for values in promise.starts:
             for name, value in values.items():
                 local[:, frame.names.index(name)] = value
             effects = (*parent.effects, effect)
@@ -216,7 +216,7 @@ class Scales:
         slopes = self.slopes(parent) if slopes is None else slopes
         gram = self._beside(frame, slopes.slopes)
         base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}))
+        promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
             there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
@@ -254,7 +254,8 @@ class Scales:
             start = {name: starting_strength(frame, name, float(value), share)}
             little = there[effect].strengths[0][1] if effect.singular else weak
             hardly = {name: starting_strength(frame, name, little, float(np.sign(share) or 1.0))}
-            found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly)))
+            slight = {name: float(value)}
+            found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
     def led(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:

@@ -33,11 +33,23 @@ class Promise(NamedTuple):
         Its parameters there, in SI units.
     weak : mapping of str to float
         The same with the effect hardly there.
+    slight : mapping of str to float
+        The same where slopes were taken.
     """
 
     gain: float
     values: dict[str, float]
     weak: dict[str, float]
+    slight: dict[str, float]
+
+    @property
+    def starts(self) -> list[dict[str, float]]:
+        """Where it is followed from, each only if the one before led astray.
+
+        A strength that slopes promise may lose a bounce at once; where they were taken the model is hardly another one.
+        """
+        places = (self.values, self.weak, self.slight)
+        return [place for i, place in enumerate(places) if place not in places[:i]]
 
 
 class Approach(NamedTuple):

@@ -105,13 +105,18 @@ class Confirmation:
     search : Search
         With these readings.
     found : Weighed
-    gain : float
-        Logarithm of its Bayes factor over its parent there.
+    parent : Weighed
+        The more probable of what it is without what was added, and of its parent from where that was.
     """
 
     search: Search
     found: Weighed
-    gain: float
+    parent: Weighed
+
+    @property
+    def gain(self) -> float:
+        """Logarithm of its Bayes factor over its parent there."""
+        return self.found.log - self.parent.log
 
 
 def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
@@ -129,4 +134,11 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
         there.scales.without(own, parent.effects),
         there.scales.weigh(own.frame, parent.effects, local, old.sigma, old.place.eta),
     )
-    return Confirmation(there, own, own.log - max(one.log for one in lesser))
+    return Confirmation(there, own, max(lesser, key=lambda one: one.log))
+
+
+def weighed_about(about: Search, other: Weighed) -> Weighed:
+    """A hypothesis where readings are linearised about another one, from where it is."""
+    frame, old = about.supermodel_with(other.frame.effects), other.evidence.mode
+    local = carried(frame, absent_values(frame, len(other.local)), other.frame, other.local)
+    return about.scales.weigh(frame, other.effects, local, old.sigma, old.place.eta)

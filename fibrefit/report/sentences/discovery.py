@@ -204,6 +204,14 @@ def _noise_left(facts: Facts) -> str:
     return f"What is left is noise{besides}: no test of the innovations objects."
 
 
+def _lost(facts: Facts) -> str:
+    before, after = facts["gaps"]
+    return (
+        f"A fit with {facts['effect']} loses the motion: the normalised residual RMS rises from {before:.3g} to "
+        f"{after:.3g}, so it is not what is missing."
+    )
+
+
 def _taken_out(facts: Facts) -> str:
     gone, several = facts["effects"], len(facts["effects"]) > 1
     were, are = ("were", "they are") if several else ("was", "it is")
@@ -228,6 +236,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "events": _events,
     "unknown": lambda facts: f"nothing that is known of; {discovery_sentence(facts['lies']).removesuffix('.')}",
     "noise_left": _noise_left,
+    "lost": _lost,
     "taken_out": _taken_out,
     "too_small": lambda facts: (
         f"{facts['effect']} is there, but explains {facts['strength']:.2g} of the noise rms, less than the least of "
