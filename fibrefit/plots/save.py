@@ -17,7 +17,7 @@ from fibrefit.core.formats import FIGURES
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of
 
-LONGEST = 80
+LONGEST_STEM = 80
 LONGEST_END = 7
 """Letters of the end of a file's name, such as ``parquet``."""
 
@@ -109,5 +109,5 @@ def file_names(names: list[str]) -> list[str]:
 
 def _plain(name: str) -> str:
     ascii_only = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    stem = re.sub(r"[^A-Za-z0-9_-]+", "_", ascii_only).strip("_-")[:LONGEST] or "figure"
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "_", ascii_only).strip("_-")[:LONGEST_STEM] or "figure"
     return f"{stem}_" if stem.casefold() in DEVICES else stem

@@ -62,9 +62,25 @@ def read_summary(result: str | Path) -> Part:
     """
     path = Path(result)
     if path.is_dir():
+        _refuse_what_has_none(path)
         path = path / NAME
     content = read_plain_file(path, f"a result with its {NAME}", DataError, most=LARGEST_SUMMARY)
     return summary_of(content, str(path))
+
+
+WITHOUT = {
+    "inspection.json": ("an inspection", "Its report is inspection.txt; fibrefit fit makes a result of the study."),
+    "simulated": ("a simulation", "Its pictures: fibrefit show FOLDER --figures png. Its records can be fitted."),
+    "study.toml": ("a study", "Run fibrefit fit, or another command, on it, and name the folder it writes."),
+}
+"""What a folder without a summary is known by, what it is, and what to do."""
+
+
+def _refuse_what_has_none(folder: Path) -> None:
+    if not (folder / NAME).exists():
+        for name, (what, do) in WITHOUT.items():
+            if (folder / name).exists():
+                raise DataError(str(folder), f"{what}, without a {NAME}", "a result of another command", do)
 
 
 def provenance(

@@ -83,3 +83,13 @@ def test_nothing_is_written_that_is_not_finite() -> None:
         assert json.loads(Gap(total=value).model_dump_json())["total"] is None
     with pytest.raises(ValueError, match="finite"):
         Basin(cost=math.nan, starts=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "what"), [("inspection.json", "an inspection"), ("simulated", "a simulation"), ("study.toml", "a study")]
+)
+def test_a_folder_that_is_no_such_result_is_told_for_what_it_is(tmp_path: Path, name: str, what: str) -> None:
+    (tmp_path / "study.toml").touch()
+    (tmp_path / name).mkdir() if name == "simulated" else (tmp_path / name).touch()
+    with pytest.raises(DataError, match=f"{what}, without a summary.json; expected a result of another command"):
+        read_summary(tmp_path)
