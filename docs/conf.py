@@ -20,8 +20,8 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
     "sphinx_copybutton",
+    "formulas",
     "pages",
 ]
 exclude_patterns = ["_build", "_ext", "generated/notebooks/results"]
@@ -38,6 +38,8 @@ autodoc_typehints = "none"
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
+# Browsers draw MathML themselves: pages fetch nothing, and formulas are there without the net.
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"fibrefit {release}".strip()
 html_static_path: list[str] = []

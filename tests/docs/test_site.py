@@ -19,6 +19,8 @@ from command_pages import command_page  # noqa: E402
 from effect_pages import write_effects  # noqa: E402
 from schema_pages import result_page, study_page  # noqa: E402
 
+FETCHED = re.compile(r"""(?:<(?:script|img|iframe)\b[^>]*\bsrc|<link\b[^>]*\bhref)=["'](https?:[^"']+)""")
+"""What a page asks the net for as it is opened."""
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 
 
@@ -76,7 +78,8 @@ def copy_of_docs(tmp_path: Path) -> Path:
 
 def test_it_builds_without_a_warning(copy_of_docs: Path) -> None:
     """As `make docs` does but for the pictures of the effects, which simulate; notebooks are shown as they were run."""
-    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
+    for package in ("myst_nb", "latex2mathml"):
+        pytest.importorskip(package, reason="the extra docs is not installed")
     built = copy_of_docs.parent / "html"
     words = ["-m", "sphinx", "-W", "--keep-going", "-q", "-D", "effect_pictures=0", str(copy_of_docs), str(built)]
     done = subprocess.run([sys.executable, *words], cwd=copy_of_docs, capture_output=True, text=True, check=False)
@@ -84,12 +87,26 @@ def test_it_builds_without_a_warning(copy_of_docs: Path) -> None:
     for name in ("index", "tutorial", "api", "generated/study_file", "generated/effects/index"):
         assert (built / f"{name}.html").is_file()
     assert len(list((built / "generated" / "effects").glob("*.html"))) > 50
-    assert "<img" in (built / "generated" / "notebooks" / "01_first_fit.html").read_text(encoding="utf-8")
+    first = (built / "generated" / "notebooks" / "01_first_fit.html").read_text(encoding="utf-8")
+    assert "<img" in first
+    assert "<math" in first
+    fetched = {page.name: FETCHED.findall(page.read_text(encoding="utf-8")) for page in built.rglob("*.html")}
+    assert not any(fetched.values()), fetched
+
+
+def test_a_formula_whose_command_nobody_knows_stops_the_build() -> None:
+    pytest.importorskip("latex2mathml", reason="the extra docs is not installed")
+    from formulas import mathml
+
+    assert "<mfrac>" in mathml(r"\tfrac12\,x", "inline")
+    with pytest.raises(ValueError, match="has no MathML"):
+        mathml(r"\nothing{x}", "inline")
 
 
 def test_a_warning_is_an_error(copy_of_docs: Path) -> None:
     """The negative control: a link that leads nowhere stops the build of a site of that page alone."""
-    pytest.importorskip("myst_nb", reason="the extra docs is not installed")
+    for package in ("myst_nb", "latex2mathml"):
+        pytest.importorskip(package, reason="the extra docs is not installed")
     for page in (*copy_of_docs.rglob("*.md"), *copy_of_docs.rglob("*.ipynb")):
         page.unlink()
     (copy_of_docs / "index.md").write_text("# A page\n\n[nowhere](nowhere.md)\n", encoding="utf-8")

@@ -15,7 +15,7 @@ import fibrefit.plots
 from fibrefit.plots import save_figures, table_figure
 from fibrefit.plots.lines import MOST, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.save import LONGEST, figure_file, file_names
+from fibrefit.plots.save import LONGEST_STEM, figure_file, file_names
 from fibrefit.plots.style import axes_at, logarithmic, new_figure
 from fibrefit.records import read_record, read_table
 
@@ -42,7 +42,7 @@ def test_any_names_give_safe_and_different_files(names: list[str]) -> None:
     for stem in stems:
         assert stem.isascii()
         assert stem.replace("_", "").replace("-", "").isalnum() or set(stem) <= {"_", "-"} or stem == "figure"
-        assert 0 < len(stem) <= LONGEST + 4
+        assert 0 < len(stem) <= LONGEST_STEM + 4
 
 
 @pytest.mark.parametrize(
