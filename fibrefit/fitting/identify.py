@@ -27,10 +27,11 @@ from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
+from fibrefit.fitting.search.around import looked_around, rough_errors
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import descend, gram_at, widths
+from fibrefit.fitting.search.solve import descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
@@ -39,7 +40,7 @@ from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
-from fibrefit.problem.statement.problem import Problem, gram_root
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ChannelGap
@@ -118,6 +119,9 @@ def identify(
     width = cache(partial(widths, searched.problem, task.problem.layout.free(task.start)))
     found = _search(searched, starts, seed, tell, stop)
     _refuse_if_lost(found, task.problem.layout.records)
+    # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
+    if not input_errors(task) and not stop():
+        found = looked_around(searched.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)
@@ -297,7 +301,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
     if stop():
         return values, None
     for _ in range(SECOND_CHANCES):
-        errors = _rough_errors(problem, values, cost)
+        errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
         gain = cost - other.cost
         if not gain > SETTLED:
@@ -315,13 +319,3 @@ def _agreed(second: _Second | None, inflation: float) -> Check:
 
 
 SECOND_CHANCES = 3
-
-
-def _rough_errors(problem: Problem, values: np.ndarray, cost: float) -> np.ndarray:
-    """Standard errors ``(n_free,)`` under white noise of the residuals' size; a small step where data see nothing."""
-    root = gram_root(gram_at(problem, values))[:, :-1]
-    scale = np.linalg.norm(root, axis=0)
-    seen = scale > 0.0
-    inverse = np.linalg.pinv(root / np.where(seen, scale, 1.0), rcond=1e-8) / np.where(seen, scale, 1.0)[:, None]
-    errors = np.linalg.norm(inverse, axis=1) * np.sqrt(cost / problem.n_measured)
-    return np.where(seen & (errors > 0.0), errors, np.maximum(1e-3 * np.abs(values), 1e-9))

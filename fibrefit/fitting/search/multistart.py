@@ -235,12 +235,13 @@ def collected(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
         values=values,
         cost=cost,
         steps=np.asarray(found.steps),
-        basin=_basins(cost),
+        basin=basins_of(cost),
         planned=len(searched.ended),
     )
 
 
-def _basins(cost: np.ndarray) -> np.ndarray:
+def basins_of(cost: np.ndarray) -> np.ndarray:
+    """Minima that starts of a cost ``(n_start,)`` ended in, by cost from 0; -1 where there is none."""
     basin = np.full(len(cost), -1)
     label, level = -1, -np.inf
     for i in np.argsort(cost):
