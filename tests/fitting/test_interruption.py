@@ -78,9 +78,9 @@ def test_profiles_that_were_found_are_kept(task: Task) -> None:
     asked = []
 
     def stop() -> bool:
-        # Only once profiles are looked for is the question asked with one start.
+        # Asked before other minima, before the second solver, and before each profile.
         asked.append(True)
-        return len(asked) > 2
+        return len(asked) > 3
 
     cut = identify(task, 1, how=How(profile=True), stop=stop)
     kinds = [estimate.interval_kind for estimate in cut.estimates if estimate.record is None]
