@@ -22,6 +22,7 @@ from fibrefit.fitting.thresholds import (
     INPUT_ERROR,
     LATE,
     LESS_PROBABLE,
+    ROUGHLY,
     SETTLED,
     STARTS,
     UNEXPLAINED,
@@ -45,13 +46,22 @@ MISSTATED = "misstated"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
-def converged(promised: float, success: bool) -> Check:
-    """Whether the solver has arrived: its own word, and what another step would still gain."""
+def converged(promised: float, success: bool, rough: bool = False) -> Check:
+    """Whether the solver has arrived: its own word, and what another step would still gain.
+
+    Parameters
+    ----------
+    promised : float
+    success : bool
+    rough : bool
+        Whether errors of measured inputs were fitted too.
+    """
+    enough = ROUGHLY if rough else SETTLED
     return Check(
         name="the solver converged",
-        passed=bool(success and promised <= SETTLED),
+        passed=bool(success and promised <= enough),
         statistic=promised,
-        threshold=SETTLED,
+        threshold=enough,
         fatal=not promised <= ASTRAY,
         identifier=CONVERGED,
         quantity="convergence of the solver",

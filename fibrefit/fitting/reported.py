@@ -177,7 +177,7 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
     promised = plain.promised([not estimate.at_bound for estimate in found])
-    arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success)
+    arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
     limits = [estimate.name for estimate in found if estimate.at_bound]
     errors, expected = plain.input_errors, plain.expected_gap
     sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))

@@ -8,6 +8,9 @@ from __future__ import annotations
 SETTLED = 0.01
 """Fall of the cost that one more Gauss-Newton step may still promise; 1 is one standard error, so that values are
 a tenth of theirs from the minimum at most."""
+ROUGHLY = 0.05
+"""The same where errors of measured inputs are fitted too: the cost of a motion that sticks and bounces is rough at
+this scale, and values are a fifth of their standard errors from the minimum at most."""
 ASTRAY = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
 INPUT_ERROR = 1.15

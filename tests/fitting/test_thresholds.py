@@ -90,6 +90,7 @@ def with_spectrum(samples: float) -> bool:
 CASES = (
     Bracket("GAP", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("SETTLED", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
+    Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("ASTRAY", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
     Bracket(
         "INPUT_ERROR",
