@@ -10,8 +10,9 @@ import equinox as eqx
 import numpy as np
 import pytest
 
+from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.search.with_input_errors import linearised_in_errors, noise_left, with_input_errors
+from fibrefit.fitting.search.with_input_errors import SETTLED, linearised_in_errors, noise_left, with_input_errors
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors, no_errors
 from fibrefit.rigs.catalogue import RIGS
@@ -21,6 +22,12 @@ from fibrefit.workflow.prepare import read_records
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
 TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
+
+
+def test_a_descent_ends_where_it_is_judged_to_have_arrived() -> None:
+    assert converged(SETTLED, True, rough=True).passed
+    assert not converged(1.01 * SETTLED, True, rough=True).passed
+    assert not converged(SETTLED, True).passed
 
 
 def test_a_measured_drive_with_noise_leaves_neither_bias_nor_gap() -> None:

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, time_left
-from fibrefit.fitting.thresholds import ROUGHLY
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
@@ -31,6 +30,11 @@ from fibrefit.problem.task import Task
 
 LOOKS = 4
 """How often readings are linearised at the most."""
+SETTLED = 0.05
+"""Fall of the cost a further step promises below which a descent ends, in units where 1 is one standard error.
+
+At this scale the cost of a motion that sticks and bounces is rough; a fit is judged at it, too.
+"""
 COARSE = 1e-3
 """Promised fall at which a descent ends, as a share of what the residuals have beyond the noise: a model that lacks
 something has no exact best."""
@@ -167,7 +171,7 @@ def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> P
     gram, nothing = view.gram(unknowns), np.zeros(0)
     with beyond_limits():  # the first of these is without an alternative, and all are short
         normal = arrowhead(unknowns, place, gram)
-        enough = max(ROUGHLY, COARSE * (normal.cost - number))
+        enough = max(SETTLED, COARSE * (normal.cost - number))
         return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
 
 
