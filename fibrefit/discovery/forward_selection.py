@@ -29,7 +29,7 @@ from fibrefit.discovery.engine.thresholds import (
 )
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
-from fibrefit.discovery.pairs import best_pair, incomplete, pruned
+from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
@@ -142,6 +142,10 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     at = replace(at, search=look.search, best=look.parent, look=found.look)
     if _doubtful(at, found):
         at, found = _together(at, found, single, before, limits)
+    if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
+        better, _ = in_time(partial(best_exchange, single, found.chosen), None)
+        again = found if better is None else _believed(better, limits)
+        found = found if again.chosen is None else again
     return (at, False) if found.chosen is None else (_grown(at, found, single, before, limits), True)
 
 

@@ -10,11 +10,12 @@ import numpy as np
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
-from fibrefit.discovery.engine.effort import is_partner
+from fibrefit.discovery.engine.effort import FAR_BEHIND, is_partner
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.search.inputs import weighed_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 
@@ -82,6 +83,43 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
     if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
+        return None
+    return pairs if pruned(pairs.search.scales, most) is most else None
+
+
+def best_exchange(look: Comparison, found: Weighed) -> Comparison | None:
+    """Two effects, the first exchanged for one that came near it when it was added; None where that is no better.
+
+    What is added first has to account for both; once the second is there, another one may do its part better (the
+    exchange step of floating selection).
+
+    Parameters
+    ----------
+    look : Comparison
+        Of effects one by one.
+    found : Weighed
+        With two effects, added one after the other.
+
+    Source
+    ------
+    Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).
+    """
+    search, (first, second) = look.search, found.effects
+    gain = max((look.gain(one) for one in look.found if one.names == (first.name,)), default=np.inf)
+    near = [
+        one.effects[-1]
+        for one in look.found
+        if one.effects[-1] not in found.effects and look.gain(one) > max(NAMED, gain - FAR_BEHIND)
+    ]
+    if not near:
+        return None
+    there = weighed_about(search, found)
+    alone = search.scales.without(there, (second,))
+    allowed = set(search.extensions(alone))
+    others = search.tried(alone, [one for one in near if one in allowed], "trying others in place of the first").found
+    pairs = in_same_noise(search, look.parent, [*others, there])
+    most = pairs.found[0]
+    if set(most.names) == set(found.names) or most.log <= pairs.parent.log + NAMED:
         return None
     return pairs if pruned(pairs.search.scales, most) is most else None
 

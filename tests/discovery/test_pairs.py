@@ -13,7 +13,7 @@ from fibrefit.discovery import forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
-from fibrefit.discovery.pairs import best_pair, incomplete
+from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete
 from fibrefit.discovery.search.search import Tried
 
 EFFECTS: tuple[Any, ...] = tuple(
@@ -84,6 +84,46 @@ def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch
     assert best_pair(look, look.found[0]) is None
 
 
+def exchange(
+    monkeypatch: pytest.MonkeyPatch, together: dict[tuple[Any, Any], float], asked: list[Any]
+) -> Comparison | None:
+    """What takes the place of A, which was found first, beside E: 300 nats together, E alone 60."""
+    look = look_of(GAINS, together, asked)
+    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: other)
+    look.search.scales = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
+    return best_exchange(look, cast(Any, Model((A, E), 300.0)))
+
+
+def test_the_first_effect_is_exchanged_for_one_that_does_its_part_better(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+    found = exchange(monkeypatch, {(E, C): 304.0}, asked)
+    assert found is not None
+    assert [one.names for one in found.found[:2]] == [(E.name, C.name), (A.name, E.name)]
+    # Those that came near it when it was added, and no others.
+    assert asked == [(E, B), (E, C)]
+
+
+def test_an_exchange_that_is_no_better_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert exchange(monkeypatch, {(E, C): 299.0}, []) is None
+
+
+def test_what_was_first_by_far_is_not_exchanged(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+    look = look_of({A: 240.0, B: 60.0, C: 50.0}, {(E, B): 900.0}, asked)
+    assert best_exchange(look, cast(Any, Model((A, E), 300.0))) is None
+    assert asked == []
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_two_that_were_found_one_after_the_other_are_seen_with_the_first_exchanged(
+    monkeypatch: pytest.MonkeyPatch, better: bool
+) -> None:
+    first = look_of(GAINS, {}, [])
+    pair = Comparison(first.search, first.parent, (Model((D, B), 900.0),), frozenset({(D.name, B.name)}))  # type: ignore[arg-type]
+    found = after_a_look(monkeypatch, first, first.found[0], False, 500.0, exchanged=pair if better else None)
+    assert found == ((D.name, B.name) if better else (A.name, D.name), True)
+
+
 @pytest.mark.parametrize(("alarm", "curve"), [(True, False), (False, True), (False, False)])
 def test_alarms_and_curves_say_that_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, alarm: bool, curve: bool
@@ -109,6 +149,7 @@ def after_a_look(
     missing: bool,
     gain: float = 1.0,
     paired: bool = False,
+    exchanged: Comparison | None = None,
 ) -> tuple[tuple[str, ...], bool]:
     """Effects after a look in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
@@ -120,6 +161,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
+    monkeypatch.setattr(forward_selection, "best_exchange", lambda look, found: exchanged)
     at = Selection(first.search, best, singles=first, look=first, paired=paired)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
