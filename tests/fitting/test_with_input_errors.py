@@ -92,6 +92,29 @@ def test_readings_linearised_by_somebody_else_are_not_linearised_again(monkeypat
     assert (ends[1].view.beforehand or ends[1].view).raw is first
 
 
+@pytest.mark.parametrize(("left", "looks"), [(np.inf, 2), (1e-3, 1)])
+def test_a_look_that_the_time_does_not_suffice_for_is_not_begun(
+    monkeypatch: pytest.MonkeyPatch, left: float, looks: int
+) -> None:
+    from fibrefit.fitting.search import with_input_errors as module
+
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[-1],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    known, start = input_errors(task), task.start.copy()
+    start[: len(TRUTH)] = [TRUTH[slot.name] for slot, _ in task.problem.layout.entries[: len(TRUTH)]]
+    own, begun = module.linearised_in_errors, list[int]()
+
+    def counted(*args: Any) -> Any:
+        begun.append(1)
+        return own(*args)
+
+    monkeypatch.setattr(module, "linearised_in_errors", counted)
+    monkeypatch.setattr(module, "time_left", lambda: left)
+    with_input_errors(task, known, start)
+    assert (len(begun) >= looks) if looks > 1 else (len(begun) == 1)
+
+
 @pytest.mark.slow
 def test_error_bars_do_not_rest_on_what_was_predicted_only_once_the_errors_were_learnt() -> None:
     study = load_study(STUDY)

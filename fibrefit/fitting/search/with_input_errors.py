@@ -12,6 +12,7 @@ Bell and Cathey, IEEE Trans. Autom. Control 38 (1993): an iterated Kalman smooth
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -110,6 +111,7 @@ def with_input_errors(
     beforehand: View | None = None
     samples, share = float(counted(problem).sum()), -1.0
     for _ in range(LOOKS):
+        began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)
         else:
@@ -133,7 +135,10 @@ def with_input_errors(
         predicted = float(np.mean((left - remaining[0])[remaining[0] != 0.0] ** 2)) < MISSED * variance
         # What is learnt from more samples lets still more of them count, until it does not.
         share, before = number / samples, share
-        if (predicted and (share > WHOLE or share < before + MORE)) or time_left() <= 0.0:
+        if predicted and (share > WHOLE or share < before + MORE):
+            break
+        # Another look takes as long as this one.
+        if time_left() <= time.monotonic() - began:
             break
         roots = sensitivities.roots()
     return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
