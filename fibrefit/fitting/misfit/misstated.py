@@ -17,7 +17,7 @@ import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.fitting.search.solve import gram_at, linearised
+from fibrefit.fitting.search.solve import DIFFERENCE, gram_at, linearised
 from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
 from fibrefit.laws.catalogue import CATALOGUE, suits
 from fibrefit.laws.law import Effect
@@ -34,8 +34,6 @@ STEPS, SETTLED = 40, 1e-4
 """Most steps of a descent, and the share of the sum of squares below which a step is the last."""
 DAMPED, SHORTER, LONGER = 1e-3, 0.2, 8.0
 """First damping in units of the curvature, and how it follows from whether a step led down."""
-DIFFERENCE = 1e-6
-"""Step in a free coordinate for the slope of its value."""
 
 
 class Misstated(NamedTuple):
