@@ -8,7 +8,7 @@ PIP := $(RUN) -m pip --disable-pip-version-check --quiet
         notebooks dist release-check clean
 
 demo: .venv/installed
-	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --force
+	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --figures png --force
 
 test: .venv/installed-test
 	$(RUN) -m pytest -n 2

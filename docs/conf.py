@@ -34,6 +34,8 @@ nb_merge_streams = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 autodoc_member_order = "bysource"
+# `save` writes a result; these are its parts, for the folder that it makes.
+autodoc_default_options = {"exclude-members": "write, write_data, first_figures"}
 autodoc_typehints = "none"
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+from pathlib import Path
+
 import click
 
 from fibrefit.cli.failure import INTERRUPTED
@@ -10,8 +13,7 @@ from fibrefit.cli.options import Asked, result_options, study_options, with_aske
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.allowance import MOST_STARTS
-
-#: Exit code of a run that ended but whose result did not pass its own checks.
+from fibrefit.core.formats import FIGURES
 
 
 @click.command("fit")
@@ -47,7 +49,15 @@ def command(
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         fit.save(folder, force=asked.force, stop=stop)
         interrupted = stop()
-    terminal.wrote(folder, " Not all figures were drawn." if interrupted else "")
+    terminal.wrote(folder, " Not all figures were drawn." if interrupted else _further(folder))
     if interrupted:
         return INTERRUPTED
     return NOT_TRUSTED if fit.status == "failed" else 0
+
+
+def _further(folder: Path) -> str:
+    """How the figures that nobody asked for are drawn."""
+    if FIGURES.get() is not None:
+        return ""
+    command = shlex.join(["fibrefit", "show", str(folder), "--figures", "png"])
+    return f" Besides the overview, figures are drawn when asked for: {command}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextvars
 import errno
 import gc
 import importlib
@@ -105,7 +106,9 @@ def run(args: Sequence[str]) -> int:
         Exit code.
     """
     try:
-        return int(group.main(args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)
+        # In a context of its own: what figures were asked for holds for this command, not for what follows it.
+        carried_out = contextvars.copy_context().run
+        return int(carried_out(group.main, args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         say(error.format_message())
         return error.exit_code

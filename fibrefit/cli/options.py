@@ -78,11 +78,10 @@ def result_options(command: Command) -> Command:
         click.option(
             "--figures",
             metavar="FORMATS",
-            default="png",
-            show_default=True,
+            show_default="png; of a fit its overview alone",
             expose_value=False,
             callback=_keep_formats,
-            help="Figures as png, pdf, svg, several with commas, or none.",
+            help="All figures as png, pdf, svg, several with commas, or none.",
         ),
         click.option(
             "--seed",
@@ -100,11 +99,11 @@ def result_options(command: Command) -> Command:
     return command
 
 
-def _keep_formats(context: click.Context, parameter: click.Parameter, text: str) -> None:
+def _keep_formats(context: click.Context, parameter: click.Parameter, text: str | None) -> None:
     """Tell all that is written from now on as which files figures are asked for."""
     from fibrefit.core.formats import FIGURES, figure_formats
 
-    FIGURES.set(figure_formats(text))
+    FIGURES.set(None if text is None else figure_formats(text))
 
 
 def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:

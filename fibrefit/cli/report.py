@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
 
 
 @click.command("report")
@@ -25,6 +25,8 @@ def command(terminal: Terminal, results: tuple[Path, ...], out: Path, force: boo
     """Put RESULT..., folders that runs have written, on one HTML page that needs no other file."""
     from fibrefit.workflow.pages.report import report_results
 
+    missing = first_missing(out.parent if out.suffix else out)
     file = report_results(results, out, force=force)
     document = {"schema": "fibrefit/page/1", "file": str(file), "results": [str(result) for result in results]}
+    terminal.made(missing)
     terminal.answer(str(file), document)

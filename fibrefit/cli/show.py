@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
 
 
 @click.command("show")
@@ -33,14 +33,14 @@ def command(terminal: Terminal, result: Path, figures: str | None, out: Path | N
 
 
 def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
-    """Draw a saved result again, beside it."""
+    """Draw a saved result again, into a folder of the figures' own."""
     from fibrefit.core.errors import UsageError
     from fibrefit.core.formats import figure_formats
     from fibrefit.plots import save_figures
     from fibrefit.workflow.outcome.draw import draw_result
 
     kinds = figure_formats(formats)
-    figures = draw_result(result)
+    figures, missing = draw_result(result), first_missing(out)
     try:
         out.mkdir(parents=True, exist_ok=True)
         if not os.access(out, os.W_OK):
@@ -50,4 +50,5 @@ def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
         raise UsageError(str(out), error.strerror or "no folder", "a folder that can be written", do) from None
     paths = [str(path) for path in save_figures(figures, out, formats=kinds)]
     document = {"schema": "fibrefit/figures/1", "result": str(result), "files": paths}
+    terminal.made(missing)
     terminal.answer("\n".join(paths), document)

@@ -72,10 +72,32 @@ class Terminal:
         names = [path.name for path in sorted(folder.iterdir(), key=_rank) if not path.name.startswith(".")]
         self.remark(f"\nWritten to {folder}: {', '.join(names)}.{more}")
 
+    def made(self, folder: Path | None) -> None:
+        """Say that a folder did not exist and was made, if one was: a name may have been misspelt.
+
+        Parameters
+        ----------
+        folder : pathlib.Path or None
+            As `first_missing` found it before.
+        """
+        if folder is not None and folder.is_dir():
+            self.remark(f"The folder {folder} did not exist and was made.")
+
     def detail(self, text: str) -> None:
         """Say something that only interests those who asked for more."""
         if self.verbose:
             say(text)
+
+
+def first_missing(folder: Path) -> Path | None:
+    """The uppermost folder on the way to `folder` that does not exist; None where all do.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    return missing[-1] if missing else None
 
 
 def _rank(path: Path) -> tuple[bool, bool, str]:

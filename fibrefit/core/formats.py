@@ -11,8 +11,14 @@ FORMATS = ("png", "pdf", "svg")
 """Kinds of files that figures can be written as."""
 NONE = "none"
 
-FIGURES: ContextVar[tuple[str, ...]] = ContextVar("FIGURES", default=("png",))
-"""Those asked for; none at all is possible too."""
+FIGURES: ContextVar[tuple[str, ...] | None] = ContextVar("FIGURES", default=None)
+"""Those asked for; none at all is possible too. None: nobody has asked, and a result draws what shows it best."""
+
+
+def formats_asked() -> tuple[str, ...]:
+    """Formats to write figures as: PNG unless others, or none, were asked for."""
+    asked = FIGURES.get()
+    return ("png",) if asked is None else asked
 
 
 def figure_formats(text: str) -> tuple[str, ...]:

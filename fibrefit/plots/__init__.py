@@ -6,7 +6,7 @@ from fibrefit.plots.batch import batch_figures
 from fibrefit.plots.confusion import confusion_figures
 from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.figures import Figures
-from fibrefit.plots.fit import fit_figures
+from fibrefit.plots.fit import fit_figures, fit_overview
 from fibrefit.plots.plan import plan_figures
 from fibrefit.plots.posterior import (
     band_figures,
@@ -31,6 +31,7 @@ __all__ = [
     "discovery_figures",
     "file_names",
     "fit_figures",
+    "fit_overview",
     "plan_figures",
     "posterior_figures",
     "prediction_figures",

@@ -15,6 +15,7 @@ from fibrefit.plots.starts import starts_figure
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import FitSummary
 
+OVERVIEW = "overview"
 MOST_RECORDS = 24
 """Records that get a figure of their own; of a longer series those that are explained worst."""
 
@@ -38,11 +39,24 @@ def fit_figures(summary: FitSummary, groups: Groups) -> Figures:
         itself.
     """
     fitted = Fitted.of(summary, groups)
-    figures = Figures({"overview": overview_figure(summary, fitted)})
+    figures = Figures({OVERVIEW: overview_figure(summary, fitted)})
     figures |= {f"record {fitted.records[r]}": record_figure(fitted, r) for r in fitted.worst(MOST_RECORDS)}
     for number, figure in enumerate(snap_figures(fitted, TAUT)):
         figures["snaps" if number == 0 else f"snaps {number + 1}"] = figure
     return Figures(figures | certainty_figures(summary, groups))
+
+
+def fit_overview(summary: FitSummary, groups: Groups) -> Figures:
+    """The one figure that tells all of a fit, by its name; the others are not made.
+
+    Parameters
+    ----------
+    summary : FitSummary
+        Content of ``summary.json``.
+    groups : Groups
+        Content of ``result.h5``.
+    """
+    return Figures({OVERVIEW: overview_figure(summary, Fitted.of(summary, groups))})
 
 
 def certainty_figures(summary: FitSummary, groups: Groups) -> dict[str, Figure]:

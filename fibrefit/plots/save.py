@@ -13,7 +13,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from fibrefit.core.formats import FIGURES
+from fibrefit.core.formats import formats_asked
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of
 
@@ -52,7 +52,7 @@ def save_figures(
     list of pathlib.Path
         The files, in the order of the figures.
     """
-    kinds = FIGURES.get() if formats is None else formats
+    kinds = formats_asked() if formats is None else formats
     if kinds:
         folder.mkdir(parents=True, exist_ok=True)
     written = []

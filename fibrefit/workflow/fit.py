@@ -24,6 +24,7 @@ from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 
 if TYPE_CHECKING:
+    from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
 
 STARTS = 32
@@ -70,6 +71,12 @@ class Fit(Predicts):
     def groups(self) -> dict[str, dict[str, Variable]]:
         """Arrays of ``result.h5``."""
         return fit_groups(self.identification)
+
+    def first_figures(self) -> Figures:
+        """The overview: all eleven pictures of five records take as long as their fit."""
+        from fibrefit.plots import fit_overview
+
+        return fit_overview(self.summary(), self.groups())
 
 
 @one_blas_thread

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.formats import FIGURES
+from fibrefit.core.formats import FIGURES, formats_asked
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study
@@ -25,6 +25,10 @@ class Saved(ABC):
     def plot(self) -> Figures:
         """Its figures by name."""
 
+    def first_figures(self) -> Figures:
+        """Figures that are written where nobody asked for any; the others are drawn when they are wanted."""
+        return self.plot()
+
     @abstractmethod
     def write_data(self, directory: ResultDirectory) -> None:
         """Write all files but the figures into a folder that is being made."""
@@ -32,7 +36,7 @@ class Saved(ABC):
     def write(self, directory: ResultDirectory, stop: Callable[[], bool] = lambda: False) -> None:
         """Write all files into a folder that is being made."""
         self.write_data(directory)
-        write_figures(directory, self.plot, stop)
+        write_figures(directory, self.first_figures if FIGURES.get() is None else self.plot, stop)
 
     def save(self, out: Path | str, *, force: bool = False, stop: Callable[[], bool] = lambda: False) -> Path:
         """Write all files of the result into a folder, whole or not at all.
@@ -97,7 +101,7 @@ def write_figures(
     directory: ResultDirectory, figures: Callable[[], Figures], stop: Callable[[], bool] = lambda: False
 ) -> None:
     """Write ``figures/``, unless none are asked for, or asked to stop before they, or the next of them, are drawn."""
-    if stop() or not FIGURES.get():
+    if stop() or not formats_asked():
         return
     from fibrefit.plots import save_figures
 

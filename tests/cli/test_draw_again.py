@@ -22,6 +22,7 @@ def test_a_batch_is_drawn_again_in_any_format(fibrefit: Run, tmp_path: Path) -> 
     done = fibrefit("show", saved(tmp_path / "batch", "fibrefit/batch/1"), "--figures", "pdf,svg", "--out", "drawn")
     assert (done.code, done.out.split()) == (0, [str(Path("drawn/parameters.pdf")), str(Path("drawn/parameters.svg"))])
     assert Path("drawn/parameters.pdf").read_bytes().startswith(b"%PDF")
+    assert "The folder drawn did not exist and was made." in done.err
 
 
 def test_a_result_without_its_arrays_says_that_it_cannot_be_drawn(fibrefit: Run, tmp_path: Path) -> None:

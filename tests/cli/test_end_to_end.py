@@ -46,7 +46,9 @@ def test_the_demonstration_study(done: Run) -> None:
 
     again = load_study("out/study.toml")
     assert again.records[0].weight_mass == load_study("demo").records[0].weight_mass
-    assert list(Path("out/figures").glob("*.png"))
+    assert [path.name for path in Path("out/figures").iterdir()] == ["overview.png"]
+    drawn = done("show", "out", "--figures", "png", "--out", "drawn").out.split()
+    assert {"overview.png", "starts.png", "record_drop_10mm_90deg.png"} <= {Path(file).name for file in drawn}
 
     # The resolved study beside the result is a study like any other.
     assert done("simulate", "out/study.toml", "--out", "simulated").code == 0

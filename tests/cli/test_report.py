@@ -77,3 +77,11 @@ def test_a_folder_without_a_result_is_refused(fibrefit: Run, tmp_path: Path) -> 
     assert done.code == 3
     assert "no such file" in done.err
     assert not Path("report.html").exists()
+
+
+def test_a_folder_that_had_to_be_made_is_said(fibrefit: Run, results: list[str]) -> None:
+    done = fibrefit("report", results[0], "--out", "misspelt/pages/page.html")
+    assert (done.code, done.out) == (0, "misspelt/pages/page.html\n")
+    assert "The folder misspelt did not exist and was made." in done.err
+    assert "made" not in fibrefit("report", results[0], "--out", "misspelt/again.html").err
+    assert "The folder other did" in fibrefit("report", results[0], "--out", "other").err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextvars
 import json
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 import fibrefit.plots
 from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.core.formats import FIGURES
 from fibrefit.fitting.result import total
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study, load_study
@@ -38,8 +40,15 @@ def test_all_files_are_there_and_nothing_else(saved: Path) -> None:
         ".fibrefit",
     }
     assert not saved.with_name("out.partial").exists()
-    figures = {path.name for path in (saved / "figures").iterdir()}
-    assert figures == {
+    assert [path.name for path in (saved / "figures").iterdir()] == ["overview.png"]
+
+
+def test_all_figures_are_drawn_where_they_are_asked_for(fit: Fit, tmp_path: Path) -> None:
+    """In a context of its own: what was asked for holds for all that is written in it."""
+    context = contextvars.copy_context()
+    context.run(FIGURES.set, ("png",))
+    out = context.run(fit.save, tmp_path / "out")
+    assert {path.name for path in (out / "figures").iterdir()} == {
         "overview.png",
         "record_drop_5mm.png",
         "record_drop_10mm.png",

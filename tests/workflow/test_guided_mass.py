@@ -143,7 +143,8 @@ def test_the_study_that_ships(tmp_path: Path) -> None:
     assert found.parameters["mass"].value == pytest.approx(axis.TRUTH["mass"], rel=0.01)
     assert found.parameters[f"{SHAPED}.asymmetry"].value == pytest.approx(0.2, abs=0.02)
     out = found.save(tmp_path / "out")
-    assert (out / "figures" / "record_axis.png").is_file()
+    assert (out / "figures" / "overview.png").is_file()
+    assert "record axis.csv" in found.plot()
 
 
 PUBLIC = "FIBREFIT_AXIS_RECORD"

@@ -50,7 +50,8 @@ def test_what_was_saved_says_the_same(fit: Fit, again: StoredResult) -> None:
     assert (again.kind, again.status) == ("fit", fit.status)
     assert again.parameters["damping"].value == fit.parameters["damping"].value
     assert again.study.name == fit.study.name
-    assert {"snaps", "starts"} <= set(again.figures)
+    assert list(again.figures) == ["overview"]
+    assert {"overview", "snaps", "starts"} <= set(again.plot())
 
 
 def test_pictures_are_found_as_whatever_files_they_were_asked_for(saved: Path, tmp_path: Path) -> None:
@@ -124,10 +125,11 @@ def test_without_xarray_it_is_said_what_to_install(fit: Fit, monkeypatch: pytest
 
 
 def test_two_lines_and_a_small_table(fit: Fit, again: StoredResult, study: Study) -> None:
-    for one in (fit, again, study, fit.records[0]):
+    for one in (fit, again, study, study.records[0], fit.records[0]):
         assert len(repr(one).splitlines()) == 2
         assert max(map(len, repr(one).splitlines())) < 200
         assert one._repr_html_().startswith("<div><strong>")
+    assert "lift 10 mm" in repr(study.records[1])
     assert repr(fit) == repr(again)
     assert f'Fit of "{study.name}": {fit.status}, gap ' in repr(fit)
     assert "<td>stiffness</td>" in fit._repr_html_()

@@ -11,6 +11,8 @@ from typing import Any, Literal, Self
 from pydantic import Field, StrictStr, model_validator
 
 from fibrefit.core.roles import ROLES
+from fibrefit.core.shown import Card, Shown
+from fibrefit.core.units import format_quantity
 from fibrefit.study.channels import BesideTable, Said
 from fibrefit.study.quantity import (
     Duration,
@@ -32,7 +34,7 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
-class RecordTable(StudyTable):
+class RecordTable(Shown, StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
     file: StrictStr | None = optional("Measured data; relative to the study file.")
@@ -57,6 +59,14 @@ class RecordTable(StudyTable):
         """Name of the record in results and messages."""
         return self.name or self.file or ""
 
+    def _card(self) -> Card:
+        """What the study states of it: its conditions, with units."""
+        said = self.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "header"})
+        rows = [(key.replace("_", " "), _readable(text)) for key, text in said.items() if isinstance(text, str)]
+        line = ", ".join(f"{key} {text}" for key, text in rows) or "no conditions of its own"
+        title = f'Record "{self.label}" as the study states it{"" if self.file else ", planned"}'
+        return Card(title, line, ("condition", "value") if rows else (), rows)
+
     @model_validator(mode="after")
     def _measured_or_planned(self) -> Self:
         if self.file is None and None in (self.name, self.sampling_rate, self.duration):
@@ -77,3 +87,12 @@ class NoiseLevels(StudyTable):
 
     force: ForceNoise | None = None
     position: LengthNoise | None = None
+
+
+def _readable(text: str) -> str:
+    """A quantity in the unit a person would choose; any other text as it is."""
+    number, _, unit = text.partition(" ")
+    try:
+        return format_quantity(float(number), unit)
+    except ValueError:
+        return text

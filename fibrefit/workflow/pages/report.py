@@ -107,7 +107,7 @@ def _read(result: Path, beside: Path) -> Result:
 
 
 def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
-    """The figures that belong on the page: as they lie in the folder, or else drawn from what was saved."""
+    """The figures that belong on the page: as they lie in the folder; those that do not, drawn from what was saved."""
     from fibrefit.plots import small_png
 
     chosen = CHOSEN.get(type(summary))
@@ -117,8 +117,9 @@ def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration
         pictures = [(name, *small_png(files[name].read_bytes())) for name in names]
     except OSError as error:
         raise DataError(str(folder / "figures"), str(error), "figures of a result") from None
-    if not files and chosen:
-        pictures = _drawn(summary, groups, chosen)
+    if chosen and (missing := [name for name in chosen if name not in files]):
+        pictures += _drawn(summary, groups, missing)
+        pictures.sort(key=lambda picture: chosen.index(picture[0]))
     return [Illustration(name, caption or name.replace("_", " "), png) for name, png, caption in pictures]
 
 
