@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test bench bench-series validate validate-discover validate-intervals lint format schemas docs \
+.PHONY: demo real test bench bench-series validate validate-discover validate-mistakes validate-intervals lint format schemas docs \
         notebooks dist release-check clean
 
 demo: .venv/installed
@@ -32,6 +32,10 @@ validate: .venv/installed-bench
 # ARGS="--release LABEL --kind null --rig fibre_mass --cases 20" carries out twenty further cases; a label draws its own.
 validate-discover: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_discover $(ARGS)
+
+# ARGS="--release LABEL --mistake clock --cases 20" searches twenty further series whose study says something wrong.
+validate-mistakes: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_mistakes $(ARGS)
 
 # ARGS="--release LABEL --noise slow --scatter 0.005 --series 20" fits twenty further series of each rig.
 validate-intervals: .venv/installed-bench

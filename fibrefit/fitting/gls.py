@@ -34,6 +34,8 @@ ARRIVED = 0.5
 """Promised fall beyond which the mode was not reached."""
 LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
+ROUNDS = 2
+"""How often the noise is taken from what is left, the second time with what was fitted put back."""
 LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
 DRAWS = 4
@@ -85,10 +87,15 @@ def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> G
     """The mode in the noise that is left there."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
-    for _ in range(2):
+    for _ in range(ROUNDS):
         if seen.raw is None:
             seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
-        noise = noise_of_residuals(seen.problem, seen.residuals(local_of(unknowns, place), DRAWS)[0])
+        left = (
+            seen.residuals(local_of(unknowns, place), DRAWS)[0]
+            if evidence is None
+            else seen.as_the_noise_left(evidence, DRAWS)
+        )
+        noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
         evidence = _weighed(unknowns, place, seen, evidence)
         if evidence is None:

@@ -43,12 +43,18 @@ def wandering(random: np.random.Generator) -> np.ndarray:
 
 def relaxing(random: np.random.Generator) -> np.ndarray:
     """A first-order part of variance one, and some hiss."""
-    decay = np.exp(-2.0 * np.pi * CORNER / RATE)
+    found = first_order(random, CORNER)
+    return found + 0.5 * white(random)
+
+
+def first_order(random: np.random.Generator, corner: float) -> np.ndarray:
+    """A first-order part of variance one."""
+    decay = np.exp(-2.0 * np.pi * corner / RATE)
     fresh, found = white(random), np.zeros((RECORDS, COUNT))
     found[:, 0] = fresh[:, 0]
     for t in range(1, COUNT):
         found[:, t] = decay * found[:, t - 1] + np.sqrt(1.0 - decay**2) * fresh[:, t]
-    return found + 0.5 * white(random)
+    return found
 
 
 def tone(random: np.random.Generator, frequency: float) -> np.ndarray:

@@ -215,7 +215,7 @@ def test_the_data_choose_white_where_it_is_white() -> None:
 
 def sampled_density(noise: Noise, frequency: np.ndarray, rate: float = 2000.0) -> np.ndarray:
     """Of samples: what lies beyond half the rate is folded back."""
-    density = np.full(len(frequency), noise.white)
+    density = noise.white + noise.pink / frequency
     for corner, variance in noise.slow:
         decay = np.exp(-2.0 * np.pi * corner / rate)
         turn = np.abs(1.0 - decay * np.exp(2j * np.pi * frequency / rate)) ** 2

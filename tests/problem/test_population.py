@@ -8,7 +8,14 @@ from scipy.stats import norm, t
 
 from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.normal_equations import Unknowns, place_of
-from fibrefit.problem.estimate.population import between, covariance_of_all, mixture_quantile, quantiles
+from fibrefit.problem.estimate.population import (
+    between,
+    covariance_of_all,
+    mixture_quantile,
+    quantiles,
+    roots_of_posterior,
+)
+from fibrefit.problem.estimate.view import spread_about
 
 RECORDS = 5
 ERROR = 1e-5
@@ -76,3 +83,40 @@ def test_records_that_agree_are_said_to() -> None:
     low, high = quantiles(found, 0)
     assert 0.5 * (high - low) == pytest.approx(norm.ppf(0.975) * ERROR / np.sqrt(RECORDS), rel=0.15)
     np.testing.assert_allclose(covariance_of_all(found), found.spread, rtol=1e-3)
+
+
+def test_roots_of_the_posterior_are_those_of_its_covariance() -> None:
+    """Of the values of each record: what is not known of the mean, and of each record's deviation from it."""
+    for logs in (ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]), 0.01 * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])):
+        found = weighed(logs)
+        roots, sigma = roots_of_posterior(found), found.mode.sigma[0]
+        variance = np.einsum("rck,rck->r", roots, roots)
+        # Each record is told by its own reading and, as far as records agree, by the others.
+        expected = ERROR**2 / RECORDS if sigma == 0.0 else ERROR**2
+        np.testing.assert_allclose(variance / found.mode.local[:, 0] ** 2, expected, rtol=0.05)
+
+
+def test_what_a_fit_takes_of_slow_noise_is_put_back() -> None:
+    """The mean power over residuals that are spread is that of the noise; of the residuals alone it is too small."""
+    count, number, random = 400, 6, np.random.default_rng(3)
+    frequency = np.fft.rfftfreq(count)[1:]
+    size = np.concatenate([[0.0], frequency**-0.5])
+    waves = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, count), number)[:, 1:]
+    # The noise has no mean: what is fitted shall have none either.
+    waves -= waves.mean(axis=0)
+    low, taken, whole, true = slice(1, 6), 0.0, 0.0, 0.0
+    full = np.concatenate([size, size[1:-1][::-1]])
+    turn = np.fft.fft(np.eye(count), norm="ortho")
+    covariance = (turn.conj().T @ (full[:, None] ** 2 * turn)).real + 1e-9 * np.eye(count)
+    weight = np.linalg.inv(covariance)
+    posterior = np.linalg.inv(waves.T @ weight @ waves)
+    moved = (waves @ np.linalg.cholesky(posterior)).T[:, None, None]
+    for _ in range(300):
+        wave = random.standard_normal((2, len(size)))
+        noise = np.fft.irfft((wave[0] + 1j * wave[1]) * size * np.sqrt(0.5), count, norm="ortho")
+        left = noise - waves @ (posterior @ (waves.T @ (weight @ noise)))
+        power = [np.abs(np.fft.rfft(x, norm="ortho")[..., low]) ** 2 for x in (noise, left)]
+        spread = np.abs(np.fft.rfft(spread_about(left[None, None, None], moved), norm="ortho")[..., low]) ** 2
+        true, taken, whole = true + power[0], taken + power[1], whole + spread.mean(axis=0)[0, 0]
+    assert np.mean(taken / true) < 0.6
+    np.testing.assert_allclose(whole / true, 1.0, rtol=0.15)

@@ -20,6 +20,7 @@ from tests.problem.coefficients import (
     STRANGE,
     TONES,
     UNIT,
+    first_order,
     humming,
     masked,
     records,
@@ -78,6 +79,32 @@ def test_white_noise_has_no_line_and_no_slow_part_of_weight() -> None:
         found = noise_of(white(np.random.default_rng([seed, 2])))
         assert found.lines == ()
         assert sum(variance for corner, variance in found.slow if corner < 100.0) < 0.03
+
+
+def test_the_simplest_spectrum_that_will_do_is_taken() -> None:
+    """1/f noise is told by one number, and so is what a record of its length does not show of it."""
+    for found in found_in("white"):
+        assert (found.slow, found.pink) == ((), 0.0)
+    wander = found_in("1/f")
+    assert [noise.slow for noise in wander] == [()] * SERIES
+    np.testing.assert_allclose([noise.pink for noise in wander], 1.0 / np.log(0.5 * COUNT), rtol=SLOW)
+    for found in found_in("first order"):
+        assert found.pink == 0.0
+        assert len(found.slow) == 2
+        assert found.slow[0][0] < CORNER < found.slow[1][0]
+
+
+def test_what_is_neither_is_told_by_parts_of_all_corners() -> None:
+    """Two first-order parts far from each other: no simple spectrum will do, and none is forced on them."""
+    for seed in range(SERIES):
+        random = np.random.default_rng([seed, 7])
+        found = noise_of(2.0 * first_order(random, 2.0) + 0.5 * first_order(random, 120.0) + 0.1 * white(random))
+        density = 4.0 * lorentz(2.0, 60.0) + 0.25 * lorentz(120.0, 60.0) + 0.01 / (0.5 * RATE)
+        assert found.density(np.array([60.0]))[0] == pytest.approx(density, rel=2.0 * SLOW)
+
+
+def lorentz(corner: float, frequency: float) -> float:
+    return (2.0 / np.pi) * corner / (corner**2 + frequency**2)
 
 
 @pytest.mark.parametrize("holes", [False, True])

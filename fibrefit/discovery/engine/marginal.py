@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
 from fibrefit.discovery.engine.effort import astray, descent, first_steps
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
+from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, stretch_products
+from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
@@ -33,18 +33,7 @@ from fibrefit.problem.estimate.normal_equations import (
 )
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.estimate.score_test import score_test
-from fibrefit.problem.noise.blocks import BlockFilter
-from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_residuals
-
-DRAWS = 4
-"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-
-
-@jax.jit
-def _whitened(whitening: BlockFilter, rows: jax.Array) -> jax.Array:
-    return whitening.whiten_rows(rows)
 
 
 class Scales:
@@ -283,29 +272,7 @@ class Scales:
 
     def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
-        problem = with_steps(weighed.frame.problem, dict(self.yardstick.steps))
-        return noise_of_residuals(problem, self.residuals(weighed, DRAWS))
-
-    def residuals(self, weighed: Weighed, draws: int = 1) -> np.ndarray:
-        """Residuals at the mode ``(n_draw, n_record, n_channel, n_time)``, in units of the noise.
-
-        Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
-        them.
-        """
-        frame, number = replace(weighed.frame, steps=self.yardstick.steps), len(self.yardstick.noise)
-        rows = residual_rows(frame, weighed.local, self.context.whole)
-        shape = (len(rows), number, -1)
-        sensitivities = self.yardstick.sensitivities
-        if sensitivities is None or frame.sensitivities is None:
-            return np.asarray(rows).reshape(1, *shape)
-        white = _whitened(self.yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
-        random, found = np.random.default_rng(0), []
-        for r, row in enumerate(rows):
-            best = sensitivities.inverse[r] @ (sensitivities.rows[r] @ white[r])
-            root = np.linalg.cholesky(np.asarray(sensitivities.inverse[r]))
-            drawn = [np.asarray(best) + (i > 0) * root @ random.standard_normal(len(best)) for i in range(draws)]
-            found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.sensitivities.rows[r]))
-        return np.stack(found, axis=1).reshape(draws, *shape)
+        return remaining_noise(self.yardstick, weighed, self.context.whole)
 
     def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
         """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
@@ -347,8 +314,8 @@ class Scales:
 
     def innovations(self, weighed: Weighed) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(self.residuals(weighed)[0])
-        return np.asarray(_whitened(self.yardstick.whitening, left[None])[0])
+        left = jnp.asarray(residuals_of(self.yardstick, weighed, self.context.whole)[0])
+        return np.asarray(innovations_of(self.yardstick.whitening, left[None])[0])
 
     def _beside(self, frame: Supermodel, known: Slopes) -> Gram:
         """Products of known slopes of a parent's unknowns and of further columns of a frame."""

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.normal_equations import RIGID
+from fibrefit.problem.estimate.normal_equations import RIGID, held_places
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
@@ -96,4 +96,41 @@ def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
     return total
 
 
-__all__ = ["INSIDE_95", "between", "covariance_of_all", "mixture_quantile", "quantiles"]
+def roots_of_posterior(evidence: MarginalLikelihood) -> np.ndarray:
+    """Directions in which the values of each record may be off, a standard deviation each, independent of each other.
+
+    At the most probable standard deviations between records.
+
+    Returns
+    -------
+    (n_record, n_column, n_root)
+        Of the values in `Unknowns.columns`, in SI units; their outer products add up to the covariance.
+    """
+    mode, best = evidence.mode, int(np.argmax(evidence.weight))
+    unknowns, normal, place = mode.unknowns, mode.normal, mode.place
+    n, each, deviating = len(unknowns.shared), len(unknowns.each), len(unknowns.scattering)
+    precision = np.concatenate([np.zeros(each), np.maximum(evidence.grid[best], RIGID) ** -2.0])
+    blocks = normal.blocks + np.diag(precision)
+    inverse = solved(blocks, np.broadcast_to(np.eye(blocks.shape[-1]), blocks.shape))
+    inverse[held_places(unknowns)] = 0.0
+    onto = np.zeros((n + each, each + deviating))
+    onto[unknowns.own, np.arange(each + deviating)] = 1.0
+    # A record's own values follow the shared ones, and are off by themselves.
+    follow = np.eye(n + each, n) - onto @ inverse @ np.swapaxes(normal.cross, 1, 2)
+    roots = np.concatenate([follow @ root_of(evidence.covariance[best]), onto @ root_of(inverse)], axis=-1)
+    z = np.repeat(place.z[None], len(blocks), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    unit = np.concatenate([unknowns.slope(z), np.broadcast_to(unknowns.size, (len(blocks), each))], axis=1)
+    return roots * unit[:, :, None]
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """Square roots of covariance matrices ``(..., n, n)``; of one that is none, as where a motion is lost, nothing."""
+    covariance = np.where(np.isfinite(covariance).all(axis=(-2, -1), keepdims=True), covariance, 0.0)
+    scale = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    value, vector = np.linalg.eigh(covariance / (unit[..., :, None] * unit[..., None, :]))
+    return unit[..., None] * vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]
+
+
+__all__ = ["INSIDE_95", "between", "covariance_of_all", "mixture_quantile", "quantiles", "roots_of_posterior"]

@@ -15,9 +15,11 @@ import numpy as np
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, place_of
+from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured
@@ -110,6 +112,42 @@ class View:
         waves = np.stack([basis @ wave for basis, wave in zip(self.raw.basis, best, strict=True)])
         waves_found = dict(zip(self.raw.coefficients, np.split(waves, ends, axis=1), strict=True))
         return np.stack(found, axis=1), waves_found
+
+    def as_the_noise_left(self, evidence: MarginalLikelihood, draws: int = 1) -> np.ndarray:
+        """Residuals that have the power of the noise, ``(n_draw, n_record, n_channel, n_time)`` in its units.
+
+        What is fitted takes noise along, most of it where the noise is slow. Values that are off by what is not known
+        of them put it back: the mean power over these residuals is what is expected of the noise itself, given the
+        records (the expectation step of EM; for linear models, restricted maximum likelihood).
+
+        Source
+        ------
+        Dempster, Laird and Rubin, J. R. Stat. Soc. B 39 (1977); Patterson and Thompson, Biometrika 58 (1971).
+        """
+        local = evidence.mode.local
+        best = self.residuals(local, draws)[0]
+        places = np.searchsorted(np.asarray(self.problem.layout.local_free), evidence.mode.unknowns.columns)
+        slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
+        moved = np.einsum("rcti,rik->krct", slopes, roots_of_posterior(evidence))
+        return spread_about(best, moved)
+
+
+def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Residuals and, in both directions, each of some independent changes of them, whose mean power is that of all.
+
+    Parameters
+    ----------
+    best : (n_draw, n_record, n_channel, n_time)
+        Taken in turn; the first one is left out where there are others.
+    moved : (n_change, n_record, n_channel, n_time)
+        A standard deviation each.
+    """
+    number = len(moved)
+    if not number:
+        return best
+    middle = best[1:] if len(best) > 1 else best
+    middle = middle[np.arange(2 * number) % len(middle)]
+    return middle + np.sqrt(number) * np.concatenate([moved, -moved])
 
 
 @kept_program

@@ -1,4 +1,4 @@
-"""Spectrum of residuals by maximum likelihood: white noise, first-order parts of fixed corners, and lines.
+"""Spectrum of residuals by maximum likelihood: white noise, 1/f, first-order parts of fixed corners, and lines.
 
 A periodogram ordinate of a record is exponentially distributed about its expectation, which is a sum of what each part
 of the noise contributes, leakage and masked samples included. The parts' variances are found by multiplicative steps
@@ -57,8 +57,8 @@ class Periodograms:
     frequency : (n_ordinate,) in Hz
     power : (n_ordinate,)
         One-sided density, in unit^2/Hz.
-    expected : (n_ordinate, n_relaxation + 1)
-        For a variance of one of each first-order part, and of white noise.
+    expected : (n_ordinate, n_relaxation + 2)
+        For a variance of one of each first-order part, a density of 1/f, and a variance of one of white noise.
     record : (n_ordinate,) int
     """
 
@@ -184,10 +184,10 @@ def _noise(draws: _Draws, lines: bool) -> Noise:
         return Noise(1.0, 0.0, 0.0, 0)
     whole = periodograms(*draws)
     found, weights = _lines(draws, whole) if lines else ([], fitted(whole))
-    variances, rate = weights[:-1], float(np.mean(np.asarray(bank.rate)))
-    share = variances > NEGLIGIBLE * weights.sum()
+    variances, rate = weights[:-2], float(np.mean(np.asarray(bank.rate)))
+    share = variances > NEGLIGIBLE * (variances.sum() + weights[-1])
     slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
-    return Noise(float(weights[-1]) / (0.5 * rate), 0.0, 0.0, samples, slow, tuple(found))
+    return Noise(float(weights[-1]) / (0.5 * rate), float(weights[-2]), 0.0, samples, slow, tuple(found))
 
 
 def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank: Bank) -> Periodograms:
@@ -213,6 +213,8 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
         decay, seen = np.asarray(bank.decay)[r], mask[:count]
         of_lags = _lag_transforms if count > KEPT_SAMPLES else _lag_transforms_kept
         expected = of_lags(decay.tobytes(), seen.tobytes())[:, inner] * (4.0 / (number * rate))
+        pink = np.asarray(bank.pink)[r] @ expected[:-1]
+        expected = np.concatenate([expected[:-1], pink[None], expected[-1:]])
         parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
     return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
@@ -256,21 +258,52 @@ _lag_transforms_kept = lru_cache(maxsize=8)(_lag_transforms)
 
 
 def fitted(of: Periodograms) -> np.ndarray:
-    """Variances ``(n_relaxation + 1,)`` of the parts that make the periodograms most likely."""
+    """Variances ``(n_relaxation + 2,)`` of the parts of the spectrum that the periodograms ask for.
+
+    Of white noise, that with 1/f, with a first-order part, with both, and with first-order parts of all corners, the
+    one with the lowest BIC. Few ordinates tell of the slowest noise: the simplest spectrum that will do says most of
+    it, and of what a record of its length does not show at all.
+
+    Source
+    ------
+    Schwarz, Ann. Stat. 6 (1978).
+    """
     power, expected, number = _pooled(of)
-    start = np.full(expected.shape[1], 0.1 * np.average(power, weights=number) / expected[:, -1].mean())
     # Bands that hold nothing make up the rows of a program that other records share.
     spare = -len(number) % ROWS
     rows = np.pad(expected, ((0, spare), (0, 0)), constant_values=1.0)
-    return np.asarray(_stepped(start, rows, np.pad(power, (0, spare)), np.pad(number, (0, spare))))
+    data = np.pad(power, (0, spare)), np.pad(number, (0, spare))
+    size = 0.1 * np.average(power, weights=number) / expected.mean(axis=0)
+    corners = expected.shape[1] - 2
+    any_corner, either = np.arange(corners), np.array([corners, corners + 1])
+    free = _with_parts(size, [np.r_[any_corner, corners + 1]])
+    weights = np.asarray(_stepped(free, rows, *data))
+    first = int(np.argmax(weights[0, : corners - 1] + weights[0, 1:corners])) if corners > 1 else 0
+    pair = np.array([first, first + 1])[:corners]
+    simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
+    weights = np.concatenate([weights, np.asarray(_stepped(_with_parts(size, simple), rows, *data))])
+    used = weights[0, :corners] > NEGLIGIBLE * (weights[0, :corners].sum() + weights[0, -1])
+    # A pair of neighbouring corners stands for one part whose corner lies between them.
+    sizes = np.array([1 + np.count_nonzero(used), 1, 2, 3, 4])
+    density = np.maximum(weights @ expected.T, 1e-300)
+    cost = 2.0 * (np.log(density) + power / density) @ number
+    return np.asarray(weights[int(np.argmin(cost + sizes * np.log(number.sum())))])
+
+
+def _with_parts(size: np.ndarray, parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Where to begin with some parts alone: what is nothing remains so under multiplicative steps."""
+    starts = np.zeros((len(parts), len(size)))
+    for start, some in zip(starts, parts, strict=True):
+        start[some] = size[some]
+    return starts
 
 
 @kept_program
 def _stepped(weights: jax.Array, expected: jax.Array, power: jax.Array, number: jax.Array) -> jax.Array:
-    """Variances after `STEPS` multiplicative steps."""
+    """Variances ``(n_start, n_part)`` after `STEPS` multiplicative steps."""
 
     def step(_: int, weights: jax.Array) -> jax.Array:
-        density = expected @ weights
+        density = weights @ expected.T
         share = number / density
         return weights * ((share * power / density) @ expected) / (share @ expected)
 

@@ -1,0 +1,103 @@
+"""The noise a hypothesis leaves: its residuals, and what was fitted takes along put back.
+
+Errors of inputs that are eliminated, and values that are fitted, take noise along: most of it where the noise is slow
+and the records have few periods of it. What is left would be told too small, and with it every error bar.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+
+from fibrefit.discovery.engine.supermodel import residual_rows
+from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.engine.yardstick import Yardstick
+from fibrefit.problem.estimate.normal_equations import local_grams
+from fibrefit.problem.estimate.population import roots_of_posterior
+from fibrefit.problem.estimate.view import spread_about
+from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.rounding import with_steps
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import noise_of_residuals
+
+DRAWS = 4
+"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
+
+
+@jax.jit
+def innovations_of(whitening: BlockFilter, rows: jax.Array) -> jax.Array:
+    """Innovations of many residuals, ``(n_row, n_record, n_channel, n_time)``."""
+    return whitening.whiten_rows(rows)
+
+
+def remaining_noise(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> tuple[Noise, ...]:
+    """Noise a hypothesis leaves, in SI units.
+
+    Parameters
+    ----------
+    yardstick : Yardstick
+        It was weighed with.
+    weighed : Weighed
+    counts : (n_record,) int
+    """
+    problem = with_steps(weighed.frame.problem, dict(yardstick.steps))
+    best = residuals_of(yardstick, weighed, counts, DRAWS)
+    return noise_of_residuals(problem, spread_about(best, changes_of(yardstick, weighed, counts)))
+
+
+def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, draws: int = 1) -> np.ndarray:
+    """Residuals at the mode ``(n_draw, n_record, n_channel, n_time)``, in units of the noise.
+
+    Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
+    them.
+    """
+    frame, number = replace(weighed.frame, steps=yardstick.steps), len(yardstick.noise)
+    rows = residual_rows(frame, weighed.local, counts)
+    shape = (len(rows), number, -1)
+    sensitivities = yardstick.sensitivities
+    if sensitivities is None or frame.sensitivities is None:
+        return np.asarray(rows).reshape(1, *shape)
+    white = innovations_of(yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
+    random, found = np.random.default_rng(0), []
+    for r, row in enumerate(rows):
+        best = sensitivities.inverse[r] @ (sensitivities.rows[r] @ white[r])
+        root = np.linalg.cholesky(np.asarray(sensitivities.inverse[r]))
+        drawn = [np.asarray(best) + (i > 0) * root @ random.standard_normal(len(best)) for i in range(draws)]
+        found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.sensitivities.rows[r]))
+    return np.stack(found, axis=1).reshape(draws, *shape)
+
+
+def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np.ndarray:
+    """What residuals change by along each direction in which values may be off, a standard deviation each.
+
+    Returns
+    -------
+    (n_direction, n_record, n_channel, n_time)
+        In units of the noise, errors of inputs at their best for each; none where no mode was found.
+    """
+    found, frame = weighed.evidence.mode, replace(weighed.frame, steps=yardstick.steps)
+    times = frame.problem.observations.experiment.times
+    if not found.steps:
+        return np.zeros((0, len(times), len(yardstick.noise), times.shape[1]))
+    roots = roots_of_posterior(weighed.evidence)
+    kept: list[np.ndarray] = []
+
+    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        rows = np.asarray(frame.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
+        change = targets - local[:, columns]
+        kept.append(rows / np.where(change != 0.0, change, 1.0)[:, :, None])
+        return np.zeros((len(local), len(columns) + 1, len(columns) + 1))
+
+    local_grams(found.unknowns, found.place, gram)
+    moved = np.einsum("rit,rik->rkt", kept[0], roots)
+    shape = (*moved.shape[:2], len(yardstick.noise), -1)
+    known, raw = yardstick.sensitivities, weighed.frame.sensitivities
+    if known is not None and raw is not None:
+        white = innovations_of(yardstick.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
+        seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)
+        for r in range(len(moved)):
+            followed = np.asarray(known.inverse[r]) @ (np.asarray(known.rows[r]) @ seen[r].T)
+            moved[r] -= followed.T @ np.asarray(raw.rows[r])
+    return np.swapaxes(moved.reshape(shape), 0, 1)
