@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from tests.records.exports.base import Export
+from tests.records.exports.benches import BENCHES
 from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
+from tests.records.exports.desks import DESKS
 from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER
 from tests.records.exports.laboratory import LABORATORY
@@ -23,4 +25,6 @@ KINDS: dict[str, list[Export]] = {
     "fresh": FRESH,
     "further": FURTHER,
     "strangers": STRANGERS,
+    "benches": BENCHES,
+    "desks": DESKS,
 }
