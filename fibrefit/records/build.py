@@ -69,6 +69,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     columns, remarks = declared.with_units(raw.columns, said)
     notes += remarks
     scales = declared.scales(channels, columns, doubts)
+    doubts |= declared.unapplied(columns, scales)
     timed = [time_base(raw, columns, group, options.rate, where) for group in groups]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]

@@ -232,8 +232,13 @@ def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str)
         raise DataError(where, f"the channels {headers} were sampled at different times", "one time base", do)
     if named:
         return named.pop()
-    first = found.get("force") or next(iter(found.values()))
-    return first.group
+    if len({column.group for column in found.values()}) > 1:
+        shown = ", ".join(f'{role} ("{column.header}")' for role, column in found.items())
+        role, first = next(iter(found.items()))
+        do = f'Export them at one rate, or name those that are meant: {role} = "{first.header}" under [channels]; what '
+        do += "was sampled at other times is then left out."
+        raise DataError(where, f"channels that were sampled at different times: {shown}", "one time base", do)
+    return next(iter(found.values())).group
 
 
 def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None:

@@ -87,6 +87,9 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
         raise DataError(readings.where, "fewer than 3 readable times", "a time for each sample")
     times = readings.times[readable]
     forward = np.diff(times)
+    if (forward < 0).all():
+        got = "the time runs backward from the first row to the last: the newest first, or the time that is left"
+        raise DataError(readings.where, got, "times that increase", "Sort the rows by their time.")
     if np.count_nonzero(forward <= 0) == forward.size:
         raise DataError(readings.where, "the time never increases", "a time for each sample")
     _refuse_restart(readings, readable, times)

@@ -137,13 +137,29 @@ class Declared:
                 got = "a scale, and no column it belongs to"
                 raise DataError(f'{self.where}, channel "{role}"', got, "its column", do)
             column = columns[self.roles[role]]
-            factor = channel.scale.factor(self._unit(column), ROLES[role], self._place(column), error=DataError)
+            unit = self._unit(column, channel.scale, ROLES[role])
+            factor = channel.scale.factor(unit, ROLES[role], self._place(column), error=DataError)
             found[self.roles[role]] = (channel.scale, factor, ROLES[role])
         return found
 
-    def _unit(self, column: RawColumn) -> str | None:
+    def unapplied(self, columns: Sequence[RawColumn], scales: Mapping[int, Scaled]) -> dict[str, DataError]:
+        """Doubt about each role whose column may still have to be multiplied, and has no scale that says so."""
+        found = {}
+        for role, place in self.roles.items():
+            column = columns[place]
+            if not column.worth or place in scales or role not in ROLES:
+                continue
+            usual = registry.usual(ROLES[role])
+            do = f'Say what one number is worth: {role} = {{ column = "{column.header}", scale = "..." }} under '
+            do += f'[channels]; scale = "1" where the numbers are in {column.unit or usual} already.'
+            got = f"{column.worth} beside numbers that may be before it"
+            found[role] = DataError(self._place(column), got, f"numbers in {column.unit or usual}", do)
+        return found
+
+    def _unit(self, column: RawColumn, scale: Scale, si: str) -> str | None:
+        """Unit of the numbers; None where it is not known and the scale is in the quantity itself, as for counts."""
         unit = None if column.unit is None else known_unit(column.name, column.unit)
-        if column.unit is not None and unit is None:
+        if column.unit is not None and unit is None and registry.kind_of(scale.unit) != registry.kind_of(si):
             do = 'Say what the numbers are in: unit = "V" beside the scale, or unit = "counts".'
             got = f'unit "{column.unit}" is not known, so the scale has no meaning'
             raise DataError(self._place(column), got, "", do)

@@ -36,6 +36,8 @@ class RawColumn:
         Step of the last printed digit; 0 for binary files.
     number : int
         Which of the file's columns it is, counted from 1; 0 where a file has no order of columns.
+    worth : str
+        What the file says of the numbers that may still have to be applied to them, such as ``gain = 0.001``.
     """
 
     header: str
@@ -47,6 +49,7 @@ class RawColumn:
     start: float = 0.0
     resolution: float = 0.0
     number: int = 0
+    worth: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.grammar.headings import known_unit
-from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, score
+from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
 USUAL = ("force", "position", "drive", "angle")
@@ -176,6 +176,7 @@ def guessed_roles(
     """
     found: dict[str, int] = {}
     doubts: dict[str, DataError] = {}
+    unread: dict[str, DataError] = {}
     # The drive first: a length that is not called a drive is then the position.
     for role in sorted((r for r in wanted if r not in taken), key=lambda r: r != "drive"):
         used = set(taken.values()) | set(found.values())
@@ -184,12 +185,18 @@ def guessed_roles(
         measured = {i: p for i, p in points.items() if i not in commands}
         best = max(measured.values(), default=0)
         candidates = [i for i, p in measured.items() if p == best and p > 0]
-        if len(candidates) == 1:
+        told = is_no_reading(headings[candidates[0]].name) if candidates and role != "drive" else ""
+        if len(candidates) == 1 and told:
+            unread[role] = _no_reading(role, headings[candidates[0]], told, where)
+        elif len(candidates) == 1:
             found[role] = candidates[0]
         elif commands and not candidates and role != "drive":
             doubts[role] = _command(role, headings[max(commands, key=points.__getitem__)], where)
         elif candidates and role != "drive":
             doubts[role] = _doubt(role, [headings[i] for i in candidates], where)
+    # What is wanted, or goes with a quantity, is left out beside what was measured; alone it may be what is meant.
+    if not found and not taken.keys() & ROLES.keys() - {"time"}:
+        doubts |= unread
     for role in wanted:
         if role not in taken and role not in found and role not in doubts:
             doubts |= _wrong_unit(role, headings, where)
@@ -240,13 +247,20 @@ def _points(heading: Heading, role: str) -> int:
         return words if words > 10 else 0
     if role == "position" and score(heading.name, "drive") > 1:
         return 0
-    return max(words + (5 if kind and words > 0 else 0), 4 if kind else 0)
+    by_unit = 3 if is_no_reading(heading.name) else 4
+    return max(words + (5 if kind and words > 0 else 0), by_unit if kind else 0)
 
 
 def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
     shown = " and ".join(f'"{h.header}"' for h in candidates[:3])
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
     return DataError(where, got, "one", f'Name it: {role} = "{candidates[0].header}" under [channels].')
+
+
+def _no_reading(role: str, heading: Heading, told: str, where: str) -> DataError:
+    do = f'If it is what was measured, name it: {role} = "{heading.header}" under [channels].'
+    got = f"{told} by its name, and no other column is the {role.replace('_', ' ')}"
+    return DataError(f'{where}, column "{heading.header}"', got, f"a measured {role.replace('_', ' ')}", do)
 
 
 def _command(role: str, heading: Heading, where: str) -> DataError:

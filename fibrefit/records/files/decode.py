@@ -28,6 +28,10 @@ _MOST_CONTROLS, _MOST_ZEROS = 0.01, 0.3
 _CONTROLS = bytes(set(range(1, 32)) - set(b"\t\n\r\x0b\x0c\x1a"))
 
 
+#: Signs without width: marks of byte order, also of a file that was joined to another, and of the direction of writing.
+_UNSEEN = dict.fromkeys((0xFEFF, 0x200B, 0x200E, 0x200F, 0x061C, *range(0x202A, 0x202F), *range(0x2066, 0x206A)))
+
+
 @dataclass(frozen=True, slots=True)
 class Text:
     """Text of a file.
@@ -76,7 +80,7 @@ def decode(data: bytes, where: str) -> Text:
         if data.startswith(start):
             raise DataError(where, f"{what}, not text", KNOWN, do)
     text, encoding, notes = _decoded(data, where)
-    text = text.lstrip("\ufeff").rstrip("\x1a")
+    text = text.translate(_UNSEEN).rstrip("\x1a")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
     ended = lines[-1] == ""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 
@@ -45,7 +46,7 @@ def without_keys(text: Text, where: str) -> Text:
     first = next((line.strip() for line in text.lines[:50] if line.strip()), "")
     if first[:1] in "{[" and first[:2] not in ("[s", "[S") and _is_json(text.lines):
         return _from_json(text, where)
-    return _from_pairs(text)
+    return _from_pairs(text, where)
 
 
 def _is_json(lines: Sequence[str]) -> bool:
@@ -128,11 +129,15 @@ def _holds_rows(node: Any) -> bool:
     return isinstance(node, dict) and any(_holds_rows(value) for value in node.values())
 
 
-def _from_pairs(text: Text) -> Text:
+def _from_pairs(text: Text, where: str) -> Text:
     """Text whose rows are ``t=0.1 F=12.5`` or ``t=0.1s F=12.5N``, as a table."""
     lines = text.lines
     tail = [line for line in lines[-200:] if line.strip()]
     keys = [_keys(line) for line in tail]
+    names = [tuple(key for key, _, _ in _PAIR.findall(line)) for line in tail]
+    called = max(set(names), key=names.count, default=())
+    if len(called) > 1 and names.count(called) >= max(3, _MOST * len(tail)):
+        _refuse_ranges(lines, called, where)
     usual = max(set(keys), key=keys.count, default=())
     if len(usual) < 2 or len(set(usual)) < len(usual) or keys.count(usual) < max(3, _MOST * len(tail)):
         return text
@@ -148,6 +153,20 @@ def _from_pairs(text: Text) -> Text:
         else:
             body.append(line)
     return replace(text, lines=[*above, "\t".join(usual), *body])
+
+
+def _refuse_ranges(lines: Sequence[str], names: tuple[str, ...], where: str) -> None:
+    """Refuse values whose unit changes from row to row, as that of a meter that chooses its range."""
+    seen: dict[str, tuple[str, int]] = {}
+    for number, line in enumerate(lines, 1):
+        pairs = _PAIR.findall(line)
+        for key, _, unit in pairs if tuple(key for key, _, _ in pairs) == names else ():
+            first, at = seen.setdefault(key, (unit, number))
+            kinds = {units.kind_of(one) if one else None for one in (first, unit)}
+            if first != unit and len(kinds) == 1 and None not in kinds:
+                got = f'the unit of "{key}" changes from "{first}" (line {at}) to "{unit}"'
+                do = "Fix the range of the meter, or convert the values to one unit."
+                raise DataError(f"{where}, line {number}", got, "one unit for all rows", do)
 
 
 def _keys(line: str) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
+from fibrefit.records.grammar.worth import worth_told
 
 _FORMATS = ("MATLAB", "HDF5")
 
@@ -38,6 +39,10 @@ _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_str
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
+#: Names of a vector that say nothing.
+_BARE = ("data", "values", "value", "y")
+#: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
+_WORTH = "\0worth"
 _UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
@@ -78,7 +83,10 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     named = [c.numbers.values.size for c in found if c.header in wanted]
     size = (named or timed or [max(sorted(set(long)), key=long.count)])[0]
     columns = [column for column in found if column.numbers.values.size == size]
-    aside = [column.header for column in found if column.numbers.values.size not in (1, size)]
+    others = [column for column in found if column.numbers.values.size not in (1, size)]
+    if not named:
+        _refuse_other_rates(columns, others, where)
+    aside = [column.header for column in others]
     notes = [f"Vectors of another length are left out: {', '.join(aside[:6])}."] if aside else []
     return Raw(
         columns,
@@ -87,6 +95,20 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size},
         notes=notes,
     )
+
+
+def _refuse_other_rates(columns: Sequence[RawColumn], others: Sequence[RawColumn], where: str) -> None:
+    """Refuse vectors of another length that are called as a channel is which none of those kept is called."""
+    for role in ("force", "position", "angle"):
+        lost = next((c for c in others if score(c.name, role) > 2 and c.numbers.values.size > 2), None)
+        if lost is None or any(score(c.name, role) > 2 for c in columns):
+            continue
+        got = f'vectors of different lengths ("{columns[0].header}": {columns[0].numbers.values.size}, '
+        got += f'"{lost.header}": {lost.numbers.values.size})'
+        do = (
+            f"Save them at one rate, or name the channels of one length that are meant under [channels]; the {role} is "
+        )
+        raise DataError(where, got, "one length", f"{do}then left out.")
 
 
 def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
@@ -155,6 +177,9 @@ class _Hdf5:
             unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
             if unit:
                 units_of[name] = unit
+            if isinstance(tree[name], np.ndarray):
+                told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
+                tree.setdefault(_WORTH, {})[name] = worth_told(told, tree[name])
             for key, value in _said(item).items() if not hasattr(item, "items") else ():
                 tree.setdefault(key, value)
         if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
@@ -224,15 +249,25 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             yield from _columns(value, f"{header}.")
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
             unit = given if isinstance(given, str) else _unit_of(given, key)
-            yield _column(_told_name(by_key, prefix, header), unit, value)
+            worth = tree.get(_WORTH, {}).get(key, "") or (worth_told(_beside(tree), value) if _is_bare(header) else "")
+            yield replace(_column(_told_name(by_key, prefix, header), unit, value), worth=worth)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
             yield from _matrix(header, value, names, given)
 
 
+def _is_bare(header: str) -> bool:
+    """Whether a vector is only called `data` or `values`, as a field of the structure that is the channel."""
+    return "." in header and header.rpartition(".")[2].casefold() in _BARE
+
+
+def _beside(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Single numbers of a structure."""
+    return {key: value for key, value in tree.items() if isinstance(value, np.ndarray) and value.size == 1}
+
+
 def _told_name(by_key: Mapping[str, Any], prefix: str, header: str) -> str:
     """Name of a vector: that of its structure where the vector is only called `data` or `values`."""
-    last = header.rpartition(".")[2].casefold()
-    if last in ("data", "values", "value", "y") and prefix:
+    if _is_bare(header):
         name = next(
             (by_key[key] for key in ("name", "label", "title", "signalname") if isinstance(by_key.get(key), str)), ""
         )

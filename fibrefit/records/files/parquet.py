@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from fibrefit.records.files.extras import damage_told, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
+from fibrefit.records.grammar.worth import worth_told
 
 _UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 
@@ -82,7 +84,7 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     if array.dtype.kind not in "iuf":
         return None
     column = binary_column(field.name, name, unit, array)
-    return RawColumn(field.name, name, unit, column.numbers, resolution=column.resolution, number=number)
+    return replace(column, number=number, worth=worth_told(metadata, array))
 
 
 def _facts(metadata: dict[bytes, bytes]) -> Facts:

@@ -28,6 +28,7 @@ from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
+from fibrefit.records.grammar.worth import SCALE_LABEL, may_apply, unit_told
 from fibrefit.records.options import ReadOptions
 
 #: Fewer samples tell neither a rate nor a layout.
@@ -38,12 +39,6 @@ _SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3
-
-#: First cell of a line that tells what one count is worth.
-_SCALE_LABEL = re.compile(
-    r"(?:lsb|scale|scaling|factor|skalierung|faktor|multiplier|gain|sensitivity|slope|resolution|aufl[oö]sung)\b.*",
-    re.I,
-)
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
@@ -119,15 +114,15 @@ def _refuse_counts(
     scaled = {c.column for c in options.declared(where).values() if c.scale is not None}
     for line in range((header.line or len(above)), len(above)):
         cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t]", above[line])]
-        if not _SCALE_LABEL.fullmatch(cells[0]):
+        if not SCALE_LABEL.fullmatch(cells[0]):
             continue
         worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
-        counts = [c for c in columns if c.unit is not None and not c.clock and _is_whole(c)]
+        counts = [c for c in columns if c.unit is not None and not c.clock and may_apply(cells[0], whole=_is_whole(c))]
         counts = [
             c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
         ]
         if worth and counts:
-            got = f'"{above[line].strip()[:60]}" above whole numbers, which may be counts'
+            got = f'"{above[line].strip()[:60]}" above numbers that may be before it'
             do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
             do += 'scale = "1" where the numbers are in their unit already.'
             raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
@@ -304,7 +299,10 @@ def _columns(
             columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1))
         elif title or kind != "empty":
             if kind == "text":
-                _refuse_figures(cells, unit, place)
+                _refuse_figures(cells, unit, rows.dialect.mark, place)
+                told = unit_told(cells, rows.numbers, place)
+                if told and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
+                    columns[-1] = replace(columns[-1], unit=told)
             what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
@@ -312,15 +310,19 @@ def _columns(
     return columns, notes, aside
 
 
-def _refuse_figures(cells: Sequence[str], unit: str | None, place: str) -> None:
+def _refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str) -> None:
     """Refuse text with figures in it below a unit: a quantity that was printed in a way of its own is not left out."""
     if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
         return
     filled = [cell.strip() for cell in cells if cell.strip()]
-    odd = [cell for cell in filled if kind_of_cell(cell, ".") == "text" and kind_of_cell(cell, ",") == "text"]
+    odd = [cell for cell in filled if kind_of_cell(cell, mark) == "text"]
     if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
-        do = "Export plain numbers, negative ones with a minus before them."
-        raise DataError(place, f'"{odd[0][:30]}" is no number', f"numbers in {unit}", do)
+        do, why = "Export plain numbers, negative ones with a minus before them.", ""
+        if kind_of_cell(odd[0], "." if mark == "," else ",") == "number":
+            if len(odd) < len(filled):
+                return  # both marks in one column: told with the lines, further on
+            do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
+        raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

@@ -11,7 +11,7 @@ from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
 from fibrefit.records.grammar.headings import known_unit, split_heading
 from fibrefit.records.grammar.rows import REMARK
 from fibrefit.records.grammar.tokens import kind_of_cell
-from fibrefit.records.grammar.words import is_remark, kinds_named
+from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named
 
 #: First cell of a line that names what the line holds.
 _NAME_LABELS = {
@@ -28,6 +28,8 @@ _NAME_LABELS = {
     "title",
 }
 _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "y_unit_label", "dimension"}
+#: The same for what the values were taken over: these units are not those of the columns.
+_OF_ABSCISSA = re.compile(r"x[-_ ]?(?:axis[-_ ]?)?(?:unit|einheit|jednotk|dimension)", re.I)
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -83,7 +85,12 @@ def find_header(
         if cells is not None:
             rows[i] = cells
     unit_rows = {i for i, cells in rows.items() if is_unit_row(cells)}
-    ranked = sorted((_points(cells, wanted), i) for i, cells in rows.items() if i not in unit_rows)
+    last = max((i for i, line in enumerate(above) if line.strip() and i not in unit_rows), default=-1)
+    ranked = sorted(
+        (_points(cells, wanted), i)
+        for i, cells in rows.items()
+        if i not in unit_rows and (i == last or not _is_prose(above[i], cells, wanted))
+    )
     best, line = ranked[-1] if ranked else (0.0, 0)
     listed = _listed(above, dialect.width, empty)
     if listed is not None and _points(_joined(listed), wanted) > best:
@@ -94,6 +101,15 @@ def find_header(
     if unit_rows:
         return _header(rows, max(unit_rows), max(unit_rows))
     return None
+
+
+def _is_prose(line: str, cells: Sequence[str], wanted: Collection[str]) -> bool:
+    """Whether a line further up was cut into its words, and hardly one of these is the heading of a column."""
+    if list(cells) != REMARK.sub("", line, count=1).split() or set(cells) & set(wanted):
+        return False
+    named = [split_heading(cell) for cell in cells]
+    said = sum(unit is not None or bool(kinds_named(name)) or counts_rows(name) for name, unit in named)
+    return 2 * said < len(cells)
 
 
 def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Header:
@@ -183,6 +199,8 @@ def is_unit_row(cells: Sequence[str]) -> bool:
         True where nearly all cells that hold anything are units and one at least is more than a dash.
     """
     filled = [_bare(cell) for cell in cells if cell]
+    if filled and _OF_ABSCISSA.match(filled[0]):
+        return False
     if filled and filled[0].casefold() in _UNIT_LABELS:
         filled = filled[1:]
     filled = [cell for cell in filled if cell.casefold() not in _UNIT_MARKS]

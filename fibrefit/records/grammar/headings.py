@@ -21,10 +21,16 @@ _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"
 #: Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried.
 LONGEST = 200
 
-#: A power of ten by which the numbers below are to be multiplied, or were.
+#: A factor by which the numbers below are to be multiplied, or were; a letter that stands for a sign only before a
+#: power of ten, as `x 2` and `Dev/2` are names.
+_TEN = r"10\s*(?:\^|\*\*)\s*[+-]?\d+|1\s*[eE]\s*[+-]?\d+|10+|0[.,]0*1"
 _FACTOR = re.compile(
-    r"(?<![^\s(\[])\(?(?:[x*\u00d7\u00b7]\s*(?:10\s*(?:\^|\*\*)\s*|1\s*[eE]\s*)[+-]?\d+|[*\u00d7\u00b7]\s*10+)\)?(?=\s|$)"
+    rf"(?<![^\s(\[])\(?x\s*(?:{_TEN})\)?(?=\s|$)|\(?\s*[*\u00d7\u00b7]\s*(?:{_TEN}|\d+(?:[.,]\d+)?)\)?(?=[\s\[(]|$)"
+    rf"|(?<=[^\W\d_])\s*/\s*(?:{_TEN})(?=[\s\[(]|$)"
 )
+
+#: The same before a name: `10*F`, and a minus.
+_BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s)\s*(?=[^\W\d])")
 
 #: Kinds of quantity a record is made of.
 PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
@@ -58,11 +64,12 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if units.expression(alone) is not None:
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
-    factor = _FACTOR.search(text)
-    if factor is not None and factor.start() > 0:
-        name, unit = split_heading(text[: factor.start()] + text[factor.end() :])
+    factor = _BEFORE.match(text) or _FACTOR.search(text)
+    if factor is not None and (factor.start() > 0 or factor.re is _BEFORE):
+        name, unit = split_heading(f"{text[: factor.start()]} {text[factor.end() :]}")
         # Whether it was applied or is still to be is not for us to say: the unit is one that nobody knows.
-        return name, f"{unit or ''} {factor.group().strip('()')}".strip()
+        sign = "-1*" if factor.group()[0] in "-\u2212" else factor.group().strip(" ()")
+        return name, f"{sign} {unit or ''}".strip()
     for find in (_bracketed, _after_sign, _last_word, _after_underscore):
         found = find(text)
         if found is not None:

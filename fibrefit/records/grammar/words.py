@@ -41,7 +41,14 @@ _WORDS = {
 }
 
 #: Words that tell a wanted or derived signal from a measured one.
-_NOT_MEASURED = _words("soll sollwert setpoint command cmd target reference zadana raw rohwert")
+_WANTED = _words(
+    "soll sollwert setpoint command commanded cmd target reference ref zadana desired demand demanded nominal"
+)
+_WANTED |= _words("consigne consigna vorgabe")
+_NOT_MEASURED = _WANTED | _words("raw rohwert")
+
+#: Words that tell what goes with a quantity from the quantity itself.
+_BESIDE = _words("error err std stdev sigma deviation uncertainty fehler abweichung regelabweichung chyba odchylka")
 
 #: Names of a column that only counts rows.
 _COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")
@@ -94,7 +101,20 @@ def score(text: str, role: str) -> int:
             points = max(points, 3)
         elif word in _WORDS[role] or (role == "position" and word.endswith("weg")):
             points = max(points, 1 if len(word) == 1 else 3)
-    return points - 2 if points > 2 and any(word in _NOT_MEASURED for word in words) else points
+    return max(points - 2, 0) if any(word in _NOT_MEASURED or word in _BESIDE for word in words) else points
+
+
+def is_no_reading(text: str) -> str:
+    """What a heading says its column is in place of a reading: a wanted value, an error, or nothing of the kind.
+
+    Parameters
+    ----------
+    text : str
+        Heading without its unit.
+    """
+    words = tokens(text)
+    found = next((word for word in words if word in _BESIDE), "")
+    return "an error" if found else "a wanted value" if any(word in _WANTED for word in words) else ""
 
 
 def kinds_named(text: str) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tests.records.exports.base import Export
 from tests.records.exports.benches import BENCHES
+from tests.records.exports.cells import CELLS
 from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
@@ -27,4 +28,5 @@ KINDS: dict[str, list[Export]] = {
     "strangers": STRANGERS,
     "benches": BENCHES,
     "desks": DESKS,
+    "cells": CELLS,
 }

@@ -29,14 +29,15 @@ add(
 )
 add(
     "phyphox",
-    '"Time (s)","Force (N)","Position (mm)"\n'
-    + lines(lambda i: f"{i / RATE:.9E},{FORCE[i]:.9E},{POSITION[i]:.9E}"),
+    '"Time (s)","Force (N)","Position (mm)"\n' + lines(lambda i: f"{i / RATE:.9E},{FORCE[i]:.9E},{POSITION[i]:.9E}"),
 )
 add(
     "rostopic echo",
     "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.wrench.force.z,field.pos.z\n"
     + lines(
-        lambda i: f"{1698919200000001200 + 500000 * i + 37 * (i % 5)},{i},{1698919200000000000 + 500000 * i},ft,{f(i)},{u(i)}"
+        lambda i: (
+            f"{1698919200000001200 + 500000 * i + 37 * (i % 5)},{i},{1698919200000000000 + 500000 * i},ft,{f(i)},{u(i)}"
+        )
     ),
     options={
         "channels": {
@@ -280,15 +281,16 @@ add(
 )
 add(
     "types between names and units",
-    "ETASAsciiItemFile\trecord\tTimebase\nsampleCount\t60\ntime\tForce\tPos\nf8\tf8\tf8\ns\tN\tmm\n"
-    + lines(tfu("\t")),
+    "ETASAsciiItemFile\trecord\tTimebase\nsampleCount\t60\ntime\tForce\tPos\nf8\tf8\tf8\ns\tN\tmm\n" + lines(tfu("\t")),
     suffix=".ascii",
     refused="unit|heading",
 )
 add(
     "frames of a CAN bus",
     "date Thu Nov 2 10:00:00.000 2023\nbase hex timestamps absolute\n"
-    + lines(lambda i: f"   {i / RATE:.6f} 1  {0x120 + i % 2:X}  Rx d 2 {round(FORCE[i] * 1e3) // 256:02X} {i % 256:02X}"),
+    + lines(
+        lambda i: f"   {i / RATE:.6f} 1  {0x120 + i % 2:X}  Rx d 2 {round(FORCE[i] * 1e3) // 256:02X} {i % 256:02X}"
+    ),
     suffix=".asc",
     refused="table|heading|columns",
 )
@@ -380,57 +382,4 @@ add(
     "Sample,Time(S),CH1(V),CH2(V)\n" + lines(lambda i: f"{i},{t(i)},{volts(i)},0.1"),
     options={"channels": {"force": {"column": "CH1(V)", "scale": "100 N/V"}}},
     position=None,
-)
-add(
-    "serial plotter, no times",
-    lines(lambda i: f"Force:{f(i)},Position:{u(i)}"),
-    suffix=".txt",
-    options={"units": {"force": "N", "position": "mm"}},
-    refused="rate",
-    remedy={"rate": 2000.0},
-)
-add(
-    "serial monitor with arrows",
-    lines(lambda i: f"10:00:00.{5 * i:03d} -> {f(i)},{u(i)}"),
-    suffix=".log",
-    time=SLOW,
-    refused="columns|heading|table",
-)
-add(
-    "terminal log",
-    "=~=~=~=~=~=~= PuTTY log 2023.11.02 10:00:00 =~=~=~=~=~=~=\n.4980,-0.2500\nt_ms,F_N,x_mm\n"
-    + lines(lambda i: f"{t(i, 1e3, 1)},{f(i)},{u(i)}"),
-    suffix=".log",
-)
-add(
-    "chatter of a board before its table",
-    "rst:0x1 (POWERON_RESET),boot:0x13\nconfigsip: 0, SPIWP:0xee\nload:0x3fff0030,len:1344\nHX711 ready, gain 128\n"
-    "t_ms,F_N,x_mm\n" + lines(lambda i: f"{t(i, 1e3, 1)},{f(i)},{u(i)}"),
-    suffix=".log",
-)
-add(
-    "terminal stamps in brackets",
-    "[2023-11-02 09:59:59.995] force_N, position_mm\n"
-    + lines(lambda i: f"[2023-11-02 10:00:00.{5 * i:03d}] {f(i)}, {u(i)}"),
-    suffix=".log",
-    time=SLOW,
-    refused="time|table|heading|columns",
-)
-add(
-    "catman, two groups of rates",
-    "Time 1 - fast [s]\tForce [N]\tPosition [mm]\tTime 2 - slow [s]\tTemp [degC]\n"
-    + lines(lambda i: f"{tfu(chr(9))(i)}\t" + (f"{i * 0.005:.3f}\t21.5" if i < 6 else "\t")),
-    suffix=".asc",
-)
-add(
-    "sections of titles, units and types",
-    "#HEADER\n#TITLES\nTime,Force,Pos\n#UNITS\ns,N,mm\n#DATATYPES\nDouble,Double,Double\n#DATA\n" + lines(tfu()),
-    suffix=".asc",
-)
-add(
-    "clock as one number",
-    "[header]\ntime\nforce\nposition\n\n[column names]\ntime force_N position_mm\n\n[data]\n"
-    + lines(lambda i: f"{100059.99 + i / RATE + (40.0 if i >= 20 else 0.0):.4f} {FORCE[i]:+.3f} {POSITION[i]:+.4f}"),
-    suffix=".vbo",
-    refused="unit|time|clock",
 )

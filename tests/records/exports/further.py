@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from tests.records.exports.base import FORCE, POSITION, Kind, N, de, f, lines, t, u
+import numpy as np
+
+from tests.records.exports.base import FORCE, POSITION, RATE, Kind, N, de, f, lines, t, tfu, u
 
 FURTHER = Kind()
 add = FURTHER.add
+SLOW = np.arange(N) * 0.005
+"""Times of a logger at 200 Hz, whose stamps need three decimals only."""
 
 add(
     "Campbell TOA5",
@@ -108,4 +112,57 @@ add(
 )
 add(
     "grams for a force", "time [s],force [g],position [mm]\n" + lines(lambda i: f"{t(i)},{f(i)},{u(i)}"), refused="unit"
+)
+add(
+    "serial plotter, no times",
+    lines(lambda i: f"Force:{f(i)},Position:{u(i)}"),
+    suffix=".txt",
+    options={"units": {"force": "N", "position": "mm"}},
+    refused="rate",
+    remedy={"rate": 2000.0},
+)
+add(
+    "serial monitor with arrows",
+    lines(lambda i: f"10:00:00.{5 * i:03d} -> {f(i)},{u(i)}"),
+    suffix=".log",
+    time=SLOW,
+    refused="columns|heading|table",
+)
+add(
+    "terminal log",
+    "=~=~=~=~=~=~= PuTTY log 2023.11.02 10:00:00 =~=~=~=~=~=~=\n.4980,-0.2500\nt_ms,F_N,x_mm\n"
+    + lines(lambda i: f"{t(i, 1e3, 1)},{f(i)},{u(i)}"),
+    suffix=".log",
+)
+add(
+    "chatter of a board before its table",
+    "rst:0x1 (POWERON_RESET),boot:0x13\nconfigsip: 0, SPIWP:0xee\nload:0x3fff0030,len:1344\nHX711 ready, gain 128\n"
+    "t_ms,F_N,x_mm\n" + lines(lambda i: f"{t(i, 1e3, 1)},{f(i)},{u(i)}"),
+    suffix=".log",
+)
+add(
+    "terminal stamps in brackets",
+    "[2023-11-02 09:59:59.995] force_N, position_mm\n"
+    + lines(lambda i: f"[2023-11-02 10:00:00.{5 * i:03d}] {f(i)}, {u(i)}"),
+    suffix=".log",
+    time=SLOW,
+    refused="time|table|heading|columns",
+)
+add(
+    "catman, two groups of rates",
+    "Time 1 - fast [s]\tForce [N]\tPosition [mm]\tTime 2 - slow [s]\tTemp [degC]\n"
+    + lines(lambda i: f"{tfu(chr(9))(i)}\t" + (f"{i * 0.005:.3f}\t21.5" if i < 6 else "\t")),
+    suffix=".asc",
+)
+add(
+    "sections of titles, units and types",
+    "#HEADER\n#TITLES\nTime,Force,Pos\n#UNITS\ns,N,mm\n#DATATYPES\nDouble,Double,Double\n#DATA\n" + lines(tfu()),
+    suffix=".asc",
+)
+add(
+    "clock as one number",
+    "[header]\ntime\nforce\nposition\n\n[column names]\ntime force_N position_mm\n\n[data]\n"
+    + lines(lambda i: f"{100059.99 + i / RATE + (40.0 if i >= 20 else 0.0):.4f} {FORCE[i]:+.3f} {POSITION[i]:+.4f}"),
+    suffix=".vbo",
+    refused="unit|time|clock",
 )
