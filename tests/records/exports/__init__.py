@@ -12,6 +12,7 @@ from tests.records.exports.desks import DESKS
 from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER
 from tests.records.exports.laboratory import LABORATORY
+from tests.records.exports.later import LATER
 from tests.records.exports.scopes import SCOPES
 from tests.records.exports.strangers import STRANGERS
 from tests.records.exports.text import TEXT
@@ -29,4 +30,5 @@ KINDS: dict[str, list[Export]] = {
     "benches": BENCHES,
     "desks": DESKS,
     "cells": CELLS,
+    "later": LATER,
 }
