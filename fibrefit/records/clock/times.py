@@ -13,7 +13,7 @@ from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import GIVE_RATE, Readings, TimeBase
 from fibrefit.records.clock.timebase import counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
-from fibrefit.records.columns.grouping import Group
+from fibrefit.records.columns.grouping import Group, counts_by
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
@@ -124,7 +124,11 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
     source = f"counted at {format_number(found, 7)} Hz, {origin}"
     counter = _counter(columns, group)
     if counter is not None:
-        values = counter.numbers.values
+        step = counts_by(counter.numbers.values)
+        if step > 1 and rate is None:
+            got = f'column "{counter.header}" counts in steps of {step}, and {source.removeprefix("counted at ")}'
+            raise DataError(where, got, "the rate of the rows that are here", GIVE_RATE)
+        values = counter.numbers.values / step
         header = f'column "{counter.header}"'
         rows = raw.rows or [str(i) for i in range(group.rows)]
         place = f"{where}, {header}"
@@ -161,13 +165,9 @@ def _no_time(raw: Raw, columns: Sequence[RawColumn], where: str) -> DataError:
 
 
 def _counter(columns: Sequence[RawColumn], group: Group) -> RawColumn | None:
-    """Column that numbers the rows one by one."""
-    for i in group.beside:
-        values = columns[i].numbers.values
-        steps = np.diff(values[np.isfinite(values)])
-        if steps.size > 2 and np.mean(steps == 1) > 0.8:
-            return columns[i]
-    return None
+    """Column that numbers the rows."""
+    found = (columns[i] for i in group.beside if counts_rows(columns[i].name) and columns[i].numbers.values.size > 3)
+    return next((column for column in found if counts_by(column.numbers.values)), None)
 
 
 def _refuse_uncertain_count(raw: Raw, group: Group, where: str) -> None:

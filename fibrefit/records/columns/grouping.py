@@ -87,11 +87,22 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], named: Ma
 
 
 def _is_counter(column: RawColumn, heading: Heading) -> bool:
-    """Whether a column numbers the rows: its name says so, it has no unit, and it counts on one by one."""
-    if heading.kind is not None or not counts_rows(heading.name):
-        return False
-    steps = np.diff(column.numbers.values[np.isfinite(column.numbers.values)])
-    return steps.size > 0 and bool(np.mean(steps == 1) > _COUNTS)
+    """Whether a column numbers the rows: its name says so, it has no unit, and it counts on evenly."""
+    return heading.kind is None and counts_rows(heading.name) and counts_by(column.numbers.values) > 0
+
+
+def counts_by(values: np.ndarray) -> int:
+    """Step by which nearly all numbers of a column count on: 1, or more where not every sample was kept; 0 for none.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where there is none.
+    """
+    steps = np.diff(values[np.isfinite(values)])
+    usual = float(np.median(steps)) if steps.size else 0.0
+    even = usual >= 1 and usual == round(usual) and np.mean(steps == usual) > _COUNTS
+    return int(usual) if even else 0
 
 
 def _by_rate(columns: Sequence[RawColumn]) -> list[Group]:

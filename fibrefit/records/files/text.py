@@ -10,25 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.files.decode import Text, decode
+from fibrefit.records.files.doubts import refuse_counts, refuse_figures, with_remarks
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
 from fibrefit.records.grammar.header import Header, find_header, header_cells
-from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
+from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
-from fibrefit.records.grammar.worth import SCALE_LABEL, may_apply, unit_told
+from fibrefit.records.grammar.worth import unit_told
 from fibrefit.records.options import ReadOptions
 
 #: Fewer samples tell neither a rate nor a layout.
@@ -84,12 +84,13 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *told]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
-    _refuse_counts(columns, above, header, options, where)
+    refuse_counts(columns, above, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
+    facts = find_facts([*beside, *above, *_unused(header, rows, empty, above)], dialect.mark)
     return Raw(
         columns=columns,
-        facts=find_facts([*beside, *above, *_unused(header, rows, empty, above)], dialect.mark),
+        facts=with_remarks(facts, [(i, lines[i - 1]) for i in rows.skipped], above, dialect, where),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
@@ -105,32 +106,6 @@ def _lines_of(named: str | Path | None) -> list[str]:
         return []
     path = Path(named)
     return decode(read_plain_file(path, "a file with the header of the records", DataError), path.name).lines
-
-
-def _refuse_counts(
-    columns: Sequence[RawColumn], above: Sequence[str], header: Header, options: ReadOptions, where: str
-) -> None:
-    """Refuse whole numbers under a line that may tell what one of them is worth, unless the user says it."""
-    scaled = {c.column for c in options.declared(where).values() if c.scale is not None}
-    for line in range((header.line or len(above)), len(above)):
-        cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t]", above[line])]
-        if not SCALE_LABEL.fullmatch(cells[0]):
-            continue
-        worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
-        counts = [c for c in columns if c.unit is not None and not c.clock and may_apply(cells[0], whole=_is_whole(c))]
-        counts = [
-            c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
-        ]
-        if worth and counts:
-            got = f'"{above[line].strip()[:60]}" above numbers that may be before it'
-            do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
-            do += 'scale = "1" where the numbers are in their unit already.'
-            raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
-
-
-def _is_whole(column: RawColumn) -> bool:
-    values = column.numbers.values[np.isfinite(column.numbers.values)]
-    return values.size > 0 and bool((values == np.round(values)).all()) and bool(np.ptp(values) > 1)
 
 
 def _unused(header: Header, rows: Rows, empty: Sequence[bool], above: Sequence[str]) -> list[str]:
@@ -299,7 +274,7 @@ def _columns(
             columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1))
         elif title or kind != "empty":
             if kind == "text":
-                _refuse_figures(cells, unit, rows.dialect.mark, place)
+                refuse_figures(cells, unit, rows.dialect.mark, place)
                 told = unit_told(cells, rows.numbers, place)
                 if told and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=told)
@@ -308,21 +283,6 @@ def _columns(
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     return columns, notes, aside
-
-
-def _refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str) -> None:
-    """Refuse text with figures in it below a unit: a quantity that was printed in a way of its own is not left out."""
-    if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
-        return
-    filled = [cell.strip() for cell in cells if cell.strip()]
-    odd = [cell for cell in filled if kind_of_cell(cell, mark) == "text"]
-    if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
-        do, why = "Export plain numbers, negative ones with a minus before them.", ""
-        if kind_of_cell(odd[0], "." if mark == "," else ",") == "number":
-            if len(odd) < len(filled):
-                return  # both marks in one column: told with the lines, further on
-            do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
-        raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

@@ -41,6 +41,15 @@ _THINNED_KEYS = (
     r"decimation|(?:down|sub|under)[ -]?sampl\w*|(?:rate|clock|sample|sampling)?[ ]?(?:divider|divisor|prescaler)"
     r"|dezimation|untersetzung|decimation factor|keep every"
 )
+#: The same in a sentence; and a rate that several channels share.
+_KEPT = re.compile(
+    r"(?:every|jede[rsn]?)\s+(?:(\d+)(?:st|nd|rd|th|\.|\s+(?:samples?|values?|points?|rows?|scans?|werte?))|other|second|third"
+    r"|fourth|fifth|tenth|zweite[rn]?)",
+    re.IGNORECASE,
+)
+_SHARED = re.compile(
+    r"(?:aggregate|combined|overall|multiplex\w*|gesamt\w*|summen\w*|total)\s+(?:sampl\w*|scan|rate|abtast\w*)", re.I
+)
 #: Keys that say what horizontal numbers without a unit are in.
 _AXIS_KEYS = r"horizontal units?|h ?unit|x ?units?|x.einheit|time units?|zeiteinheit"
 
@@ -151,6 +160,11 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
 
 def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     """What is in doubt of a rate beside a statement that of so many samples one is kept; empty where nothing is."""
+    for match in (
+        match for line in lines if facts.rate for match in (_KEPT.search(line), _SHARED.search(line)) if match
+    ):
+        if match[0][-2:].strip() and match[0].split()[1].rstrip("ndrsth.") != "1":
+            return f'"{facts.quoted}" beside "{match[0]}", which may be a rate of more samples than are here'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
         if numbers and len(facts.rates) == 1:

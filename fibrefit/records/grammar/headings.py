@@ -29,6 +29,15 @@ _FACTOR = re.compile(
     rf"|(?<=[^\W\d_])\s*/\s*(?:{_TEN})(?=[\s\[(]|$)"
 )
 
+#: The same in words and as a ratio, a number below a quantity, and a sign that was turned.
+_TOLD = re.compile(
+    r"\(?(?:factor|faktor|scaled?|skalierung|gain|multiplier|verst[a\u00e4]rkung)\s*(?:by\s*)?[=:]?\s*\d+(?:[.,]\d+)?\)?"
+    r"|(?<![\d:.,])\(?(?:1\s*:\s*[1-9]\d{0,4}|[1-9]\d{0,4}\s*:\s*1)\)?(?![\d:.,])"
+    r"|\(?\b(?:inverted|negated|reversed|inverse|inv\.|neg\.|invertiert|negiert|umgekehrt)\)?(?!\w)",
+    re.IGNORECASE,
+)
+_BELOW = re.compile(r"(?<=[^\W\d_])\s*/\s*(?!1(?!\d))\d+(?:[.,]\d+)?(?=[\s\[(]|$)")
+
 #: The same before a name: `10*F`, and a minus.
 _BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s)\s*(?=[^\W\d])")
 
@@ -64,7 +73,7 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if units.expression(alone) is not None:
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
-    factor = _BEFORE.match(text) or _FACTOR.search(text)
+    factor = _BEFORE.match(text) or _FACTOR.search(text) or _TOLD.search(text) or _below(text)
     if factor is not None and (factor.start() > 0 or factor.re is _BEFORE):
         name, unit = split_heading(f"{text[: factor.start()]} {text[factor.end() :]}")
         # Whether it was applied or is still to be is not for us to say: the unit is one that nobody knows.
@@ -75,6 +84,12 @@ def split_heading(text: str) -> tuple[str, str | None]:
         if found is not None:
             return found
     return text, None
+
+
+def _below(text: str) -> re.Match[str] | None:
+    """A number that a quantity is divided by, as in ``F/2``; that of a channel, as in ``AI/2``, divides nothing."""
+    found = _BELOW.search(text)
+    return found if found is not None and kinds_named(text[: found.start()]) else None
 
 
 def known_unit(name: str, unit: str) -> str | None:

@@ -1,0 +1,140 @@
+"""What in a text file speaks against reading its numbers as they stand: remarks, scales, cells that are no numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fibrefit.core import units
+from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import RawColumn
+from fibrefit.records.grammar.dialect import Dialect
+from fibrefit.records.grammar.facts import Facts, find_facts
+from fibrefit.records.grammar.header import Header
+from fibrefit.records.grammar.headings import PLAIN_KINDS
+from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.worth import SCALE_LABEL, may_apply
+from fibrefit.records.options import ReadOptions
+
+#: Words of a remark inside a table after which its numbers may mean something else.
+_OF_UNITS = re.compile(
+    r"(?<![^\W\d_])(?:units?|einheit(?:en)?|jednotk[ay]|scale|scaling|factor|faktor|gain)(?![^\W\d_])", re.I
+)
+
+
+def with_remarks(
+    facts: Facts, remarks: Sequence[tuple[int, str]], above: Sequence[str], dialect: Dialect, where: str
+) -> Facts:
+    """Facts with what remarks inside the table say against them.
+
+    Parameters
+    ----------
+    facts : Facts
+        What the lines above the table say.
+    remarks : sequence of (int, str)
+        Lines inside the table that are no rows, by their number.
+    above : sequence of str
+        Lines above the table: what stands there too is no news.
+    dialect : Dialect
+        Of the table.
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    DataError
+        If a remark speaks of a unit or a scale, which may be another one from there on.
+    """
+    said = {line.strip() for line in above}
+    for number, line in remarks:
+        if line.strip() in said:
+            continue
+        if _OF_UNITS.search(line):
+            do = "Split the file there, or remove the line if it changes nothing."
+            raise DataError(
+                f"{where}, line {number}", f'"{line.strip()[:60]}" inside the table', "one unit throughout", do
+            )
+        other = find_facts([line], dialect.mark)
+        if facts.rate is not None and other.rates and other.rate != facts.rate:
+            facts = replace(facts, doubt=f'"{facts.quoted}" above the table, and "{other.quoted}" in line {number}')
+    return facts
+
+
+def refuse_counts(
+    columns: Sequence[RawColumn], above: Sequence[str], header: Header, options: ReadOptions, where: str
+) -> None:
+    """Refuse numbers under a line that may tell what one of them is worth, unless the user says it.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        Of the table.
+    above : sequence of str
+        Lines above it.
+    header : Header
+        Its headings.
+    options : ReadOptions
+        What the user says.
+    where : str
+        File to name in the message.
+
+    Raises
+    ------
+    DataError
+        If there is such a line, and a column without a scale below it.
+    """
+    scaled = {c.column for c in options.declared(where).values() if c.scale is not None}
+    for line in range((header.line or len(above)), len(above)):
+        cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t]", above[line])]
+        if not SCALE_LABEL.fullmatch(cells[0]):
+            continue
+        worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
+        counts = [c for c in columns if c.unit is not None and not c.clock and may_apply(cells[0], whole=_is_whole(c))]
+        counts = [
+            c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
+        ]
+        if worth and counts:
+            got = f'"{above[line].strip()[:60]}" above numbers that may be before it'
+            do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
+            do += 'scale = "1" where the numbers are in their unit already.'
+            raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
+
+
+def _is_whole(column: RawColumn) -> bool:
+    values = column.numbers.values[np.isfinite(column.numbers.values)]
+    return values.size > 0 and bool((values == np.round(values)).all()) and bool(np.ptp(values) > 1)
+
+
+def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str) -> None:
+    """Refuse text with figures in it below a unit: a quantity that was printed in a way of its own is not left out.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        A column.
+    unit : str or None
+        Of its heading.
+    mark : str
+        Decimal mark of the table.
+    place : str
+        File and column to name in the message.
+
+    Raises
+    ------
+    DataError
+        If most of its text holds figures.
+    """
+    if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
+        return
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    odd = [cell for cell in filled if kind_of_cell(cell, mark) == "text"]
+    if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
+        do, why = "Export plain numbers, negative ones with a minus before them.", ""
+        if kind_of_cell(odd[0], "." if mark == "," else ",") == "number":
+            if len(odd) < len(filled):
+                return  # both marks in one column: told with the lines, further on
+            do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
+        raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
