@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
@@ -76,7 +76,7 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     raw: dict[str, Any] = {
         "schema": SCHEMA,
         "name": usual.path.stem,
-        "rig": {"kind": kind},
+        "rig": {"kind": kind, **_measured(kind, files)},
         "channels": dict(usual.channels),
         "units": dict(usual.units),
         "records": [_record(one, usual, folder) for one in files],
@@ -104,6 +104,17 @@ def _kind(files: Sequence[Understood]) -> str:
         return len(roles & own), -len(own - roles)
 
     return max(WRITTEN_OUT, key=suits) if roles else "fibre_mass"
+
+
+def _measured(kind: str, files: Sequence[Understood]) -> dict[str, str]:
+    """What was measured, where a rig's study has to say so: all files lack a channel of the usual records."""
+    field = study_type(kind).model_fields["rig"].annotation.model_fields.get("measured")  # type: ignore[union-attr]
+    if field is None:
+        return {}
+    roles = set.intersection(*(set(one.channels) for one in files))
+    choices = [str(choice) for choice in get_args(field.annotation)]
+    fitting = [choice for choice in choices if set(choice.split(" and ")) <= roles]
+    return {} if not fitting or field.default in fitting else {"measured": fitting[0]}
 
 
 def _missing(raw: Mapping[str, Any], kind: str) -> str:

@@ -132,6 +132,15 @@ def test_the_study_that_was_understood_can_be_written(written: Run) -> None:
     assert written("inspect", "plain.csv", "--write", "new/study.toml").code == 2
 
 
+def test_a_study_of_forces_alone_says_that_no_position_was_measured(written: Run) -> None:
+    Path("force.csv").write_text("time [s],force [N]\n" + "".join(f"{i / 2000},{12 + i % 7}\n" for i in range(30)))
+    assert written("inspect", "force.csv", "plain.csv", "--write", "both.toml").code == 0
+    assert written("inspect", "force.csv", "--write", "force.toml").code == 0
+    assert 'measured = "force"' in Path("force.toml").read_text()
+    assert written("inspect", "plain.csv", "--write", "plain.toml").code == 0
+    assert "measured" not in Path("plain.toml").read_text()
+
+
 def test_no_study_is_written_of_what_is_not_understood(written: Run) -> None:
     done = written("inspect", "no_units.csv", "--write", "study.toml")
     assert done.code == 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -64,7 +64,7 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
                 record.name,
                 f"no {name} channel",
                 f"one, for a {rig.kind} rig",
-                f'Name its column: [channels] {name} = "...".',
+                f'Name its column: [channels] {name} = "...".{_without(name, record.channels, rig)}',
             )
         valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
         if valid < FEWEST:
@@ -118,6 +118,17 @@ def in_order(traces: Sequence[Trace]) -> list[Trace]:
 
 def _input(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     return np.column_stack([smoothed(values, times, where), values])
+
+
+def _without(name: str, channels: Collection[str], rig: Rig) -> str:
+    """What to state where a channel was not measured at all, and the rig knows of such records."""
+    fitting = [
+        variant.channels
+        for variant in rig.variants.values()
+        if variant.inputs == rig.inputs and name not in variant.measured and set(variant.measured) <= set(channels)
+    ]
+    stated = f' Where it was not measured: measured = "{" and ".join(fitting[0])}" under [rig].' if fitting else ""
+    return stated if name in rig.channels else ""
 
 
 def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:

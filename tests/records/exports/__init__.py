@@ -10,7 +10,7 @@ from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
 from tests.records.exports.desks import DESKS
 from tests.records.exports.fresh import FRESH
-from tests.records.exports.further import FURTHER
+from tests.records.exports.further import FURTHER, LAST
 from tests.records.exports.laboratory import LABORATORY
 from tests.records.exports.later import LATER
 from tests.records.exports.scopes import SCOPES
@@ -31,4 +31,5 @@ KINDS: dict[str, list[Export]] = {
     "desks": DESKS,
     "cells": CELLS,
     "later": LATER,
+    "last": LAST,
 }

@@ -166,3 +166,199 @@ add(
     suffix=".vbo",
     refused="unit|time|clock",
 )
+
+
+LAST = Kind()
+add = LAST.add
+"""A fifth set, written after the reader was mended for the fourth."""
+
+add(
+    "Yokogawa, blocks with a group number",
+    '"Model","DL850"\n"BlockNumber",1\n"TraceName","Force","Pos"\n"VUnit","N","mm"\n"HResolution",5.0E-04\n"HUnit","s"\n\n'
+    + lines(lambda i: f",{f(i)},{u(i)}"),
+    options={"channels": {"force": "Force", "position": "Pos"}},
+)
+add(
+    "Keysight, one channel with its unit in the title",
+    "Time (s),Force (N) on CH1\n" + lines(lambda i: f"{t(i)},{f(i)}"),
+    position=None,
+)
+add(
+    "Rohde, step and start above",
+    '"XStart:-0.01:s"\n"XStop:0.02:s"\n"Resolution:0.0005:s"\n"Record length:60"\nForce [N];Pos [mm]\n'
+    + lines(lambda i: f"{f(i)};{u(i)}"),
+    refused="rate|Resolution",
+    remedy={"rate": RATE},
+)
+add(
+    "HBM, calibrations above the columns",
+    "Channel;Kraft;Weg\nSensor;U9C 200N;WA 20\nNennwert;200 N;20 mm\nKennwert;1,02 mV/V;80 mV/V\nMessrate;2000 Hz;2000 Hz\nEinheit;N;mm\n"
+    + lines(lambda i: de(f";{f(i)};{u(i)}")),
+    refused="rate|heading|unit|Kennwert",
+    remedy={"rate": RATE},
+)
+add(
+    "machine data with a cycle column",
+    "Cycle,Time (s),Load (N),Position (mm)\n" + lines(lambda i: f"{i // 20 + 1},{t(i)},{f(i)},{u(i)}"),
+)
+add(
+    "machine data with a segment word",
+    "Segment;Time;Load;Stroke\n;s;N;mm\n" + lines(lambda i: f"{'ramp' if i < 30 else 'hold'};{t(i)};{f(i)};{u(i)}"),
+)
+add(
+    "strain beside extension",
+    "Time (s),Force (N),Extension (mm),Strain (%)\n" + lines(lambda i: f"{t(i)},{f(i)},{u(i)},{POSITION[i] / 5:.5f}"),
+)
+add(
+    "stress beside force",
+    "Time (s),Force (N),Stress (MPa),Extension (mm)\n" + lines(lambda i: f"{t(i)},{f(i)},{FORCE[i] / 12:.5f},{u(i)}"),
+)
+add(
+    "maximum and minimum beside the force",
+    "Time (s),Force (N),Max force (N),Position (mm)\n"
+    + lines(lambda i: f"{t(i)},{f(i)},{FORCE[: i + 1].max():.3f},{u(i)}"),
+    refused="could each",
+    remedy={"channels": {"force": "Force (N)"}},
+)
+add(
+    "a nominal and a measured time",
+    "Nominal time [s],Time [s],Force [N],Position [mm]\n" + lines(lambda i: f"{t(i)},{t(i)},{f(i)},{u(i)}"),
+)
+add(
+    "analogue inputs with scaled names",
+    "Timestamp (s);AI0 - Force (N);AI1 - Displacement (mm);AI2 - Supply (V)\n"
+    + lines(lambda i: f"{t(i)};{f(i)};{u(i)};5.001"),
+)
+add(
+    "DIO word and counter",
+    "time [s],force [N],position [mm],DIO,frame\n" + lines(lambda i: f"{tfu()(i)},{i % 16:04b},{i}"),
+)
+add(
+    "accelerations of three axes",
+    "t [s],ax [m/s2],ay [m/s2],az [m/s2],F [N],x [mm]\n" + lines(lambda i: f"{t(i)},0.1,-0.2,9.81,{f(i)},{u(i)}"),
+)
+add(
+    "force and its rate",
+    "t [s],F [N],dF/dt [N/s],x [mm],dx/dt [mm/s]\n" + lines(lambda i: f"{t(i)},{f(i)},12.0,{u(i)},0.5"),
+)
+add(
+    "millivolts and newtons",
+    "t [s];U [mV];F [N];s [mm]\n" + de(lines(lambda i: f"{t(i)};{FORCE[i] * 10:.2f};{f(i)};{u(i)}")),
+)
+add(
+    "Excel, Swiss",
+    "Zeit [s];Kraft [mN];Weg [mm]\n" + lines(lambda i: f"{t(i)};{FORCE[i] * 1e3:,.1f};{u(i)}".replace(",", "\u2019")),
+    refused="thousands",
+)
+add(
+    "Excel, French",
+    "Temps (s);Force (N);Position (mm)\n" + de(lines(lambda i: f"{t(i)};{f(i)};{u(i)}")),
+    encoding="cp1252",
+)
+add(
+    "Excel, Japanese with full-width units", "時間（ｓ）,荷重（Ｎ）,変位（ｍｍ）\n" + lines(tfu()), encoding="shift_jis"
+)
+add(
+    "Excel, dates of the day before the month",
+    "Datum/Zeit;Kraft [N];Weg [mm]\n" + de(lines(lambda i: f"13.11.2023 10:00:{i / RATE:07.4f};{f(i)};{u(i)}")),
+)
+add(
+    "missing words of a German logger",
+    "t [s];F [N];s [mm]\n" + de(lines(lambda i: f"{t(i)};{'ungültig' if i in (7, 8) else f(i)};{u(i)}")),
+)
+add(
+    "missing words of a PLC",
+    "t [s];F [N];s [mm]\n" + lines(lambda i: f"{t(i)};{'BAD' if i in (7, 8) else f(i)};{u(i)}"),
+)
+add("quality beside each value", "t [s];F [N];F_Q;s [mm];s_Q\n" + lines(lambda i: f"{t(i)};{f(i)};192;{u(i)};192"))
+add("a valid flag that is off", "t [s],F [N],valid,x [mm]\n" + lines(lambda i: f"{t(i)},{f(i)},1,{u(i)}"))
+add(
+    "stamps with a zone in the heading",
+    "Time (UTC+1),Force [N],Position [mm]\n" + lines(lambda i: f"2023-11-02 10:00:{i / RATE:07.4f},{f(i)},{u(i)}"),
+)
+add(
+    "elapsed time with days",
+    "Elapsed,Force [N],Position [mm]\n" + lines(lambda i: f"0 days 00:00:{i / RATE:09.6f},{f(i)},{u(i)}"),
+    refused="time|rate|number",
+)
+add(
+    "times in hours",
+    "Time [h],Force [N],Position [mm]\n" + lines(lambda i: f"{i / RATE / 3600:.12f},{f(i)},{u(i)}"),
+    atol_time=1e-7,
+)
+add(
+    "times with a comma of thousands in ms",
+    "Time [ms];Force [N];Position [mm]\n" + lines(lambda i: f"{1000 + i / 2:,.1f};{f(i)};{u(i)}"),
+    refused="thousands",
+)
+add(
+    "rate in a table of settings",
+    "Setting,Value,Unit\nSample rate,2,kHz\nRange,200,N\nFilter,Bessel,\n\nforce [N],position [mm],temp [C]\n"
+    + lines(lambda i: f"{f(i)},{u(i)},21.5"),
+    refused="rate",
+    remedy={"rate": RATE},
+)
+add(
+    "rate and filter in one line",
+    "fs=2000Hz fc=500Hz order=4\nforce [N],position [mm]\n" + lines(lambda i: f"{f(i)},{u(i)}"),
+    refused="rate",
+    remedy={"rate": RATE},
+)
+add(
+    "two rates for two devices",
+    "DAQ rate: 2000 Hz\nCamera rate: 100 Hz\nforce [N],position [mm]\n" + lines(lambda i: f"{f(i)},{u(i)}"),
+    refused="rate",
+    remedy={"rate": RATE},
+)
+add(
+    "comment with a rate of the drive",
+    "# motor at 50 Hz, sampled at 2 kHz\nforce [N],position [mm]\n" + lines(lambda i: f"{f(i)},{u(i)}"),
+    refused="rate",
+    remedy={"rate": RATE},
+)
+add("header between two rules", "-------------\ntime [s],force [N],position [mm]\n-------------\n" + lines(tfu()))
+add(
+    "headings with footnotes",
+    "time [s]*,force [N]**,position [mm]***\n" + lines(tfu()) + "* since trigger\n** tared\n*** laser\n",
+)
+add(
+    "notes to the right of the table",
+    "time [s],force [N],position [mm],,operator\n" + lines(lambda i: tfu()(i) + (",,N. Novak" if i == 0 else ",,")),
+)
+add(
+    "setup to the right of the table",
+    "time [s],force [N],position [mm],,mass [kg]\n" + lines(lambda i: tfu()(i) + (",,3.096" if i == 0 else ",,")),
+)
+add(
+    "results to the right of the table",
+    "time [s],force [N],position [mm],,Fmax [N],xmax [mm]\n"
+    + lines(lambda i: tfu()(i) + (",,15.7,1.25" if i == 0 else ",,,")),
+    refused="could each|empty",
+    remedy={"channels": {"force": "force [N]", "position": "position [mm]"}},
+)
+add(
+    "an average row after each ten",
+    "time [s],force [N],position [mm]\n"
+    + "".join(
+        tfu()(i)
+        + "\n"
+        + (f"avg,{FORCE[i - 9 : i + 1].mean():.3f},{POSITION[i - 9 : i + 1].mean():.4f}\n" if i % 10 == 9 else "")
+        for i in range(N)
+    ),
+)
+add(
+    "a header of another run in the middle",
+    "Run 1\ntime [s],force [N],position [mm]\n"
+    + lines(tfu(), 30)
+    + "Run 2\ntime [s],force [N],position [mm]\n"
+    + "".join(f"{t(i - 30)},{f(i)},{u(i)}\n" for i in range(30, N)),
+    refused="again|table|head|run",
+)
+add(
+    "units beside names in a second table",
+    "Name,Unit,Column\nTime,s,1\nForce,N,2\nPosition,mm,3\n\nTime,Force,Position\n" + lines(tfu()),
+    refused="unit",
+    remedy={"units": {"time": "s", "force": "N", "position": "mm"}},
+)
+add("a legend of columns", "# col1: time/s\n# col2: force/N\n# col3: position/mm\n" + lines(tfu(" ")), suffix=".dat")
+add("gnuplot, a key behind a sign", "#t F x\n#[s] [N] [mm]\n" + lines(tfu(" ")), suffix=".dat")
