@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from dataclasses import dataclass
 
@@ -19,6 +20,9 @@ _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf
 
 #: What can be read, for messages.
 KNOWN = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
+
+#: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
+_EAST_ASIAN = ("cp932", "gbk", "euc_kr")
 
 #: Bytes at the start of a file that tell its alphabet.
 _HEAD = 65536
@@ -104,7 +108,12 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
     if data.startswith(b"\xef\xbb\xbf") or whole > broken:
         return text, "UTF-8", (f"{broken} characters are not valid UTF-8.",)
     encoding = "cp1251" if _is_cyrillic(data) else "cp1250" if _CZECH & set(data) else "cp1252"
-    return data.decode(encoding, errors="replace"), encoding, ()
+    text = data.decode(encoding, errors="replace")
+    if "\ufffd" in text:  # bytes that are no sign of this alphabet
+        for wide in _EAST_ASIAN:
+            with contextlib.suppress(UnicodeDecodeError):
+                return data.decode(wide), wide, ()
+    return text, encoding, ()
 
 
 def _is_cyrillic(data: bytes) -> bool:

@@ -205,6 +205,8 @@ def is_unit_row(cells: Sequence[str]) -> bool:
         filled = filled[1:]
     filled = [cell for cell in filled if cell.casefold() not in _UNIT_MARKS]
     known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
+    if any(cell not in known and kinds_named(cell) for cell in filled):
+        return False  # "Time,s,1": a row of a list of channels
     physical = [cell for cell in known if units.expression(cell) != "1"]
     return len(physical) > 0 and len(known) >= max(2 / 3 * len(filled), min(2, len(cells)))
 

@@ -260,7 +260,8 @@ add(
 )
 add(
     "Excel, dates of the day before the month",
-    "Datum/Zeit;Kraft [N];Weg [mm]\n" + de(lines(lambda i: f"13.11.2023 10:00:{i / RATE:07.4f};{f(i)};{u(i)}")),
+    "Datum/Zeit;Kraft [N];Weg [mm]\n"
+    + lines(lambda i: f"13.11.2023 10:00:{de(f'{i / RATE:07.4f}')};{de(f(i))};{de(u(i))}"),
 )
 add(
     "missing words of a German logger",
