@@ -65,7 +65,7 @@ class StudyError(FibrefitError):
     exit_code = 4
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
     """Sentence that suggests the nearest known word; empty when none is near.
 
     Parameters
@@ -73,12 +73,15 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     word : str
         The word that was not recognised.
     known : iterable of str
-        The words that would have been.
+        The words that would have been; capitals do not count.
+    likeness : float
+        How near a word must be, from 0 to 1, where 1 is the same.
 
     Returns
     -------
     str
         ``Did you mean "stiffness"?`` or an empty string.
     """
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
-    return f'Did you mean "{near[0]}"?' if near else ""
+    spelt = {one.casefold(): one for one in known}
+    near = difflib.get_close_matches(word.casefold(), spelt, n=1, cutoff=likeness)
+    return f'Did you mean "{spelt[near[0]]}"?' if near else ""

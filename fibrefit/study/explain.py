@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -24,7 +24,9 @@ EXPECTED = {
 }
 
 
-def explained(error: ValidationError, raw: Any, place: Callable[[str], str]) -> StudyError:
+def explained(
+    error: ValidationError, raw: Any, place: Callable[[str], str], belongs: Callable[[str], str] = lambda key: ""
+) -> StudyError:
     """Error for the first thing that is wrong, with the number of the others.
 
     Parameters
@@ -35,6 +37,8 @@ def explained(error: ValidationError, raw: Any, place: Callable[[str], str]) -> 
         The content that was validated.
     place : callable
         Gives file and place for a key such as ``"records[1].lift"``.
+    belongs : callable
+        Gives a sentence on where a key that is not known here belongs; an empty one where it does not know.
 
     Returns
     -------
@@ -44,15 +48,42 @@ def explained(error: ValidationError, raw: Any, place: Callable[[str], str]) -> 
     details = error.errors(include_url=False)
     # An unknown key often explains what seems to be missing beside it.
     first = min(details, key=lambda detail: detail["type"] != "unknown_key")
-    keys = _keys(first["loc"], raw)
+    keys = _keys(first["loc"], raw, missing=first["type"] == "missing")
     if first["type"] == "unknown_key":
         keys.append(first["ctx"]["key"])
     where = place(key_text(keys))
     got, expected, do = _parts(first)
+    if first["type"] == "unknown_key" and not first["ctx"]["same"]:
+        do = belongs(first["ctx"]["key"]) or do
     others = len({detail["loc"] for detail in details}) - 1
     if others:
         do = f"{do} There {'is one more problem' if others == 1 else f'are {others} more problems'} in it.".strip()
     return StudyError(where, got, expected, do)
+
+
+def meant_as(key: str, given: Mapping[str, Any], known: Collection[str], values: Collection[str] = ()) -> str | None:
+    """The key of a table that seems to be a misspelt one; None where none does.
+
+    Parameters
+    ----------
+    key : str
+        The one that is missing.
+    given : mapping
+        The table.
+    known : collection of str
+        All keys it may have: none of these is taken for a misspelt one.
+    values : collection of str
+        What the missing one may say: a key of another name that says it is meant.
+    """
+    unknown = [other for other in given if other not in known]
+    said = [other for other in unknown if isinstance(given[other], str) and given[other] in values]
+    return next((other for other in said or unknown if other in said or did_you_mean(other, [key])), None)
+
+
+def in_place_of(key: str, given: Mapping[str, Any], known: Collection[str], values: Collection[str] = ()) -> str:
+    """Sentence on the key that seems to be a misspelt one, as `meant_as` finds it; empty where none does."""
+    meant = meant_as(key, given, known, values)
+    return f'Did you mean {key} in place of "{meant}"?' if meant else ""
 
 
 def key_text(keys: Iterable[str | int]) -> str:
@@ -63,8 +94,8 @@ def key_text(keys: Iterable[str | int]) -> str:
     return text.removeprefix(".")
 
 
-def _keys(location: tuple[str | int, ...], raw: Any) -> list[str | int]:
-    """Location without the names of alternatives that pydantic puts between the keys."""
+def _keys(location: tuple[str | int, ...], raw: Any, missing: bool) -> list[str | int]:
+    """Location without the names of alternatives that pydantic puts between and behind the keys."""
     keys: list[str | int] = []
     for i, part in enumerate(location):
         inside = (isinstance(raw, dict) and part in raw) or (
@@ -72,7 +103,7 @@ def _keys(location: tuple[str | int, ...], raw: Any) -> list[str | int]:
         )
         if inside:
             raw = raw[part]
-        if inside or (i == len(location) - 1 and isinstance(raw, dict)):
+        if inside or (missing and i == len(location) - 1 and isinstance(raw, dict)):
             keys.append(part)
     return keys
 
@@ -86,13 +117,16 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
         return "unknown key", context["expected"], context["do"]
     if kind in ("missing", "union_tag_not_found"):
         key = detail["loc"][-1] if kind == "missing" else context["discriminator"].strip("'")
-        return f'no "{key}"', "it to be given", ""
+        tags = re.findall(r"'([^']*)'", context.get("expected_tags", ""))
+        return f'no "{key}"', "it to be given", in_place_of(key, found, (), tags) if isinstance(found, dict) else ""
     if kind in ("literal_error", "union_tag_invalid"):
         choices = context["expected"] if kind == "literal_error" else context["expected_tags"]
         known = re.findall(r"'([^']*)'", choices)
         word = context.get("tag", found)
         do = did_you_mean(word, known) if isinstance(word, str) else ""
         return shown(word), " or ".join(f'"{name}"' for name in known), do
+    if kind == "tuple_type" and isinstance(found, dict) and detail["loc"][-1:] == ("records",):
+        return "one table", EXPECTED[kind], "Write [[records]] before each record."
     if kind == "too_short" and detail["loc"][-1:] == ("records",):
         return "no records", "at least one", "Add [[records]] with a file."
     return shown(found), EXPECTED.get(kind, detail["msg"][:1].lower() + detail["msg"][1:]), ""

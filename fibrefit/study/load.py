@@ -15,9 +15,10 @@ from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of, shown_path
 from fibrefit.core.shown import printable
-from fibrefit.study.explain import explained
+from fibrefit.study.explain import explained, in_place_of, meant_as
 from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
+from fibrefit.study.misplaced import belongs
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
@@ -163,10 +164,12 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
     table = _read_table(raw, source) or table
     take_uncertainties(raw)
     place = Places(source, table, changed)
+    kind = _model(raw, place)
     try:
-        study = _model(raw, place).model_validate(raw)
+        study = kind.model_validate(raw)
     except ValidationError as error:
-        raise explained(error, raw, place) from None
+        others = ((name, study_type(name)) for name in KINDS)
+        raise explained(error, raw, place, lambda key: belongs(key, kind, others)) from None
     study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
     study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
@@ -213,12 +216,19 @@ def _name_parameters(raw: dict[str, Any], source: Path) -> None:
 def _model(raw: dict[str, Any], place: Places) -> type[Study]:
     """Model of the study for its kind of rig."""
     rig = raw.get("rig")
-    kind = rig.get("kind") if isinstance(rig, dict) else None
+    expected = ", ".join(f'"{name}"' for name in KINDS)
+    if not isinstance(rig, dict):
+        if "rig" not in raw and (meant := meant_as("rig", raw, Study.known_keys())):
+            raise StudyError(place(meant), "unknown key", "[rig]", 'Did you mean "rig"?')
+        got = "a list" if isinstance(rig, list) else "no table [rig]" if rig is None else shown(rig)
+        table = f"[rig] with kind = one of {expected}"
+        raise StudyError(place("rig" if "rig" in raw else ""), got, table, "")
+    kind = rig.get("kind")
     if isinstance(kind, str) and kind in KINDS:
         return study_type(kind)
-    expected = ", ".join(f'"{name}"' for name in KINDS)
     if kind is None:
-        raise StudyError(place("rig"), "no kind of rig", f"kind = one of {expected}", "")
+        do = in_place_of("kind", rig, (), KINDS)
+        raise StudyError(place("rig"), "no kind of rig", f"kind = one of {expected}", do)
     raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), KINDS))
 
 

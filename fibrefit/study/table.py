@@ -9,6 +9,9 @@ from pydantic_core import PydanticCustomError
 
 from fibrefit.core.errors import did_you_mean
 
+SAME = 0.8
+"""Likeness of words beyond which a key is taken for a slip of the pen, and below for one of another table first."""
+
 
 class StudyTable(BaseModel):
     """A table of a file a user writes."""
@@ -32,9 +35,8 @@ class StudyTable(BaseModel):
         for key in data if isinstance(data, dict) else ():
             if key not in cls.known_keys():
                 known = cls.known_keys()
-                raise PydanticCustomError(
-                    "unknown_key",
-                    "{key}",
-                    {"key": key, "expected": f"one of {', '.join(known)}", "do": did_you_mean(key, known)},
-                )
+                near = did_you_mean(key, known)
+                same = bool(did_you_mean(key, known, SAME))  # and thus meant, whatever else may be called so
+                said = {"key": key, "expected": f"one of {', '.join(known)}", "do": near, "same": same}
+                raise PydanticCustomError("unknown_key", "{key}", said)
         return data

@@ -131,6 +131,17 @@ REFUSED = {
     "misspelt key": (("weight_mass =", "wieght_mass ="), "rig.wieght_mass: unknown key", 'mean "weight_mass"?'),
     "key of another rig": (("fibre_mass = ", "wrap_angle = "), "rig.wrap_angle: unknown key", "one of weight_mass"),
     "misspelt kind": (('"fibre_mass"', '"fiber_mass"'), 'rig.kind: "fiber_mass"', 'mean "fibre_mass"?'),
+    "misspelt rig": (("[rig]", "[rigg]"), "study.toml, rigg: unknown key", 'mean "rig"?'),
+    "capitals": (("[rig]", "[RIG]"), "study.toml, RIG: unknown key", 'mean "rig"?'),
+    "rig of another name": (("[rig]", "[apparatus]"), "study.toml: no table [rig]", '"pulley_drive"'),
+    "several rigs": (("[rig]", "[[rig]]"), "rig: a list", "[rig] with kind"),
+    "misspelt kind of key": (("kind =", "knd ="), "rig: no kind of rig", 'mean kind in place of "knd"?'),
+    "kind by another name": (("kind =", "type ="), "rig: no kind of rig", 'mean kind in place of "type"?'),
+    "effects at the top": (("[rig]", "effects = []\n[rig]"), "study.toml, effects: unknown key", "stands under [model]"),
+    "parameter of a rig": (("[rig]", '[rig]\nstiffness = "1 N/m"'), "rig.stiffness", "Write [parameters.stiffness]"),
+    "condition of a rig": (("[rig]", '[rig]\nlift = "1 mm"'), "rig.lift: unknown key", "stands under [[records]]"),
+    "rig of another record": (('file = "two', 'added_mass = "1 kg"\nfile = "two'), "added_mass", "of pulley_drive and"),
+    "column of a channel": (('"Kraft"', '{colum = "Kraft"}'), "channels.force.colum: unknown key", 'mean "column"?'),
     "no kind": (('kind = "fibre_mass"\n', ""), "rig: no kind of rig", '"pulley_drive"'),
     "no mass": (('weight_mass = "3.096 kg"\n', ""), "records[0]: no weight_mass", "under [rig]"),
     "schema": (("study/1", "study/9"), 'schema: "fibrefit/study/9"', "fibrefit/study/1"),
@@ -172,6 +183,14 @@ def test_mistakes_are_explained(load: Loader, case: str) -> None:
     assert remedy in str(caught.value)
 
 
+def test_one_record_in_a_plain_table_is_told(load: Loader, folder: Path) -> None:
+    load()
+    head, first, _ = (folder / "study.toml").read_text("utf-8").split("[[records]]")
+    (folder / "study.toml").write_text(f"{head}[records]{first}", "utf-8")
+    with pytest.raises(StudyError, match=r"records: one table; expected a list. Write \[\[records\]\]"):
+        load_study(folder)
+
+
 def test_the_number_of_other_problems_is_told(load: Loader) -> None:
     with pytest.raises(StudyError, match="There is one more problem in it"):
         load(('"3.096 kg"', "3.096"), ('"heaviside"', '"heavyside"'))
@@ -208,6 +227,8 @@ def test_parameters_the_model_does_not_have(load: Loader) -> None:
         ("{kind='log_uniform', lower='0 N/m', upper='1 N/m'}", "logarithm"),
         ("{kind='log_normal', median='1 N/m', log_sd=-1}", "greater than 0"),
         ("{mean='1 N/m'}", 'no "kind"'),
+        ("{knd='normal', mean='1 N/m', sd='1 N/m'}", 'Did you mean kind in place of "knd"'),
+        ("{kind='normal', mean='1 N/m', std='1 N/m'}", r'unknown key.*Did you mean "sd"'),
     ],
 )
 def test_priors_that_make_no_sense(load: Loader, prior: str, says: str) -> None:
