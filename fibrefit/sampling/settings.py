@@ -12,6 +12,10 @@ FEWEST_ENSEMBLES = 4
 LARGEST_BATCH = 32
 MOST_WALKERS = 10_000
 """Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes."""
+USUAL_WALKERS = 32
+"""Of an ensemble, where nobody says how many."""
+MOST_DRAWS = 100_000_000
+"""A thousand times what is usual: of three parameters they take 2.4 GB."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,14 @@ class Settings:
         walkers = f"{MOST_WALKERS} walkers at most, of all ensembles together"
         self._refuse(self.ensembles > MOST_WALKERS, "ensembles", walkers)
         self._refuse(self.walkers is not None and self.walkers * self.ensembles > MOST_WALKERS, "walkers", walkers)
+        self._refuse(self.walkers is not None and self.walkers < 2, "walkers", "an even number, 2 or more")
         # Written so that a number that is none is refused too: it compares with nothing.
         self._refuse(not 1.0 < self.r_hat < math.inf, "r_hat", "a number above 1, such as 1.01")
         self._refuse(not 0.0 < self.ess < math.inf, "ess", "a positive number, such as 400")
         self._refuse(self.max_seconds is not None and not self.max_seconds >= 0.0, "max_seconds", "seconds, 0 or more")
         self._refuse(not self.checkpoint_seconds >= 0.0, "checkpoint_seconds", "seconds, 0 or more")
-        self._refuse(self.max_steps < 1, "max_steps", "1 or more")
+        most = MOST_DRAWS // (self.ensembles * (self.walkers or USUAL_WALKERS))
+        self._refuse(not 1 <= self.max_steps <= most, "max_steps", f"1 to {most}: draws are kept in memory")
         self._refuse(not 0.0 < self.interval < 1.0, "interval", "a probability between 0 and 1")
 
     def walkers_for(self, size: int) -> int:
@@ -78,7 +84,7 @@ class Settings:
         """
         fewest = 2 * size + 2
         if self.walkers is None:
-            return max(32, 3 * size + size % 2)
+            return max(USUAL_WALKERS, 3 * size + size % 2)
         self._refuse(self.walkers < fewest or self.walkers % 2 == 1, "walkers", f"an even number from {fewest} on")
         return self.walkers
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import fibrefit.workflow.discovery.discover as workflow
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.store import ResultDirectory, provenance, write_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -139,6 +140,7 @@ def test_show_prints_the_report_again(demo: Run, calls: list[Any]) -> None:
     ("words", "code", "says"),
     [
         (("--max-effects", "0"), 2, "0 is not in the range x>=1"),
+        (("--max-effects", "1000"), 2, f"max_effects: 1000; expected 1 to {len(CATALOGUE)}, as many as the catalogue"),
         (("--time", "0"), 2, "0 is not a time of 1 s or more."),
         (("--time", "5 mm"), 2, "expected"),
         (("--time", "soon"), 2, '"soon" is not a quantity'),

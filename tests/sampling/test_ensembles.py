@@ -227,7 +227,10 @@ def test_looks_come_at_steps_that_time_does_not_change() -> None:
         ({"r_hat": math.nan}, "r_hat: nan; expected a number above 1, such as 1.01."),
         ({"max_seconds": math.nan}, "max_seconds: nan; expected seconds, 0 or more."),
         ({"walkers": 10**8}, "walkers: 100000000; expected 10000 walkers at most, of all ensembles together."),
-        ({"max_steps": 0}, "max_steps: 0; expected 1 or more."),
+        ({"walkers": -4}, "walkers: -4; expected an even number, 2 or more."),
+        ({"max_steps": 0}, "max_steps: 0; expected 1 to 781250: draws are kept in memory."),
+        ({"max_steps": 10**12}, "max_steps: 1000000000000; expected 1 to 781250: draws are kept in memory."),
+        ({"max_steps": 10**5, "walkers": 1000}, "max_steps: 100000; expected 1 to 25000: draws are kept in memory."),
         ({"interval": 1.0}, "interval: 1.0; expected a probability between 0 and 1."),
     ],
 )

@@ -137,7 +137,7 @@ REFUSED = {
     "several rigs": (("[rig]", "[[rig]]"), "rig: a list", "[rig] with kind"),
     "misspelt kind of key": (("kind =", "knd ="), "rig: no kind of rig", 'mean kind in place of "knd"?'),
     "kind by another name": (("kind =", "type ="), "rig: no kind of rig", 'mean kind in place of "type"?'),
-    "effects at the top": (("[rig]", "effects = []\n[rig]"), "study.toml, effects: unknown key", "stands under [model]"),
+    "effects at the top": (("[rig]", "effects = []\n[rig]"), "effects: unknown key", "stands under [model]"),
     "parameter of a rig": (("[rig]", '[rig]\nstiffness = "1 N/m"'), "rig.stiffness", "Write [parameters.stiffness]"),
     "condition of a rig": (("[rig]", '[rig]\nlift = "1 mm"'), "rig.lift: unknown key", "stands under [[records]]"),
     "rig of another record": (('file = "two', 'added_mass = "1 kg"\nfile = "two'), "added_mass", "of pulley_drive and"),

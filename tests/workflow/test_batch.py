@@ -259,7 +259,7 @@ def test_parts_are_gathered(lifted: Path, tmp_path: Path) -> None:
     assert found.table() == alone.table()
 
 
-@pytest.mark.parametrize("said", ["0/3", "4/3", "3", "a/b", "-1/3"])
+@pytest.mark.parametrize("said", ["0/3", "4/3", "3", "a/b", "-1/3", pytest.param("1/" + "9" * 5000, id="long")])
 def test_a_part_that_is_none_is_refused(said: str) -> None:
     with pytest.raises(UsageError, match="i/n with i from 1 to n"):
         shard_of(said)

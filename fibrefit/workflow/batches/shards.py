@@ -10,6 +10,9 @@ from fibrefit.core.errors import UsageError
 
 Piece = TypeVar("Piece")
 
+DIGITS = 9
+"""Of the number of parts: more than any job array has, and fewer than Python or a folder's name takes."""
+
 
 def shard_of(said: str) -> tuple[int, int]:
     """Number and count of ``i/n``.
@@ -20,7 +23,8 @@ def shard_of(said: str) -> tuple[int, int]:
         If it is not two whole numbers, the first from 1 to the second.
     """
     number, _, count = said.partition("/")
-    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+    whole = number.isdecimal() and count.isdecimal() and max(len(number), len(count)) <= DIGITS
+    if not (whole and 1 <= int(number) <= int(count)):
         raise UsageError(
             f"--shard {said}", "not a part of a whole", "i/n with i from 1 to n", "For example --shard 3/20."
         )

@@ -17,6 +17,7 @@ from fibrefit.discovery.forward_selection import SECONDS, Limits
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import LAWS
 from fibrefit.fitting.result import Estimate
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.records import Record
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
@@ -58,8 +59,9 @@ class SearchOptions:
 
     def __post_init__(self) -> None:
         """Refuse what no search can do."""
-        if self.max_effects < 1:
-            raise UsageError("max_effects", str(self.max_effects), "1 or more")
+        if not 1 <= self.max_effects <= len(CATALOGUE):
+            expected = f"1 to {len(CATALOGUE)}, as many as the catalogue holds"
+            raise UsageError("max_effects", str(self.max_effects), expected)
         if not 0.0 <= self.seconds < float("inf"):
             raise UsageError("seconds", f"{self.seconds:g}", "a time in seconds")
         if not 0.0 <= self.least < float("inf"):
