@@ -12,6 +12,8 @@ MOST_CELLS = 30_000_000
 """Cells of a table of text, of which each takes up to 0.2 kB while it is read."""
 LARGEST_STUDY = 1 << 24
 """Bytes of a study or of a table of records."""
+MOST_PLANNED = 10_000_000
+"""Samples of all planned records of a study, of which each takes some hundred bytes: an hour at 2.8 kHz."""
 MOST_STARTS = 10_000
 """Of one search: hundreds of times what is usual, beyond which they take gigabytes and days."""
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 from fibrefit.core import allowance
@@ -12,6 +14,9 @@ from fibrefit.core.shown import printable
 
 _LONGEST = 260
 _PART = 1 << 20
+_LONGEST_STEM = 80
+_LONGEST_END = 7
+"""Letters of the end of a file's name, such as ``parquet``."""
 
 
 def shown_path(path: str | Path) -> str:
@@ -94,3 +99,38 @@ def sha256_of(path: Path) -> str:
         while part := file.read(_PART):
             found.update(part)
     return found.hexdigest()
+
+
+def without_end(name: str) -> str:
+    """The name that a person would guess: ``record_drop_5mm.png``, not ``record_drop_5mm_csv.png``."""
+    stem, _, end = name.rpartition(".")
+    return stem if stem and end.isalnum() and len(end) <= _LONGEST_END and not end.isdigit() else name
+
+
+def record_stems(names: Sequence[str]) -> list[str]:
+    """Name of the file of each record, without its ending; no two alike, even where capitals do not count.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the records: their files, as a study names them, or what it calls them.
+
+    Returns
+    -------
+    list of str
+        The last part of each name, without the ending of a file; the whole of it where another record has the same last
+        part, and a number behind it where that is the same too.
+    """
+    ends = [without_end(Path(name).name) for name in names]
+    common = Counter(end.casefold() for end in ends)
+    taken: set[str] = set()
+    found = []
+    for name, end in zip(names, ends, strict=True):
+        whole = without_end(name).replace("/", "_") if common[end.casefold()] > 1 else end
+        stem = first = whole.strip(".")[:_LONGEST_STEM] or "record"
+        number = 2
+        while stem.casefold() in taken:
+            stem, number = f"{first}_{number}", number + 1
+        taken.add(stem.casefold())
+        found.append(stem)
+    return found

@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from fibrefit.core.formats import formats_asked
+from fibrefit.core.paths import without_end
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of
 
 LONGEST_STEM = 80
-LONGEST_END = 7
-"""Letters of the end of a file's name, such as ``parquet``."""
 
 PACKED = 3
 """How hard a PNG is packed, of 9: the usual 6 takes half as long again for two in a hundred of its size."""
@@ -56,7 +55,7 @@ def save_figures(
     if kinds:
         folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for stem, figure in zip(file_names([_guessed(name) for name in figures]), figures.values(), strict=True):
+    for stem, figure in zip(file_names([without_end(name) for name in figures]), figures.values(), strict=True):
         if stop():
             break
         for kind in kinds:
@@ -85,12 +84,6 @@ def _told(kind: str, caption: str) -> dict[str, str | None]:
     if kind == "pdf":
         return {"Title": caption, "CreationDate": None}
     return {"Description": caption} if kind == "png" else {"Description": caption, "Date": None}
-
-
-def _guessed(name: str) -> str:
-    """The name that a person would guess: ``record_drop_5mm.png``, not ``record_drop_5mm_csv.png``."""
-    stem, _, end = name.rpartition(".")
-    return stem if stem and end.isalnum() and len(end) <= LONGEST_END and not end.isdigit() else name
 
 
 def file_names(names: list[str]) -> list[str]:

@@ -60,7 +60,8 @@ def _shape(said: Any) -> str:
     return "table" if isinstance(said, Mapping | ChannelTable) else "heading"
 
 
-Said = Annotated[Annotated[StrictStr, Tag("heading")] | Annotated[ChannelTable, Tag("table")], Discriminator(_shape)]
+Heading = Annotated[StrictStr, Field(min_length=1)]
+Said = Annotated[Annotated[Heading, Tag("heading")] | Annotated[ChannelTable, Tag("table")], Discriminator(_shape)]
 """A heading, or a table with column, unit and scale."""
 
 

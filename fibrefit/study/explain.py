@@ -20,6 +20,7 @@ EXPECTED = {
     "dict_type": "a table",
     "tuple_type": "a list",
     "string_too_short": "some text",
+    "string_pattern_mismatch": "text without a NUL",
     "string_too_long": "one character",
 }
 

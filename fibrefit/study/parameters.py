@@ -11,9 +11,13 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic_core import PydanticCustomError
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.scale import uncertain
-from fibrefit.study.quantity import quantity_in, refusal, shown
+from fibrefit.core.parameter import Parameter
+from fibrefit.core.scale import SMALLEST, uncertain
+from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
 from fibrefit.study.table import StudyTable
+
+FARTHEST = 10.0
+"""Standard deviations from its mean beyond which a normal prior allows nothing: less than 1e-23 of it lies there."""
 
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
 Written = StrictStr | StrictFloat
@@ -41,7 +45,7 @@ class LogNormalPrior(StudyTable):
 
     kind: Literal["log_normal"]
     median: Written
-    log_sd: Annotated[float, Field(gt=0)]
+    log_sd: Annotated[float, Field(gt=0, le=100.0)]
 
 
 class UniformPrior(StudyTable):
@@ -111,6 +115,19 @@ class PriorSetting:
     spread: float = math.nan
     lower: float = -math.inf
     upper: float = math.inf
+
+    @property
+    def lowest(self) -> float:
+        """Least value that it allows at all."""
+        return max(self.lower, -math.inf if math.isnan(self.centre) or self.kind == "log_normal" else self._tail(-1.0))
+
+    @property
+    def highest(self) -> float:
+        """Largest value that it allows at all."""
+        return min(self.upper, math.inf if math.isnan(self.centre) or self.kind == "log_normal" else self._tail(1.0))
+
+    def _tail(self, side: float) -> float:
+        return self.centre + side * FARTHEST * self.spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +204,36 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
     return ParameterSetting(name, unit, initial, lower, upper, table.fixed is not False, table.shared, prior)
 
 
+def check_possible(setting: ParameterSetting, declared: Parameter, place: Callable[[str], str]) -> None:
+    """Refuse a start, limits or a prior that leave a parameter no value of its physical range.
+
+    Parameters
+    ----------
+    setting : ParameterSetting
+    declared : Parameter
+        With the physical range.
+    place : callable
+        As for `setting_of`.
+
+    Raises
+    ------
+    StudyError
+        For the first of them.
+    """
+    low, high, unit = declared.lower, declared.upper, setting.unit
+    expected = f"{low:g} to {high:g} {unit}, in which {declared.name} can be"
+    if setting.initial is not None and not low <= setting.initial <= high:
+        key = ".fixed" if setting.fixed else ".initial"
+        raise StudyError(place(key), f"{setting.initial:g} {unit}", expected, CHECK_IT)
+    stated = low if setting.lower is None else setting.lower, high if setting.upper is None else setting.upper
+    if max(stated[0], low) >= min(stated[1], high):
+        raise StudyError(place(".bounds"), f"{stated[0]:g} to {stated[1]:g} {unit}", f"a part of {expected}", CHECK_IT)
+    prior = setting.prior
+    if prior is not None and (prior.highest < low or prior.lowest > high):
+        said = f"{prior.lowest:g} to {prior.highest:g} {unit} at the utmost"
+        raise StudyError(place(".prior"), said, f"a part of {expected}", CHECK_IT)
+
+
 def _number(written: Written, unit: str, where: str) -> float:
     """Number in `unit`: a bare one for a pure number, else text with a unit."""
     if unit == "-" and isinstance(written, float):
@@ -229,7 +276,8 @@ def _prior(
         )
     if isinstance(prior, LogNormalPrior):
         median = _positive(get("median", math.nan), unit, place(".prior.median"))
-        return PriorSetting(prior.kind, median, prior.log_sd, 0.0, upper)
+        log_sd = _positive(prior.log_sd, "-", place(".prior.log_sd"))
+        return PriorSetting(prior.kind, median, log_sd, 0.0, upper)
     if isinstance(prior, UniformPrior | LogUniformPrior):
         return PriorSetting(prior.kind, lower=lower, upper=upper)
     spread = _positive(get("sd", math.nan), unit, place(".prior.sd"))
@@ -241,6 +289,8 @@ def _prior(
 def _positive(value: float, unit: str, where: str) -> float:
     if value <= 0:
         raise StudyError(where, f"{value:g} {unit}", f"a value above 0 {unit}", "")
+    if value < SMALLEST:
+        raise StudyError(where, f"{value:g} {unit}", f"at least {SMALLEST:g} {unit}", CHECK_IT)
     return value
 
 

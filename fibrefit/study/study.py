@@ -18,10 +18,10 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.files.reading import Files, reading_arguments
-from fibrefit.study.parameters import ParameterSetting, ParameterTable, setting_of
+from fibrefit.study.parameters import ParameterSetting, ParameterTable, check_possible, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit
-from fibrefit.study.table import StudyTable
+from fibrefit.study.table import Name, StudyTable
 from fibrefit.study.toml import to_toml
 
 SCHEMA = "fibrefit/study/1"
@@ -62,7 +62,7 @@ class Study(Shown, StudyTable):
     base_parameters: ClassVar[dict[str, str]] = {}
 
     schema_name: Literal["fibrefit/study/1"] = Field(alias="schema")
-    name: StrictStr = Field(min_length=1)
+    name: Name
     rig: Any
     channels: Any
     units: dict[str, StrictStr] = Field(
@@ -176,14 +176,17 @@ class Study(Shown, StudyTable):
         Raises
         ------
         StudyError
-            If the study names a parameter that is not declared, or a quantity does not fit its unit.
+            If the study names a parameter that is not declared, a quantity does not fit its unit, or no value is left.
         """
         units = {name: parameter.unit for name, parameter in declared.items()}
         for name in self.parameters:
             if name not in units:
                 do = did_you_mean(name, units) or f"The model has {', '.join(units)}."
                 raise StudyError(self._place(f"parameters.{name}"), "unknown parameter", "one of the model", do)
-        return {name: self._setting(name, unit) for name, unit in units.items()}
+        settings = {name: self._setting(name, unit) for name, unit in units.items()}
+        for name, setting in settings.items():
+            check_possible(setting, declared[name], lambda key, name=name: self._place(f"parameters.{name}{key}"))  # type: ignore[misc]
+        return settings
 
     def check_parameters(self) -> None:
         """Refuse what can be seen to be wrong before the effects are known.

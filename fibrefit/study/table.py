@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StrictStr, model_validator
 from pydantic_core import PydanticCustomError
 
 from fibrefit.core.errors import did_you_mean
 
+Name = Annotated[StrictStr, Field(min_length=1, pattern=r"^[^\x00]*$")]
+"""What something is called: files of results hold no NUL."""
 SAME = 0.8
 """Likeness of words beyond which a key is taken for a slip of the pen, and below for one of another table first."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.paths import record_stems
 from fibrefit.core.shown import Card, Shown
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
@@ -126,10 +127,10 @@ class Simulation(Shown, Saved):
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``simulated/<record>.csv``, and ``result.h5`` with what was measured beside it."""
-        for r, trace in enumerate(self.task.traces):
+        for r, stem in enumerate(record_stems([trace.name for trace in self.task.traces])):
             headers, columns = self.table(r)
             rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
-            path = directory.path / "simulated" / f"{Path(trace.name).stem}.csv"
+            path = directory.path / "simulated" / f"{stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(path, "\n".join(rows) + "\n")
         origin = provenance(self.study, self.study.input_files())

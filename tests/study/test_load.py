@@ -146,6 +146,11 @@ REFUSED = {
     "no mass": (('weight_mass = "3.096 kg"\n', ""), "records[0]: no weight_mass", "under [rig]"),
     "schema": (("study/1", "study/9"), 'schema: "fibrefit/study/9"', "fibrefit/study/1"),
     "no schema": (('schema = "fibrefit/study/1"\n', ""), 'no "schema"', ""),
+    "name with NUL": (('"two drops"', '"two\\u0000drops"'), "study.toml, name", "text without a NUL"),
+    "record with NUL": (('file = "two', 'name = "a\\u0000b"\nfile = "two'), "records[1].name", "text without a NUL"),
+    "record without a name": (('file = "two', 'name = ""\nfile = "two'), 'records[1].name: ""', "some text"),
+    "file without a name": (('"two.csv"', '""'), 'records[1].file: ""', "some text"),
+    "heading without a name": (('"Kraft"', '""'), 'channels.force: ""', "some text"),
     "empty name": (('"two drops"', '""'), 'name: ""', "some text"),
     "law": (('"heaviside"', '"heavyside"'), 'model.tension_law: "heavyside"', 'mean "heaviside"?'),
     "effects": (('["guide.stribeck_friction"]', '"guide"'), 'model.effects: "guide"', "a list"),
@@ -266,3 +271,35 @@ def test_a_pendulum_needs_no_records(folder: Path) -> None:
         'anchor_distance = "1.2 m"\n'
     )
     assert load_study(folder).records == ()
+
+
+FREE = ('initial = "30 kN/m"\nbounds = ["1 kN/m", "300 kN/m"]\n', "")
+RANGED = DECLARED | {"stiffness": Parameter("stiffness", "N/m", "", 1e4, lower=10.0, upper=1e7, log=True)}
+IMPOSSIBLE = {
+    "a start of no stiffness": ("initial='-3 N/m'", "stiffness.initial=.*: -3 N/m; expected 10 to 1e\\+07 N/m"),
+    "a start beyond all": ("initial='1e9 N/m'", "1e\\+09 N/m; expected 10 to 1e\\+07 N/m, in which stiffness can be"),
+    "held where it cannot be": ("fixed='-11 kN/m'", "fixed.*: -11000 N/m; expected 10"),
+    "limits outside": ("bounds=['-5 N/m', '-1 N/m']", "-5 to -1 N/m; expected a part of 10 to 1e\\+07"),
+    "an even prior outside": (
+        "prior={kind='uniform', lower='-2 N/m', upper='-1 N/m'}",
+        "-2 to -1 N/m at the utmost; expected a part of 10",
+    ),
+    "a normal prior outside": ("prior={kind='normal', mean='-1e9 N/m', sd='1 N/m'}", "expected a part of 10 to"),
+    "a half of a prior outside": ("prior={kind='half_normal', sd='0.5 N/m'}", "0 to 5 N/m at the utmost"),
+    "a prior of no width": ("prior={kind='normal', mean='1 kN/m', sd='1e-300 N/m'}", "1e-300 N/m; expected at least"),
+    "a prior of no relative width": ("prior={kind='log_normal', median='1 kN/m', log_sd=1e-300}", "1e-300 -; expected"),
+}
+
+
+@pytest.mark.parametrize("case", IMPOSSIBLE)
+def test_what_leaves_a_parameter_no_value_is_refused(load: Loader, case: str) -> None:
+    """And not moved to the nearest limit without a word."""
+    written, says = IMPOSSIBLE[case]
+    with pytest.raises(StudyError, match=says):
+        load(FREE, overrides=(f"parameters.stiffness.{written}",)).settings(RANGED)
+
+
+@pytest.mark.parametrize("written", ["initial='10 N/m'", "fixed='1e7 N/m'", "bounds=['0 N/m', '20 N/m']"])
+def test_what_touches_the_range_is_not(load: Loader, written: str) -> None:
+    study = load(FREE, overrides=(f"parameters.stiffness.{written}",))
+    assert study.settings(RANGED)["stiffness"].lower in (None, 0.0)

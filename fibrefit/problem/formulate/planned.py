@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.allowance import MOST_PLANNED
 from fibrefit.core.errors import StudyError
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_of
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import stack
+from fibrefit.problem.statement.observations import FEWEST_READINGS, stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
@@ -51,11 +52,13 @@ def formulate_planned(study: Study, model: Model) -> Task:
     Raises
     ------
     StudyError
-        If a parameter has no initial value, or a record lacks a condition or an excitation.
+        If a parameter has no initial value, a record lacks a condition or an excitation, one is too short, or all
+        together are too long.
     """
     if model.rig.anchor is not None or model.rig.derived:
         do = "Name a file for each record."
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
+    _check_lengths(study)
     traces = tuple(in_order([_trace(record, model) for record in study.records]))
     layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
     noise = {channel: _noise(study, channel, traces[0].rate) for channel in model.rig.channels}
@@ -74,8 +77,26 @@ def formulate_planned(study: Study, model: Model) -> Task:
     )
 
 
+def _check_lengths(study: Study) -> None:
+    """Refuse records by what they declare: nothing is made of them before."""
+    together = 0
+    for record in study.records:
+        together += (size := _size(record))
+        if size < FEWEST_READINGS:
+            do = "Give it a longer duration, or a larger sampling_rate."
+            raise StudyError(record.label, f"a planned record of {size} samples", f"at least {FEWEST_READINGS}", do)
+        if together > MOST_PLANNED:
+            most = f"{MOST_PLANNED / 1e6:g} million at most, of all records together"
+            do = "Give it a shorter duration, or a smaller sampling_rate."
+            raise StudyError(record.label, f"a planned record of {size:.3g} samples", most, do)
+
+
+def _size(record: Any) -> int:
+    return round(record.duration * record.sampling_rate) + 1
+
+
 def _trace(record: Any, model: Model) -> Trace:
-    times = np.arange(round(record.duration * record.sampling_rate) + 1) / record.sampling_rate
+    times = np.arange(_size(record)) / record.sampling_rate
     conditions = conditions_of(record.label, model.rig, stated_of(record))
     for name, value in conditions.items():
         if np.isnan(value):

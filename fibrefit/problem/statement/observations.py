@@ -16,6 +16,8 @@ from fibrefit.simulation.model import Experiment
 
 BY_SAMPLE = ("record", "sample")
 """Dimensions of what every sample has, where it is written."""
+FEWEST_READINGS = 16
+"""Of a record: fewer tell no motion."""
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
 
@@ -56,8 +58,9 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
         If a record has fewer than 16 samples.
     """
     for trace in traces:
-        if len(trace.times) < 16:
-            raise DataError(trace.name, f"{len(trace.times)} samples", "at least 16", "Check how the file was read.")
+        if len(trace.times) < FEWEST_READINGS:
+            do = "Check how the file was read."
+            raise DataError(trace.name, f"{len(trace.times)} samples", f"at least {FEWEST_READINGS}", do)
     longest = max(len(trace.times) for trace in traces)
     size = -(-longest // LENGTH_STEP) * LENGTH_STEP
     experiment = Experiment(

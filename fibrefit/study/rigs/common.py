@@ -21,7 +21,7 @@ from fibrefit.study.quantity import (
     LengthNoise,
     refusal,
 )
-from fibrefit.study.table import StudyTable
+from fibrefit.study.table import Name, StudyTable
 
 
 def required(description: str) -> Any:
@@ -37,8 +37,8 @@ def optional(description: str) -> Any:
 class RecordTable(Shown, StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
-    file: StrictStr | None = optional("Measured data; relative to the study file.")
-    name: StrictStr | None = optional("Name in results; the file's name when absent.")
+    file: Name | None = optional("Measured data; relative to the study file.")
+    name: Name | None = optional("Name in results; the file's name when absent.")
     sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
     duration: Duration | None = optional("Length of a planned record.")
     parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")

@@ -1,0 +1,65 @@
+"""Records that are only planned: their length is counted before it is made, and each has a file of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fibrefit import load_study, simulate
+from fibrefit.core.allowance import MOST_PLANNED
+from fibrefit.core.errors import StudyError
+
+SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
+HELD = "".join(
+    f'[parameters.{name}]\nfixed = "{value}"\n'
+    for name, value in {"stiffness": "11 kN/m", "damping": "9 N s/m", "friction": "2 N"}.items()
+)
+
+
+def planned(folder: Path, *records: tuple[str, str, str]) -> Path:
+    """A study of planned drops: name, sampling rate and duration of each."""
+    head = (SERIES / "study.toml").read_text("utf-8").partition("[[records]]")[0]
+    rows = [
+        f'[[records]]\nname = "{name}"\nsampling_rate = "{rate}"\nduration = "{duration}"\nlift = "{5 + i} mm"\n'
+        'inclination = "90 deg"\nrelease = "0.1 s"\n'
+        for i, (name, rate, duration) in enumerate(records)
+    ]
+    (folder / "study.toml").write_text(head + HELD + "".join(rows), "utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("rate", "duration", "says"),
+    [
+        ("1 MHz", "1e9 s", r"1e\+15 samples; expected 10 million at most, of all records together"),
+        ("2 kHz", "1e6 s", r"2e\+09 samples; expected 10 million at most"),
+        ("1e15 Hz", "1e15 s", r"1e\+30 samples; expected 10 million at most"),
+        ("2 kHz", "1e-9 s", "a planned record of 1 samples; expected at least 16"),
+        ("1e-9 Hz", "1 s", "a planned record of 1 samples; expected at least 16"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_length_that_cannot_be_is_refused_before_it_is_made(
+    tmp_path: Path, rate: str, duration: str, says: str
+) -> None:
+    with pytest.raises(StudyError, match=says):
+        simulate(load_study(planned(tmp_path, ("one", rate, duration))))
+
+
+def test_the_records_of_a_study_are_counted_together(tmp_path: Path) -> None:
+    half = f"{0.6 * MOST_PLANNED / 2e3:g} s"
+    with pytest.raises(StudyError, match="two: a planned record of 6e.06 samples"):
+        simulate(load_study(planned(tmp_path, ("one", "2 kHz", half), ("two", "2 kHz", half))))
+
+
+def test_records_of_one_name_in_several_folders_do_not_replace_each_other(tmp_path: Path) -> None:
+    """Nor do those whose names differ only behind a point, or in capitals."""
+    names = ["monday/drop", "tuesday/drop", "drop_1.5", "drop_1.7", "Last", "last"]
+    study = planned(tmp_path, *((name, "2 kHz", "0.3 s") for name in names))
+    simulate(study).save(tmp_path / "out")
+    files = sorted((tmp_path / "out" / "simulated").iterdir())
+    assert [file.name for file in files] == [
+        "Last.csv", "drop_1.5.csv", "drop_1.7.csv", "last_2.csv", "monday_drop.csv", "tuesday_drop.csv",
+    ]  # fmt: skip
+    assert len({file.read_text("utf-8") for file in files}) == len(names)
