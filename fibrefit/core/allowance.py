@@ -60,3 +60,10 @@ def too_large(where: str, how: str, error: type[FibrefitError]) -> FibrefitError
     """Refusal of what is larger than any record of one experiment."""
     limit = f"{LARGEST / (1 << 30):.3g} GiB"
     return error(where, f"more than {limit} {how}", f"one experiment, {limit} at most", "Cut the file into parts.")
+
+
+def too_long(where: str, size: int, error: type[FibrefitError]) -> FibrefitError:
+    """Refusal of a planned record by its number of samples, with which those of its study are too many."""
+    most = f"{MOST_PLANNED / 1e6:g} million at most, of all records together"
+    do = "Give it a shorter duration, or a smaller sampling_rate."
+    return error(where, f"a planned record of {size:.3g} samples", most, do)

@@ -117,7 +117,7 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
     if kind == "unknown_key":
         return "unknown key", context["expected"], context["do"]
     if kind in ("missing", "union_tag_not_found"):
-        key = detail["loc"][-1] if kind == "missing" else context["discriminator"].strip("'")
+        key = str(detail["loc"][-1]) if kind == "missing" else context["discriminator"].strip("'")
         tags = re.findall(r"'([^']*)'", context.get("expected_tags", ""))
         return f'no "{key}"', "it to be given", in_place_of(key, found, (), tags) if isinstance(found, dict) else ""
     if kind in ("literal_error", "union_tag_invalid"):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.allowance import MOST_PLANNED
+from fibrefit.core.allowance import MOST_PLANNED, too_long
 from fibrefit.core.errors import StudyError
 from fibrefit.core.roles import ROLES
 from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_of
@@ -86,9 +86,7 @@ def _check_lengths(study: Study) -> None:
             do = "Give it a longer duration, or a larger sampling_rate."
             raise StudyError(record.label, f"a planned record of {size} samples", f"at least {FEWEST_READINGS}", do)
         if together > MOST_PLANNED:
-            most = f"{MOST_PLANNED / 1e6:g} million at most, of all records together"
-            do = "Give it a shorter duration, or a smaller sampling_rate."
-            raise StudyError(record.label, f"a planned record of {size:.3g} samples", most, do)
+            raise too_long(record.label, size, StudyError)
 
 
 def _size(record: Any) -> int:

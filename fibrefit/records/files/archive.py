@@ -48,7 +48,7 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             with gzip.open(io.BytesIO(data)) as file:
                 _count(file, Allowance(where, DataError))
                 file.seek(0)
-                return file.read(), name.removesuffix(".gz")
+                return _once(file.read(), name.removesuffix(".gz"), where)
         if data.startswith((_ZIP, _EMPTY_ZIP)):
             return _from_zip(data, name, where)
     except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
@@ -76,4 +76,12 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             do = "Unpack it, and name the file that is meant."
             raise DataError(where, f"an archive that holds {len(measured)} files ({names})", "one measurement file", do)
         Allowance(where, DataError).take(measured[0].file_size)
-        return archive.read(measured[0]), measured[0].filename
+        return _once(archive.read(measured[0]), measured[0].filename, where)
+
+
+def _once(content: bytes, name: str, where: str) -> tuple[bytes, str]:
+    """Refuse what is packed again, and would be taken for a text; a spreadsheet is a packed file by itself."""
+    if content.startswith((_GZIP, _ZIP, _EMPTY_ZIP)) and not name.casefold().endswith((".xlsx", ".xlsm")):
+        got = f"an archive in an archive ({name[:60]})"
+        raise DataError(where, got, "one measurement file in it", "Unpack it, and name the file that is meant.")
+    return content, name

@@ -170,9 +170,10 @@ class _Hdf5:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
         tree = _said(group)
         units_of = {}
-        for name, item in group.items():
+        for name in group:
             if name.startswith("#"):
                 continue
+            item = self._own(group, name)
             tree[name] = self.item(item)
             unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
             if unit:
@@ -185,6 +186,23 @@ class _Hdf5:
         if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
             tree["units"] = units_of
         return tree
+
+    def _own(self, group: Any, name: str) -> Any:
+        """What stands in the file itself: of another one, which may change or be anybody's, no digest is kept."""
+        link = group.get(name, getlink=True)
+        if elsewhere := getattr(link, "filename", ""):
+            raise self._refusal(name, elsewhere)
+        item = group[name]
+        others = [] if hasattr(item, "items") else [file for file, *_ in item.external or ()]
+        if not hasattr(item, "items") and item.is_virtual:
+            others += [source.file_name for source in item.virtual_sources() if source.file_name != "."]
+        if others:
+            raise self._refusal(name, others[0])
+        return item
+
+    def _refusal(self, name: str, elsewhere: str) -> DataError:
+        got = f'"{name}" is kept in another file, "{elsewhere}"'
+        return DataError(self.allowed.where, got, "one file with all that was measured", "Copy it into one file.")
 
     def item(self, item: Any) -> Any:
         """The same for all else: texts are arrays of codes, lists are arrays of references."""
