@@ -61,6 +61,24 @@ def _numbers(found: Any) -> tuple[Any, ...]:
     return found.value, found.std_error, *(found.interval_95 or (None, None)), found.unit
 
 
+def inspection_frame(document: Mapping[str, Any]) -> pd.DataFrame:
+    """What was understood of files, one row a column of a file.
+
+    Parameters
+    ----------
+    document : mapping
+        What ``inspect`` tells programs.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``file``, ``header``, ``name``, ``unit``, ``si``, ``samples``, ``valid``, ``masked``, ``minimum``, ``maximum``
+        in `si`, and so on. A file that was not understood has no row.
+    """
+    rows = [{"file": one["file"], **column} for one in document["files"] for column in one.get("columns", ())]
+    return pd.DataFrame(rows)
+
+
 def covariance_frame(groups: Groups) -> pd.DataFrame:
     """Covariance of all free values, in the products of their SI units, labelled on both sides.
 

@@ -8,9 +8,9 @@ from typing import Any
 import pandas as pd
 
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
-from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.part import Z_95, Part
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.tables.frames import parameter_frame
+from fibrefit.tables.frames import COLUMNS, parameter_frame
 
 
 def result_frame(summary: Part) -> pd.DataFrame:
@@ -26,7 +26,7 @@ def result_frame(summary: Part) -> pd.DataFrame:
     pandas.DataFrame
         Of a fit, a discovery, a posterior, a prediction, a batch or a sweep one row a value, see
         `parameter_frame`; of ``distinguish`` one row an effect, of ``plan`` one row a further record,
-        of a series one row a record and parameter.
+        of a series one row a record and parameter, see `values_frame`.
     """
     return FRAMES.get(type(summary), parameter_frame)(summary)
 
@@ -55,7 +55,7 @@ def _further(summary: PlanSummary) -> pd.DataFrame:
 
 
 def _records(summary: SeriesSummary) -> pd.DataFrame:
-    """``record``, ``parameter``, ``value`` and ``std_error`` in ``unit``, and the record's conditions in SI units."""
+    """As `values_frame`, of the summary alone."""
     rows = [
         {
             "record": record,
@@ -68,7 +68,26 @@ def _records(summary: SeriesSummary) -> pd.DataFrame:
         for record, found in summary.records.items()
         for name, own in found.parameters.items()
     ]
-    return pd.DataFrame(rows)
+    return values_frame(pd.DataFrame(rows))
+
+
+def values_frame(tidy: pd.DataFrame) -> pd.DataFrame:
+    """Values of single records as any result tells its values, conditions behind them.
+
+    Parameters
+    ----------
+    tidy : pandas.DataFrame
+        One row a record and parameter: ``record``, ``parameter``, ``value``, ``std_error``, ``unit`` and conditions.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The columns of `parameter_frame`, of which ``low`` and ``high`` are the ends of the 95 % interval of a normal
+        law, then the conditions.
+    """
+    half = Z_95 * tidy["std_error"]
+    told = tidy.rename(columns={"parameter": "name"}).assign(low=tidy["value"] - half, high=tidy["value"] + half)
+    return told[[*COLUMNS, *(name for name in told.columns if name not in COLUMNS)]]
 
 
 FRAMES: dict[type[Part], Callable[[Any], pd.DataFrame]] = {

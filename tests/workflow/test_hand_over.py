@@ -161,7 +161,9 @@ def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path
     seen.save(tmp_path / "seen")
     inspected = fibrefit.load_result(tmp_path / "seen")
     assert isinstance(inspected, StoredInspection)
-    assert len(inspected.to_dataframe()) == len(seen.seen)
+    pd.testing.assert_frame_equal(inspected.to_dataframe(), seen.to_dataframe(), check_dtype=False)
+    assert inspected.report() == seen.report()
+    assert inspected.document() == json.loads(seen.content())
     assert len(repr(inspected).splitlines()) == len(repr(simulated).splitlines()) == len(repr(seen).splitlines()) == 2
 
 
@@ -265,3 +267,14 @@ def test_strong_correlations_are_told_and_weak_ones_not(fit: Fit) -> None:
             strong = abs(matrix.loc[a, b]) > 0.7
             assert ((a, b) in told) == strong
             assert not strong or told[a, b] == pytest.approx(matrix.loc[a, b])
+
+
+def test_values_of_a_series_have_the_columns_of_any_values_and_its_conditions(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text(EXAMPLES["fibrefit/series/1"].model_dump_json(by_alias=True))
+    from_summary = fibrefit.load_result(tmp_path).to_dataframe()
+    assert list(from_summary.columns)[: len(COLUMNS)] == COLUMNS
+    tidy = {"record": ["a"], "parameter": ["damping"], "value": [10.0], "std_error": [1.0], "unit": ["N s/m"]}
+    pd.DataFrame(tidy | {"lift [m]": [0.01]}).to_parquet(tmp_path / "table.parquet")
+    told = fibrefit.load_result(tmp_path).to_dataframe()
+    assert list(told.columns) == [*COLUMNS, "lift [m]"]
+    assert told.loc[0, ["low", "high"]].tolist() == pytest.approx([8.04, 11.96], abs=1e-3)

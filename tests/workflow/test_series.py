@@ -18,6 +18,7 @@ from fibrefit.report.any import report_of
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
 from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.workflow.outcome.stored import load_result
 from fibrefit.workflow.together.series import SeriesResult, series_study
 from tests.fitting import made
 
@@ -90,6 +91,7 @@ def test_the_result_is_for_programs_and_for_persons(lawful: SeriesResult, saved:
         pandas.read_parquet(saved / "table.parquet"), pandas.read_csv(saved / "table.csv"), rtol=1e-8, check_dtype=False
     )
     assert {path.stem for path in (saved / "figures").glob("*.png")} == {"answer", "population", "trends"}
+    pandas.testing.assert_frame_equal(lawful.to_dataframe(), load_result(saved).to_dataframe())
 
 
 def test_the_study_of_the_winning_model_begins_at_its_values(lawful: SeriesResult, saved: Path) -> None:

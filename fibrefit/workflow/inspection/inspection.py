@@ -95,10 +95,9 @@ class Inspection(Shown):
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a column of a file: header, unit, samples, range, what is masked."""
-        import pandas as pd
+        from fibrefit.tables.frames import inspection_frame
 
-        rows = [{"file": one.understood["file"], **c} for one in self.seen for c in one.understood.get("columns", ())]
-        return pd.DataFrame(rows)
+        return inspection_frame(self.document())
 
     def plot(self) -> Figures:
         """One figure a file."""

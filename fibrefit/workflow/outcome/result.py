@@ -79,7 +79,8 @@ class AnyResult(Shown, ABC):
         -------
         pandas.DataFrame
             Columns ``name``, ``record`` (missing where all records share it), ``value``, ``std_error``, ``low``,
-            ``high``, ``unit``. Of a posterior they are mean, standard deviation and ends of the interval.
+            ``high``, ``unit``. Of a posterior they are mean, standard deviation and ends of the interval; of a series
+            the conditions of each record follow.
         """
         from fibrefit.tables.kinds import result_frame
 

@@ -98,11 +98,13 @@ class StoredResult(AnyResult):
         return _figures(self.folder)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """As of the result that was saved; of a series its ``table.parquet``, whose columns carry their units."""
+        """As of the result that was saved; of a series with the conditions of ``table.parquet``."""
         if (table := self.folder / "table.parquet").is_file() and self.kind == "series":
             import pandas as pd
 
-            return pd.read_parquet(table)
+            from fibrefit.tables.kinds import values_frame
+
+            return values_frame(pd.read_parquet(table))
         return super().to_dataframe()
 
     def _place(self) -> str:
@@ -125,8 +127,7 @@ class StoredInspection(Shown):
     folder: Path
 
     @cached_property
-    def document(self) -> dict[str, Any]:
-        """What ``inspect`` tells programs."""
+    def _document(self) -> dict[str, Any]:
         path = self.folder / INSPECTION
         content = read_plain_file(path, "what fibrefit has written", DataError, most=LARGEST_SUMMARY)
         try:
@@ -134,11 +135,27 @@ class StoredInspection(Shown):
         except (ValueError, RecursionError) as error:
             raise DataError(str(path), f"not JSON: {error}", "what fibrefit has written") from None
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """One row a file."""
-        import pandas as pd
+    def document(self) -> dict[str, Any]:
+        """For a program, as when it was made."""
+        return self._document
 
-        return pd.json_normalize(self.document["files"])
+    def report(self) -> str:
+        """In words, as when it was made.
+
+        Raises
+        ------
+        DataError
+            If its text is gone.
+        """
+        path = self.folder / "inspection.txt"
+        content = read_plain_file(path, "what fibrefit has written", DataError, most=LARGEST_SUMMARY)
+        return content.decode("utf-8", "replace").rstrip("\n")
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a column of a file: header, unit, samples, range, what is masked."""
+        from fibrefit.tables.frames import inspection_frame
+
+        return inspection_frame(self._document)
 
     @property
     def figures(self) -> dict[str, Path]:
@@ -146,7 +163,7 @@ class StoredInspection(Shown):
         return _figures(self.folder)
 
     def _card(self) -> Card:
-        return Card(f"Inspection in {self.folder}", f"files: {len(self.document['files'])}")
+        return Card(f"Inspection in {self.folder}", f"files: {len(self._document['files'])}")
 
 
 @dataclass(frozen=True, repr=False)
@@ -208,8 +225,8 @@ def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSim
     StoredResult, StoredInspection or StoredSimulation
         Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
         ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``,
-        ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``document`` and ``to_dataframe()``.
-        Of ``simulate``: ``records`` and ``plot()``.
+        ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``report()``, ``document()``,
+        ``to_dataframe()``. Of ``simulate``: ``records``, ``to_dataframe()`` and ``plot()``.
 
     Raises
     ------

@@ -134,7 +134,20 @@ class SeriesResult(FoundResult):
         return files.series_groups(self.verdict, self.names)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """One row a record and base parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
+        """One row a record and base parameter.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``name``, ``record``, ``value``, ``std_error``, ``low``, ``high``, ``unit``, then every condition and the
+            speed at which each parameter was told, SI units.
+        """
+        from fibrefit.tables.kinds import values_frame
+
+        return values_frame(self._tidy())
+
+    def _tidy(self) -> pd.DataFrame:
+        """One row a record and base parameter, as ``table.csv`` and ``table.parquet`` hold it."""
         from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows
 
         return tidy_frame(tidy_rows(self.names, self.parameters, self._with_speeds))
@@ -143,7 +156,7 @@ class SeriesResult(FoundResult):
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model and the table."""
         winner = files.winning_study(self.study, self.verdict)
         write_parts(directory, self.summary(), self.groups(), winner)
-        write_table(directory.path / "table", self.to_dataframe())
+        write_table(directory.path / "table", self._tidy())
 
 
 @one_blas_thread
