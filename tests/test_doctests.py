@@ -12,7 +12,7 @@ import pytest
 import fibrefit
 
 #: Examples that take a minute: they run with the long studies.
-LONG = ("batch", "confuse", "discover", "distinguish", "read_batch", "sample", "series_of", "sweep")
+LONG = ("series_of",)
 
 
 def examples_of(thing: Any, name: str) -> list[doctest.DocTest]:

@@ -108,7 +108,7 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
 
     Examples
     --------
-    >>> said = ["sweep.lowest=4 Hz", "sweep.highest=4.5 Hz"]
+    >>> said = ["sweep.lowest=4.4 Hz", "sweep.highest=4.5 Hz"]
     >>> found = fibrefit.sweep(fibrefit.load_study(fibrefit.example("pendulum"), said))
     >>> float(found.curves[0].frequencies.max())
     4.5

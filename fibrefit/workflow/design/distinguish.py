@@ -114,9 +114,10 @@ def confuse_study(
 
     Examples
     --------
-    >>> found = fibrefit.distinguish(fibrefit.example("drop_series"), only=["guide.*"])
-    >>> "guide.viscous_friction" in [one.effect for one in found.confusion.directions]
-    True
+    >>> drop = fibrefit.example("drop_series") / "holdout"
+    >>> found = fibrefit.distinguish(drop, only=["guide.viscous_friction", "guide.stribeck_friction"])
+    >>> found.to_dataframe()["effect"].tolist()
+    ['guide.viscous_friction', 'guide.stribeck_friction']
     """
     began, study = time.perf_counter(), as_study(study)
     on_progress = progress or quiet

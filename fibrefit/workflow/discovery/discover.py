@@ -176,7 +176,7 @@ def discover_study(
     seed : int
         Of the scatter of starts; the same seed gives the same result.
     seconds : float
-        After which there is an answer: the best so far, and what was not tried.
+        Time in s after which there is an answer: the best so far, and what was not tried.
     least : float
         Smallest strength of interest, the rms of what an effect explains over that of the noise: what is there but
         smaller is told, not added. It takes no part in the test of whether an effect is there.
@@ -190,6 +190,9 @@ def discover_study(
     Returns
     -------
     Discovery
+        With ``verdict``, ``added`` (the effects that account for it), ``parameters`` of the final model in SI units,
+        ``status``, ``report()``, ``summary()``, ``to_dataframe()``, ``residuals``, ``plot()``, ``predict(study)`` and
+        ``save(folder)``.
 
     Raises
     ------
@@ -202,9 +205,12 @@ def discover_study(
 
     Examples
     --------
-    >>> found = fibrefit.discover(fibrefit.example("drop_series"), only=["guide.*"])
-    >>> found.verdict
-    'nothing_missing'
+    >>> drop = fibrefit.example("drop_series") / "holdout"
+    >>> found = fibrefit.discover(drop, only=["guide.viscous_friction"])
+    >>> found.verdict, found.added
+    ('nothing_missing', ())
+    >>> list(found.to_dataframe().columns)
+    ['name', 'record', 'value', 'std_error', 'low', 'high', 'unit']
     """
     study = as_study(study)
     options = SearchOptions(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds, least)

@@ -277,7 +277,8 @@ def read_batch(path: str | Path) -> pd.DataFrame:
 
     Examples
     --------
-    >>> table = fibrefit.read_batch(fibrefit.batch(fibrefit.example("drop_series"), "results/each", starts=1).folder)
+    >>> drop = fibrefit.example("drop_series") / "holdout"
+    >>> table = fibrefit.read_batch(fibrefit.batch(drop, "results/each", starts=1, processes=1).folder)
     >>> table["status"].unique().tolist()
     ['ok']
     """

@@ -224,9 +224,10 @@ def sample(
 
     Examples
     --------
-    >>> posterior = fibrefit.sample(fibrefit.example("drop_series"))
-    >>> posterior.status
-    'ok'
+    A first look at one record; numbers to be used take the settings as they are.
+
+    >>> drop = fibrefit.example("drop_series") / "holdout"
+    >>> posterior = fibrefit.sample(drop, noise="white", ess=50, max_steps=200, r_hat=1.2)
     >>> low, high = posterior.parameters["stiffness"].interval
     >>> bool(low < posterior.draws["stiffness"].mean() < high)
     True
