@@ -98,7 +98,8 @@ def estimates(
                 value=value,
                 std_error=error,
                 interval_95=(low, high),
-                at_bound=judge.at_bound(value, error, limits),
+                # What the model lacks makes a value less sure; it does not bring it to a limit.
+                at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
                 interval_kind="population" if differs else "normal",
                 std_errors={name: float(column[i]) for name, column in errors.items()},
                 plain_value=math.nan if plain is None else float(plain.values[i]),

@@ -45,10 +45,13 @@ class ErrorBars:
     covariances : mapping of method to (n_free, n_free)
     method : str
         The one that is believed.
+    of_noise : str
+        The one that was believed before what the model lacks was allowed for; empty where nothing was.
     """
 
     covariances: Mapping[str, np.ndarray]
     method: str
+    of_noise: str = ""
 
     @property
     def covariance(self) -> np.ndarray:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fibrefit.fitting.error_bars import ErrorBars
+from fibrefit.fitting.error_bars import ErrorBars, estimates
 from fibrefit.fitting.misfit.discrepancy import CELLS, METHOD, PARTS, _cells, _without_parts, with_discrepancy
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
 from fibrefit.problem.diagnose.phases import FORWARDS, HELD, Motion
+from fibrefit.problem.statement.transform import Range
 
 SAMPLES = 4800
 TRUTH = 2.0
@@ -108,3 +110,17 @@ def test_parts_that_tell_nothing_are_no_fault() -> None:
     columns, force = decaying(1)
     _, scores = scores_of(columns, force)
     assert not _without_parts(replace(scores, slopes=0.0 * scores.slopes)).any()
+
+
+def test_what_the_model_lacks_brings_no_value_to_a_limit() -> None:
+    """A value in the middle of its range is told as not determined, however wide its bars become."""
+    slot = SimpleNamespace(name="friction", unit="N", range=Range(0.0, 1000.0, 10.0))
+    problem = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), slots=(), records=()))
+    narrow, wide = np.array([[400.0]]), np.array([[1e10]])
+    told = {
+        value: estimates(problem, np.array([value]), ErrorBars({"white": narrow, METHOD: wide}, METHOD, "white"))[0]  # type: ignore[arg-type]
+        for value in (690.0, 999.0)
+    }
+    assert not told[690.0].at_bound
+    assert told[690.0].interval_95 == (0.0, 1000.0)
+    assert told[999.0].at_bound

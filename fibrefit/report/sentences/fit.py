@@ -74,7 +74,7 @@ def _starts(check: Check) -> str:
     says = f"{facts['agreeing']} of {facts['tried']} starts ended in the best minimum."
     if facts["others"]:
         says += f" {facts['others']} ended in others, the nearest with residuals {facts['excess']:.3g} times as large"
-        says += ": bounces matched in the wrong order are such minima."
+        says += ": bounces or swings that are matched with others than their own make such minima."
     if (lost := facts["lost"]) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
     if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:

@@ -7,7 +7,7 @@ from tests.records.exports.benches import BENCHES
 from tests.records.exports.cells import CELLS
 from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
-from tests.records.exports.containers import CONTAINERS
+from tests.records.exports.containers import BOXES, CONTAINERS
 from tests.records.exports.desks import DESKS
 from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER, LAST
@@ -32,4 +32,5 @@ KINDS: dict[str, list[Export]] = {
     "cells": CELLS,
     "later": LATER,
     "last": LAST,
+    "boxes": BOXES,
 }

@@ -363,3 +363,11 @@ add(
 )
 add("a legend of columns", "# col1: time/s\n# col2: force/N\n# col3: position/mm\n" + lines(tfu(" ")), suffix=".dat")
 add("gnuplot, a key behind a sign", "#t F x\n#[s] [N] [mm]\n" + lines(tfu(" ")), suffix=".dat")
+add(
+    "a force logger of a rope",
+    "AA:10:02\n03.11.23\n10:00:00\nLogNo=007\nUnit=N\nMode=ABS\nRelZero=0.00\nSpeed=2000\nTrig=0.50\nPre=1\nTotal=11\n"
+    + lines(lambda i: f"{FORCE[i]:.3f}"),
+    position=None,
+    refused="heading|columns",
+    remedy={"columns": ("force [N]",), "rate": RATE},
+)
