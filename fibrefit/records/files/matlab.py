@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,6 +40,10 @@ _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_str
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
+#: What netCDF writes behind the unit of times.
+_SINCE = re.compile(r"\s+since\s.*", re.DOTALL)
+#: Units that end the name of a rate or a step: `fs_kHz`.
+_IN_NAMES = ("s", "ms", "us", "ns", "hz", "khz")
 #: Names of a vector that say nothing.
 _BARE = ("data", "values", "value", "y")
 #: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
@@ -248,6 +253,8 @@ def _said(item: Any) -> dict[str, Any]:
             said[key] = array
         elif array.ndim == 1 and array.dtype.kind in "OSU":
             said[key] = [_text(text) for text in array]
+        elif isinstance(value, str | bytes) and key.endswith(("_unit", "_units")):
+            said[key] = _text(value)
     return said
 
 
@@ -267,7 +274,10 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             yield from _columns(value, f"{header}.")
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
             unit = given if isinstance(given, str) else _unit_of(given, key)
-            worth = tree.get(_WORTH, {}).get(key, "") or (worth_told(_beside(tree), value) if _is_bare(header) else "")
+            unit = unit and _SINCE.sub("", unit)
+            worth = tree.get(_WORTH, {}).get(key, "") or worth_told(
+                _beside(tree, "" if _is_bare(header) else key), value
+            )
             yield replace(_column(_told_name(by_key, prefix, header), unit, value), worth=worth)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
             yield from _matrix(header, value, names, given)
@@ -278,9 +288,10 @@ def _is_bare(header: str) -> bool:
     return "." in header and header.rpartition(".")[2].casefold() in _BARE
 
 
-def _beside(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Single numbers of a structure."""
-    return {key: value for key, value in tree.items() if isinstance(value, np.ndarray) and value.size == 1}
+def _beside(tree: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Single numbers of a structure that begin with the same word as a vector; all of them where it has no name."""
+    single = {key: value for key, value in tree.items() if isinstance(value, np.ndarray) and value.size == 1}
+    return {key: value for key, value in single.items() if not name or tokens(key)[:1] == tokens(name)[:1] != []}
 
 
 def _told_name(by_key: Mapping[str, Any], prefix: str, header: str) -> str:
@@ -321,14 +332,24 @@ def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:
 
 def _facts(tree: Mapping[str, Any]) -> Facts:
     """Rate from a scalar `fs` or `dt`, in SI as MATLAB users keep them."""
-    lines = [f"{key} = {float(value)}" for key, value in _scalars(tree) if tokens(key)[-1:] != ["samples"]]
-    hints = [f"{line} Hz" for line in lines] + [f"{line} s" for line in lines]
+    found = [(key, f"{key} = {float(value)}", unit) for key, value, unit in _scalars(tree)]
+    hints = [
+        f"{line} {unit}"
+        for key, line, said in found
+        if tokens(key)[-1:] != ["samples"]
+        for unit in ((said,) if said else ("Hz", "s"))
+    ]
     return find_facts(hints)
 
 
-def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+    """Single numbers with their names and the units that are told of them, beside them or in the name."""
+    given = next((value for key, value in tree.items() if key.casefold() in _UNITS), None)
     for key, value in tree.items():
         if isinstance(value, dict):
             yield from _scalars(value)
         elif isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "iuf":
-            yield key, value
+            words = key.casefold().split("_") if "_" in key else tokens(key)  # tokens would part kHz
+            beside = next((tree[name] for name in (f"{key}_unit", f"{key}_units") if name in tree), None)
+            named = words[-1] if len(words) > 1 and words[-1] in _IN_NAMES else ""
+            yield key, value, beside if isinstance(beside, str) else _unit_of(given, key) or named

@@ -48,7 +48,10 @@ _WANTED |= _words("consigne consigna vorgabe")
 _NOT_MEASURED = _WANTED | _words("raw rohwert")
 
 #: Words that tell what goes with a quantity from the quantity itself.
-_BESIDE = _words("error err std stdev sigma deviation uncertainty fehler abweichung regelabweichung chyba odchylka")
+_BESIDE = _words(
+    "error errors err uncertainty uncertainties std stdev sigma deviation fehler abweichung chyba odchylka"
+)
+_BESIDE |= _words("regelabweichung")
 
 #: Names of a column that only counts rows.
 _COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")

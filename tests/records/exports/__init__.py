@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from tests.records.exports.base import Export
 from tests.records.exports.benches import BENCHES
+from tests.records.exports.boxes import BOXES
 from tests.records.exports.cells import CELLS
 from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
-from tests.records.exports.containers import BOXES, CONTAINERS
+from tests.records.exports.containers import CONTAINERS
 from tests.records.exports.desks import DESKS
 from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER, LAST
