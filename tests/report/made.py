@@ -47,7 +47,11 @@ def search() -> Result:
         parts = [(clean[c] + share * (values[c] - clean[c]) - observed[c]) / NOISE[c] for c in units]
         return np.nan_to_num(np.stack(parts, axis=1))
 
-    states = {"position": (position, "m"), "speed": (speed, "m/s"), "tension": (tension, "N")}
+    taut = position > 0.0
+    states = {
+        "position": (position, "m"), "speed": (speed, "m/s"), "tension": (tension, "N"),
+        "stretch": (np.where(taut, position, 0.0), "m"), "stretch_rate": (np.where(taut, speed, 0.0), "m/s"),
+    }  # fmt: skip
     rounds = {
         **name,
         "channel": Variable(np.array(list(units), dtype=object), ("channel",)),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.roles import STATES
 from fibrefit.report.page import page
 from tests.report.made import COUNT, NOISE, PLACE, RATE, TIMES, batch, motion, search
 
@@ -226,6 +227,8 @@ def test_the_readout_tells_the_sample_under_the_cursor(seen: Tab) -> None:
     assert float(rows.first.locator("td").first.inner_text()) == pytest.approx(force, abs=0.01)
     assert rows.locator("th").all_inner_texts() == ["measured", "first model", "final model"]
     assert told("speed") == pytest.approx(1e3 * speed[0, at], rel=0.02, abs=0.1)
+    assert told("tension") == pytest.approx(search().groups["motion"]["tension"].values[0, at], rel=0.02, abs=0.1)
+    assert {"position", "stretch", "stretch rate"} <= {name for name in STATES if re.search(rf"\b{name} -?[\d.]", said)}
     assert ("slack", "taut, loading", "taut, unloading")[phase[0, at] - 1] in said
 
 
