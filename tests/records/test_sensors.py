@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.records import Table, read_table
+from fibrefit.records.columns.damage import flat_stretches
 
 N = 4000
 TIME = np.arange(N) / 2000.0
@@ -161,3 +162,19 @@ def test_a_lone_outlier_is_reported_and_kept(read: Callable) -> None:
     assert masked(table) == [{}, {}]
     assert table.column("F [N]").outliers == (300,)
     assert any("has 1 lone outlier (at 0.15 s); kept" in note for note in table.notes)
+
+
+def test_a_run_that_is_likely_in_the_middle_of_a_step_is_not_stuck() -> None:
+    """Of readings that mostly lie at edges of steps: what runs are around says little of one in the middle."""
+    for seed in range(40):
+        rng = np.random.default_rng([seed, 4])
+        drive = 0.005 * np.round(np.linspace(0.0, 40.0, N) + 1.17 * rng.standard_normal(N))
+        drive[1000:1012] = drive[1000]
+        assert not flat_stretches(drive, 0.001).stuck.any()
+
+
+def test_a_drive_that_froze_among_such_noise_is_stuck() -> None:
+    rng = np.random.default_rng(4)
+    drive = 0.005 * np.round(np.cumsum(rng.standard_normal(N)) * 0.2 + 2.0 * rng.standard_normal(N))
+    drive[1000:1060] = drive[1000]
+    assert flat_stretches(drive, 0.001).stuck[1000:1060].all()

@@ -253,12 +253,14 @@ def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> j
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
     """Those of `effects` that share a frame with one of them: its kind, as a model with all effects takes long to run.
 
-    One that makes the equations of motion stiff would slow down all others, and stays alone. So does a law of the fibre
-    where they are `stiff` already: its memory is a state of each segment, and a step solves for all of them together.
+    One that makes the equations of motion stiff would slow down all others, and stays alone. So does a law with a
+    memory where they are `stiff` already: that is a state of each segment of a fibre, and a step solves for all of them
+    together.
     """
-    if effect.stiff or (stiff and effect.name.startswith("fibre.")):
+    alone = lambda other: other.stiff or (stiff and bool(getattr(other, "memory", ())))  # noqa: E731
+    if alone(effect):
         return (effect,)
-    return tuple(other for other in effects if not other.stiff and _kind(other) == _kind(effect))
+    return tuple(other for other in effects if not alone(other) and _kind(other) == _kind(effect))
 
 
 def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool]:

@@ -35,6 +35,9 @@ _PARTS, _PART = 20, 5000
 #: Shortest run of equal readings that is looked at.
 _SHORTEST = 4
 
+#: Largest chance that a reading is the same as the one before, where readings are noisy at all.
+_ALWAYS = 0.9
+
 #: Runs of equal readings to each side of one that tell how long they get there by chance: more at rest than in motion.
 _AROUND = 100
 
@@ -130,13 +133,14 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
         return masks
     starts, lengths = _runs_of_equals(run)
     noisy = _is_noisy(run, lengths)
+    kept = _kept_in_a_step(_parts(run)) if noisy else 0.0
     dead: dict[float, list[tuple[int, int]]] = {}
     for which in np.flatnonzero(lengths >= _SHORTEST).tolist():
         start, length = int(starts[which]), int(lengths[which])
         level = float(run[start])
         extreme = level in (run.max(), run.min())
         if noisy:
-            if length <= _longest_by_chance(lengths, which):
+            if length <= _longest_by_chance(lengths, which, kept):
                 continue
             if extreme:
                 # Noise lets short runs reach full scale too.
@@ -198,13 +202,22 @@ def _share_of_equals(lengths: np.ndarray) -> float:
     return 1.0 - lengths.size / float(lengths.sum()) if lengths.size else 0.0
 
 
-def _longest_by_chance(lengths: np.ndarray, which: int) -> float:
-    """Longest run of equal readings that noise leaves where one of the runs is, as far as the runs around tell."""
+def _kept_in_a_step(run: np.ndarray) -> float:
+    """Chance that noise leaves a reading in its step while what is slow stays in the middle of that."""
+    noise = _noise(run)
+    return math.erf(0.5 * smallest_step(run) / (math.sqrt(2.0) * noise)) if noise > 0.0 else 1.0
+
+
+def _longest_by_chance(lengths: np.ndarray, which: int, kept: float) -> float:
+    """Longest run of equal readings that noise leaves where one of the runs is, as far as the runs around tell.
+
+    They do not where noise is slow, too: it wanders from edges of steps, which end a run, to the middle of one.
+    """
     samples = int(lengths.sum())
     sides = np.sort(lengths)[: max(1, lengths.size - 5)], lengths[:which][-_AROUND:], lengths[which + 1 :][:_AROUND]
     # Others as long as the one in question may be frozen too.
     usual = [side[side < max(lengths[which] / 2, _SHORTEST)] for side in sides]
-    equal = max(*map(_share_of_equals, usual), 1.0 / samples)
+    equal = min(max(*map(_share_of_equals, usual), kept, 1.0 / samples), _ALWAYS)
     return max(_SHORTEST, 1 + math.log(_CHANCE / samples) / math.log(equal))
 
 
