@@ -30,6 +30,7 @@ from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
+from fibrefit.discovery.search.pace import FITTED_AGAIN, slowdown
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.fitting.checks import COMPLETION
@@ -51,16 +52,20 @@ class _Parts:
     Parameters
     ----------
     budget : Budget
+    kept : float
+        Time in s by which the final fit takes longer than the first one, as simulations of its model are slower; a part
+        takes none of it.
     undone : list of str
         What the time did not suffice for.
     """
 
     budget: Budget
+    kept: float = 0.0
     undone: list[str] = field(default_factory=list)
 
     def take(self, what: str, job: Callable[[], T], otherwise: T, share: float = 0.5) -> T:
         """Result of a part; `otherwise` where its share of the time is over before it is done."""
-        found, came = in_time(job, otherwise, share * self.budget.left)
+        found, came = in_time(job, otherwise, share * (self.budget.left - self.kept))
         if not came:
             self.undone.append(what)
         return found
@@ -80,7 +85,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     budget : Budget
         Of time.
     """
-    search, best, parts = at.search, at.best, _Parts(budget)
+    search, best, parts = at.search, at.best, _Parts(budget, _final_takes(at, before))
     search.tell("testing the innovations", None)
     alarms = alarms_of(search, best)
     draw = partial(curves_beyond, search, best, before)
@@ -96,7 +101,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
     best, after, refused = _fitted(search, wanted, before, limits, budget)
     alarms = alarms if best is wanted else alarms_of(search, best)
-    complete = not alarms and not readings
+    complete, parts = not alarms and not readings, replace(parts, kept=0.0)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _verdict(best, alarms, readings, cut, tried)
@@ -126,6 +131,11 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+
+
+def _final_takes(at: Selection, before: Identification) -> float:
+    """Time in s by which a final fit takes longer than the first one: its simulations may be slower."""
+    return FITTED_AGAIN * before.seconds * (slowdown(at.search, at.best) - 1.0) if at.best.effects else 0.0
 
 
 def _fitted(

@@ -14,6 +14,7 @@ from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, minima_weighed
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED, MISSTATED
@@ -54,7 +55,7 @@ def discover(
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
-    with time_limit(budget.left - _concluding(before.seconds, limits.seconds)):
+    with time_limit(budget.left - kept_for_conclusion(before.seconds, limits.seconds)):
         started, _ = in_time(partial(_started, task, before, effects, tell, limits.folder), None)
         if started is None:
             return _not_trusted(before, (Statement("no_time"),), budget)
@@ -72,19 +73,8 @@ def _started(
 
 BASE = 0.3
 """Share of the time that the fit of the first model may take."""
-CONCLUDING = 0.2, 0.35
-"""Least and largest share that is kept for tests of what was found and for the fit of the final model."""
-FINAL = 3.0
-"""Factor on the time of the first fit that is kept for these: in four driven searches they took 0.7 to 2.4 times that,
-and in one 6 times, which the least share covers."""
 ASTRAY = 0.05
 """Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
-
-
-def _concluding(first: float, given: float) -> float:
-    """Time kept for the conclusion, in s, from that of the first fit and what is given for all."""
-    least, most = (share * given for share in CONCLUDING)
-    return min(max(FINAL * first, least), most)
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:

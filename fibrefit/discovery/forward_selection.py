@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.core.time_limit import beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about, looked
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
@@ -33,6 +33,7 @@ from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, prune
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
+from fibrefit.discovery.search.pace import kept_for_conclusion, slowdown
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -123,7 +124,10 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
     """
     at = Selection(search, base)
     while len(at.best.effects) < limits.max_effects:
-        further, came = in_time(partial(_further, at, before, limits), None)
+        # With a model that is slower to simulate the conclusion takes longer.
+        slower = slowdown(at.search, at.best) * before.seconds if at.best.effects else before.seconds
+        more = kept_for_conclusion(slower, limits.seconds) - kept_for_conclusion(before.seconds, limits.seconds)
+        further, came = in_time(partial(_further, at, before, limits), None, time_left() - more)
         if not came:
             return replace(at, cut_short=True)
         assert further is not None

@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fibrefit.discovery import discover
+from fibrefit.core.time_limit import Budget, check_time, time_left
+from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
+from fibrefit.discovery.search.pace import kept_for_conclusion
 from tests.brackets import Bracket, thresholds
 
 COSTS = (0.0, *[90.0] * 10)
@@ -60,4 +62,14 @@ def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
 
 @pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (25.0, 75.0), (90.0, 105.0)])
 def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, kept: float) -> None:
-    assert discover._concluding(first, 300.0) == pytest.approx(kept)
+    assert kept_for_conclusion(first, 300.0) == pytest.approx(kept)
+
+
+def test_parts_of_a_conclusion_leave_what_the_final_fit_takes() -> None:
+    """Half of what is left goes to a part, and none of what is kept."""
+    budget = Budget.of(100.0)
+    assert _Parts(budget).take("curves", time_left, 0.0) == pytest.approx(50.0, abs=1.0)
+    assert _Parts(budget, kept=80.0).take("curves", time_left, 0.0) == pytest.approx(10.0, abs=1.0)
+    short = _Parts(budget, kept=120.0)
+    assert short.take("curves", lambda: check_time() or 1.0, 0.0) == 0.0
+    assert short.undone == ["curves"]

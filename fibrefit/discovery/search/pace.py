@@ -1,0 +1,56 @@
+"""What time is kept for the end of a search, and how long simulations of a hypothesis take."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
+from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.search import Search
+
+CONCLUDING = 0.2, 0.35
+"""Least and largest share of the time given that is kept for tests of what was found and for the fit of the final
+model."""
+FINAL = 3.0
+"""Factor on the time of the first fit that is kept for these: in four driven searches they took 0.7 to 2.4 times that,
+and in one 6 times, which the least share covers."""
+FITTED_AGAIN = 2.0
+"""Factor on the time of the first fit, and on how much slower simulations are with what was found, that is kept for the
+final fit beside that: one of drops with a fibre of mass took 17 times the first, its simulations 8 times as long."""
+RUNS = 2
+"""Simulations that are timed; the shortest counts."""
+
+
+def kept_for_conclusion(first: float, given: float) -> float:
+    """Time kept for a conclusion.
+
+    Parameters
+    ----------
+    first : float
+        Time of the first fit in s, or what it would have been with the model that was found.
+    given : float
+        For all, in s.
+    """
+    least, most = (share * given for share in CONCLUDING)
+    return min(max(FINAL * first, least), most)
+
+
+def slowdown(search: Search, weighed: Weighed) -> float:
+    """Time a simulation of a hypothesis takes over that of the base model, at least one.
+
+    An effect that makes the equations stiff makes all that follows so much slower.
+    """
+    base = search.base
+    return max(_seconds(search, weighed.frame, weighed.local) / _seconds(search, base.frame, base.fit.local), 1.0)
+
+
+def _seconds(search: Search, frame: Supermodel, local: np.ndarray) -> float:
+    times = []
+    for _ in range(1 + RUNS):
+        began = time.perf_counter()
+        np.asarray(residual_rows(frame, local, search.context.whole))
+        times.append(time.perf_counter() - began)
+    # The first may have compiled.
+    return max(min(times[1:]), 1e-6)
