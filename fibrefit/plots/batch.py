@@ -12,7 +12,19 @@ from matplotlib.figure import Figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLACK, BLUE, LETTER_SMALL, ORANGE, PURPLE, SMALL, label, legend, stacked_figure, title
+from fibrefit.plots.style import (
+    BLACK,
+    BLUE,
+    LETTER_SMALL,
+    ORANGE,
+    PURPLE,
+    SMALL,
+    in_own_style,
+    label,
+    legend,
+    stacked_figure,
+    title,
+)
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
@@ -26,6 +38,7 @@ MOST_LETTERS = 40
 STATES = {"ok": BLUE, "suspect": ORANGE, "failed": PURPLE}
 
 
+@in_own_style
 def batch_figures(summary: BatchSummary) -> Figures:
     """``parameters``: every free value of every item; ``population`` and ``trends`` where there are any."""
     figures = _parameters(summary.items)

@@ -8,11 +8,13 @@ import numpy as np
 
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.figures import Figures
+from fibrefit.plots.style import in_own_style
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.design import DistinguishSummary
 
 
+@in_own_style
 def confusion_figures(summary: DistinguishSummary) -> Figures:
     """The |cosine| of the sensitivities of any two effects."""
     names, cosine = tuple(one.effect for one in summary.effects), np.array(summary.cosine)

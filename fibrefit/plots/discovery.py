@@ -15,6 +15,7 @@ from fibrefit.plots.overview import overview_figure
 from fibrefit.plots.places import places_figure
 from fibrefit.plots.spectrum import spectrum_figure
 from fibrefit.plots.states import has_fibre_map, map_figure, states_figure
+from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
 
@@ -22,6 +23,7 @@ MOST_RECORDS = 12
 """Records that get a figure of their own: those the first model explains worst."""
 
 
+@in_own_style
 def discovery_figures(summary: DiscoverySummary, groups: Groups) -> Figures:
     """All figures of a discovery.
 

@@ -12,6 +12,7 @@ from fibrefit.plots.overview import overview_figure
 from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
+from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import FitSummary
 
@@ -20,6 +21,7 @@ MOST_RECORDS = 24
 """Records that get a figure of their own; of a longer series those that are explained worst."""
 
 
+@in_own_style
 def fit_figures(summary: FitSummary, groups: Groups) -> Figures:
     """All figures of a fit.
 
@@ -46,6 +48,7 @@ def fit_figures(summary: FitSummary, groups: Groups) -> Figures:
     return Figures(figures | certainty_figures(summary, groups))
 
 
+@in_own_style
 def fit_overview(summary: FitSummary, groups: Groups) -> Figures:
     """The one figure that tells all of a fit, by its name; the others are not made.
 

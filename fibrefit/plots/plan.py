@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.plots.figures import Figures
-from fibrefit.plots.style import BLUE, GREEN, GREY, SMALL, VERMILLION, axes_at, label, new_figure, title
+from fibrefit.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    SMALL,
+    VERMILLION,
+    axes_at,
+    in_own_style,
+    label,
+    new_figure,
+    title,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +31,7 @@ ROW = 7.0
 """Height of a row, in mm."""
 
 
+@in_own_style
 def plan_figures(summary: PlanSummary) -> Figures:
     """The best records of a plan, and what each would add."""
     return Figures({"plan": _plan(summary, summary.further[:MOST])})

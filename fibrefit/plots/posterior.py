@@ -11,6 +11,7 @@ from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.corner import Drawn, corner_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.overlay import PriorCurve, overlay_figure
+from fibrefit.plots.style import in_own_style
 from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.study.summaries.arrays import Array, Groups
 from fibrefit.study.summaries.summaries import PosteriorParameter, PosteriorSummary
@@ -21,6 +22,7 @@ MOST_VALUES = 10
 """Values in a corner plot, unless they are named: more cannot be read."""
 
 
+@in_own_style
 def posterior_figures(summary: PosteriorSummary, groups: Groups) -> Figures:
     """All figures of a posterior.
 
@@ -47,6 +49,7 @@ def posterior_figures(summary: PosteriorSummary, groups: Groups) -> Figures:
     return figures
 
 
+@in_own_style
 def corner_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str] = ()) -> Figures:
     """``corner``: joint distribution of every two values."""
     chosen = _chosen(summary, names)
@@ -54,6 +57,7 @@ def corner_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[st
     return Figures({"corner": corner_figure(drawn, summary.interval_probability)})
 
 
+@in_own_style
 def trace_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str] = ()) -> Figures:
     """``traces``: traces and rank plots of each ensemble."""
     kept, ways = groups["traces"], []
@@ -66,6 +70,7 @@ def trace_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
     return Figures({"traces": traces_figure(ways)})
 
 
+@in_own_style
 def prior_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str] = ()) -> Figures:
     """``prior``: prior and posterior of each value."""
     chosen, kept = _chosen(summary, names), groups.get("prior_density", {})
@@ -82,6 +87,7 @@ def prior_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
     return Figures({"prior": overlay_figure([_drawn(groups, name, one) for name, one in known.items()], curves)})
 
 
+@in_own_style
 def band_figures(groups: Groups, records: Sequence[str] = ()) -> Figures:
     """``record <name>``: bands of the model and of new measurements, on what was measured."""
     observed, predicted = groups["observed_data"], groups["posterior_predictive"]

@@ -7,6 +7,7 @@ import numpy as np
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.fitted import AXES
+from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.part import Z_95
 
@@ -14,6 +15,7 @@ MOST_RECORDS = 24
 """Records that get a figure of their own."""
 
 
+@in_own_style
 def prediction_figures(groups: Groups) -> Figures:
     """One figure a record.
 

@@ -16,7 +16,7 @@ from matplotlib.text import Text
 from fibrefit.core.formats import formats_asked
 from fibrefit.core.paths import without_end
 from fibrefit.core.shown import harmless
-from fibrefit.plots.style import caption_of
+from fibrefit.plots.style import caption_of, in_own_style
 
 LONGEST_STEM = 80
 
@@ -65,6 +65,7 @@ def save_figures(
     return written
 
 
+@in_own_style
 def figure_file(figure: Figure, kind: str = "png") -> bytes:
     """A figure as a file with its caption inside, its texts as they stand: a heading may hold half a formula."""
     for text in figure.findobj(Text):

@@ -24,6 +24,7 @@ from fibrefit.plots.style import (
     TOP,
     WIDTH,
     axes_at,
+    in_own_style,
     label,
     legend,
     logarithmic,
@@ -45,6 +46,7 @@ WIDE = 10.0
 """Gap of a record left out from which the axis is logarithmic."""
 
 
+@in_own_style
 def series_figures(summary: SeriesSummary) -> Figures:
     """``answer``, ``population`` and ``trends``."""
     found = {"answer": _answer(summary)}

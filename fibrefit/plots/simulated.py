@@ -6,9 +6,11 @@ import numpy as np
 
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.records import Compared, compared_figure
+from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
 
 
+@in_own_style
 def simulation_figures(groups: Groups) -> Figures:
     """One figure a record.
 

@@ -1,6 +1,7 @@
 """How every figure looks: fixed sizes, thin lines, colours that survive colour blindness and a grey print.
 
-Each figure is made by itself, on the Agg canvas: nothing here reads or changes a global state of matplotlib.
+Each figure is made by itself, on the Agg canvas, from matplotlib's own defaults: what stands in a ``matplotlibrc``,
+which may be anybody's where it lies in the working folder, changes none of them.
 
 Source
 ------
@@ -14,6 +15,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib import rc_context, rcParamsDefault
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -64,6 +66,11 @@ RESIDUAL: dict[str, Any] = {"color": FINAL, "linewidth": 0.35}
 
 #: Colour and marker together tell basins, methods and the like apart.
 KINDS = ((BLUE, "o"), (GREEN, "s"), (ORANGE, "^"), (PURPLE, "D"), ("#8C6D31", "v"), ("0.35", "P"))
+
+
+_DEFAULTS = {name: value for name, value in rcParamsDefault.items() if not name.startswith("backend")}
+in_own_style = rc_context(_DEFAULTS)
+"""Decorator of what makes figures or files of them: both ask for settings."""
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:

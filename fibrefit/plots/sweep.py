@@ -20,6 +20,7 @@ from fibrefit.plots.style import (
     ORANGE,
     PALE,
     VERMILLION,
+    in_own_style,
     label,
     legend,
     stacked_figure,
@@ -83,6 +84,7 @@ class _Curve:
     branches: Mapping[str, _Branch]
 
 
+@in_own_style
 def sweep_figures(summary: SweepSummary, groups: Groups) -> Figures:
     """One figure of each curve, and one of all if there are more.
 

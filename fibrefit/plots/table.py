@@ -12,7 +12,7 @@ from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BLUE, ORANGE, label, legend, stacked_figure, title
+from fibrefit.plots.style import BLUE, ORANGE, in_own_style, label, legend, stacked_figure, title
 from fibrefit.records.table import Table
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ class _Curve(NamedTuple):
     gaps: tuple[TimeGap, ...]
 
 
+@in_own_style
 def table_figure(what: Table | Record) -> Figure:
     """Every column of a file, or every channel of a record, over time.
 
