@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import jax
@@ -22,6 +21,7 @@ import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
+from fibrefit.problem.noise.lags import lag_transforms
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
 from fibrefit.problem.noise.spectrum import Noise, whittle
@@ -42,8 +42,6 @@ SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
 LEAST = 0.3
 """Weight of a sample over the largest below which it tells nothing of the noise; that of a loud one is not so small."""
-KEPT_SAMPLES = 1 << 14
-"""Length of a record up to which the transforms of its lags are kept: eight of them are some ten MB."""
 FINE = 8
 """Padding of the record where the frequency of a line is looked for."""
 
@@ -211,50 +209,11 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
         transform = np.abs(np.fft.rfft(draws[:, r, :count], axis=-1)) ** 2
         power = 2.0 * transform.mean(axis=0)[inner] / (number * rate)
         decay, seen = np.asarray(bank.decay)[r], mask[:count]
-        of_lags = _lag_transforms if count > KEPT_SAMPLES else _lag_transforms_kept
-        expected = of_lags(decay.tobytes(), seen.tobytes())[:, inner] * (4.0 / (number * rate))
+        expected = lag_transforms(decay, seen)[:, inner] * (4.0 / (number * rate))
         pink = np.asarray(bank.pink)[r] @ expected[:-1]
         expected = np.concatenate([expected[:-1], pink[None], expected[-1:]])
         parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
     return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
-
-def _lag_transforms(decay: bytes, seen: bytes) -> np.ndarray:
-    """Transforms ``(n_relaxation + 1, n_frequency)`` of what parts of variance one share at each lag of a record.
-
-    Parameters
-    ----------
-    decay : (n_relaxation,) float
-        Factor on each first-order part from one sample to the next.
-    seen : (n_time,) bool
-        Samples that count.
-    """
-    factors, mask = np.frombuffer(decay), np.frombuffer(seen, dtype=bool)
-    found = _of_triangle(factors, len(mask)) if mask.all() else _of_pairs(factors, mask)
-    found.flags.writeable = False
-    return found
-
-
-def _of_triangle(factors: np.ndarray, count: int) -> np.ndarray:
-    """Those of a record without holes, which has one pair of samples fewer at each lag: the sum of a known series."""
-    turn = np.exp(-2j * np.pi * np.arange(count // 2 + 1) / count)
-    # The last power of each term is that of its factor alone: a whole number of turns.
-    term, rest = factors[:, None] * turn, 1.0 / (1.0 - factors[:, None] * turn)
-    sums = (count * rest - term * (1.0 - factors[:, None] ** count) * rest**2).real - 0.5 * count
-    return np.concatenate([sums, np.full((1, len(turn)), 0.5 * count)])
-
-
-def _of_pairs(factors: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Those of any record, from the pairs of valid samples at each lag."""
-    count, lags = len(mask), np.arange(len(mask))
-    pairs = np.fft.irfft(np.abs(np.fft.rfft(mask.astype(float), 2 * count)) ** 2, 2 * count)[:count]
-    kernels = np.concatenate([factors[:, None] ** lags, (lags == 0)[None]]) * pairs
-    kernels[:, 0] *= 0.5
-    return np.ascontiguousarray(np.fft.rfft(kernels, axis=-1).real)
-
-
-# Channels, iterations and records of a series share them.
-_lag_transforms_kept = lru_cache(maxsize=8)(_lag_transforms)
 
 
 def fitted(of: Periodograms) -> np.ndarray:
@@ -268,34 +227,59 @@ def fitted(of: Periodograms) -> np.ndarray:
     ------
     Schwarz, Ann. Stat. 6 (1978).
     """
-    power, expected, number = _pooled(of)
-    # Bands that hold nothing make up the rows of a program that other records share.
-    spare = -len(number) % ROWS
-    rows = np.pad(expected, ((0, spare), (0, 0)), constant_values=1.0)
-    data = np.pad(power, (0, spare)), np.pad(number, (0, spare))
-    size = 0.1 * np.average(power, weights=number) / expected.mean(axis=0)
-    corners = expected.shape[1] - 2
-    any_corner, either = np.arange(corners), np.array([corners, corners + 1])
-    free = _with_parts(size, [np.r_[any_corner, corners + 1]])
-    weights = np.asarray(_stepped(free, rows, *data))
+    bands, corners = _Bands.of(of), of.expected.shape[1] - 2
+    weights, either = bands.fitted([_any_corner(corners)]), np.array([corners, corners + 1])
     first = int(np.argmax(weights[0, : corners - 1] + weights[0, 1:corners])) if corners > 1 else 0
     pair = np.array([first, first + 1])[:corners]
     simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
-    weights = np.concatenate([weights, np.asarray(_stepped(_with_parts(size, simple), rows, *data))])
+    weights = np.concatenate([weights, bands.fitted(simple)])
     used = weights[0, :corners] > NEGLIGIBLE * (weights[0, :corners].sum() + weights[0, -1])
     # A pair of neighbouring corners stands for one part whose corner lies between them.
     sizes = np.array([1 + np.count_nonzero(used), 1, 2, 3, 4])
-    density = np.maximum(weights @ expected.T, 1e-300)
-    cost = 2.0 * (np.log(density) + power / density) @ number
-    return np.asarray(weights[int(np.argmin(cost + sizes * np.log(number.sum())))])
+    return np.asarray(weights[int(np.argmin(bands.costs(weights) + sizes * np.log(bands.number.sum())))])
 
 
-def _with_parts(size: np.ndarray, parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Where to begin with some parts alone: what is nothing remains so under multiplicative steps."""
-    starts = np.zeros((len(parts), len(size)))
-    for start, some in zip(starts, parts, strict=True):
-        start[some] = size[some]
-    return starts
+def _any_corner(corners: int) -> np.ndarray:
+    """Places of first-order parts of all corners and of white noise."""
+    return np.r_[np.arange(corners), corners + 1]
+
+
+@dataclass(frozen=True)
+class _Bands:
+    """Means over narrow bands of periodograms.
+
+    Parameters
+    ----------
+    power, number : (n_band,)
+        And ordinates in each.
+    expected : (n_band, n_part)
+    """
+
+    power: np.ndarray
+    expected: np.ndarray
+    number: np.ndarray
+
+    @classmethod
+    def of(cls, periodograms: Periodograms) -> _Bands:
+        """Those of some periodograms."""
+        return cls(*_pooled(periodograms))
+
+    def fitted(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Variances ``(n_choice, n_part)`` that are most likely where some parts alone are there."""
+        size = 0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0)
+        starts = np.zeros((len(parts), len(size)))
+        for start, some in zip(starts, parts, strict=True):
+            # What is nothing remains so under multiplicative steps.
+            start[some] = size[some]
+        # Bands that hold nothing make up the rows of a program that other records share.
+        spare = -len(self.number) % ROWS
+        rows = np.pad(self.expected, ((0, spare), (0, 0)), constant_values=1.0)
+        return np.asarray(_stepped(starts, rows, np.pad(self.power, (0, spare)), np.pad(self.number, (0, spare))))
+
+    def costs(self, weights: np.ndarray) -> np.ndarray:
+        """Minus twice Whittle's log likelihood of variances ``(n_choice, n_part)``."""
+        density = np.maximum(weights @ self.expected.T, 1e-300)
+        return np.asarray(2.0 * (np.log(density) + self.power / density) @ self.number)
 
 
 @kept_program
@@ -329,11 +313,12 @@ def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], draws: _Dr
 def _lines(draws: _Draws, whole: Periodograms) -> tuple[list[tuple[float, float]], np.ndarray]:
     """Frequencies and variances of what stands out, and the variances of the parts that make the rest most likely."""
     found: list[tuple[float, float]] = []
-    weights = fitted(whole)
-    while len(found) < LINES and (line := _line(draws, whole, weights, found)):
+    left, any_corner = whole, [_any_corner(whole.expected.shape[1] - 2)]
+    # What stands out does so of any spectrum: which one is the simplest is asked once, of the rest.
+    while len(found) < LINES and (line := _line(draws, whole, _Bands.of(left).fitted(any_corner)[0], found)):
         found.append(line)
-        weights = fitted(whole.where(_clear(whole, found, draws)))
-    return found, weights
+        left = whole.where(_clear(whole, found, draws))
+    return found, fitted(left)
 
 
 def _line(
