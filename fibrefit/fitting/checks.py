@@ -236,30 +236,23 @@ def useless(check: Check, weight: Outweighed | None) -> Check:
 
 def falls_freely(found: Gravity) -> Check:
     """Whether gravity in free flight is the one the study states, beyond what chance and place may make of it."""
-    beyond = max(abs(found.excess) - CHANCE * found.error, 0.0)
-    return Check(
-        name="free flight has the stated gravity",
-        passed=beyond <= GRAVITY_OFF,
-        statistic=beyond,
-        threshold=GRAVITY_OFF,
-        identifier="free_flight",
-        quantity="gravity in free flight",
-        facts={"excess": found.excess, "error": found.error},
-    )
+    facts = {"excess": found.excess, "error": found.error}
+    name, quantity = "free flight has the stated gravity", "gravity in free flight"
+    return _beyond_chance(facts, GRAVITY_OFF, name=name, identifier="free_flight", quantity=quantity)
 
 
 def measured_at_once(found: Lag) -> Check:
     """Whether force and position are of the same time by Newton's law, chance and friction allowed for."""
-    beyond = max(abs(found.late) - CHANCE * found.error, 0.0)
-    return Check(
-        name="force and position are of the same time",
-        passed=beyond <= LATE,
-        statistic=beyond,
-        threshold=LATE,
-        identifier="lag",
-        quantity="time between force and position",
-        facts={"late": found.late, "error": found.error},
-    )
+    facts = {"late": found.late, "error": found.error}
+    name, quantity = "force and position are of the same time", "time between force and position"
+    return _beyond_chance(facts, LATE, name=name, identifier="lag", quantity=quantity)
+
+
+def _beyond_chance(facts: dict[str, float], limit: float, **named: str) -> Check:
+    """Whether what was found, with its standard error, is within a limit but for what chance may make of it."""
+    off, error = facts.values()
+    beyond = max(abs(off) - CHANCE * error, 0.0)
+    return Check(passed=beyond <= limit, statistic=beyond, threshold=limit, facts=facts, **named)
 
 
 def explained_otherwise(found: Misstated) -> Check:

@@ -10,8 +10,10 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.result import Estimate, PlainEstimate
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 
 def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> ErrorBars:
@@ -90,23 +92,28 @@ def estimates(
         low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
         low, high = max(float(low), limits.lower), min(float(high), limits.upper)
         differs = record is None and gls is not None and slot.name in gls.between and gls.between[slot.name].found
-        found.append(
-            Estimate(
-                name=slot.name,
-                unit=slot.unit,
-                record=None if record is None else layout.records[record],
-                value=value,
-                std_error=error,
-                interval_95=(low, high),
-                # What the model lacks makes a value less sure; it does not bring it to a limit.
-                at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
-                interval_kind="population" if differs else "normal",
-                std_errors={name: float(column[i]) for name, column in errors.items()},
-                plain_value=math.nan if plain is None else float(plain.values[i]),
-                plain_error=math.nan if plain is None else float(plain.errors[i]),
-            )
+        told = ParameterSummary(
+            unit=slot.unit,
+            value=value,
+            std_error=error,
+            interval_95=(low, high),
+            # What the model lacks makes a value less sure; it does not bring it to a limit.
+            at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
+            interval_kind="population" if differs else "normal",
+            std_errors={name: float(column[i]) for name, column in errors.items()},
+            plain_value=None if plain is None else float(plain.values[i]),
+            plain_error=None if plain is None else float(plain.errors[i]),
+            **(_prior(slot.belief, value) if record is None else {}),
         )
+        found.append(Estimate(slot.name, None if record is None else layout.records[record], told))
     return tuple(found + _held(problem))
+
+
+def _prior(belief: Belief | None, value: float) -> dict[str, float]:
+    """What was believed of a value, if anything was."""
+    if belief is None:
+        return {}
+    return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(value))}
 
 
 def _shared(problem: Problem) -> list[int]:
@@ -119,5 +126,6 @@ def _held(problem: Problem) -> list[Estimate]:
         names = (None,) if len(slot.fixed) == 1 else problem.layout.records
         for name, value in zip(names, slot.fixed, strict=False):
             if value is not None:
-                found.append(Estimate(slot.name, slot.unit, name, value, float("nan"), (value, value), free=False))
+                told = ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
+                found.append(Estimate(slot.name, name, told))
     return found

@@ -230,11 +230,7 @@ def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], f
         shared = found.values
         shared[place] = values[index]
         z = found.unknowns.coordinate(shared)
-        held = [bound.copy() for bound in (found.unknowns.lower, found.unknowns.upper)]
-        for bound in held:
-            bound[place] = z[place]
-        unknowns = replace(found.unknowns, lower=held[0], upper=held[1])
-        return mode(unknowns, found.place._replace(z=z), gram, found.sigma).objective
+        return mode(found.unknowns.holding(place, z), found.place._replace(z=z), gram, found.sigma).objective
 
     return cost
 

@@ -43,7 +43,7 @@ from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.summaries import ChannelGap, ParameterSummary
 
 Stop = Callable[[], bool]
 Width = Callable[[], np.ndarray]
@@ -153,12 +153,13 @@ def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop
     profiled = list(found.estimates)
     for i, (_, record) in enumerate(found.problem.layout.entries):
         # Standard deviations between records are held in a profile: it knows too much of a mean of the population.
-        mean = profiled[i].interval_kind == "population"
-        if record is None and np.isfinite(profiled[i].std_error) and not mean and not stop():
+        one = profiled[i].found
+        if record is None and one.std_error is not None and one.interval_kind != "population" and not stop():
             cost, own = _cost_of(found, i, width, whole)
-            errors = profiled[i].std_errors[own], profiled[i].std_error
+            errors = one.std_errors[own] or math.nan, one.std_error
             interval = profile_interval(found.problem, found.values, i, cost, *errors)
-            profiled[i] = replace(profiled[i], interval_95=interval, interval_kind="profile likelihood")
+            told = {"interval_95": interval, "interval_kind": "profile likelihood"}
+            profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **told}))
     return replace(found, estimates=tuple(profiled))
 
 

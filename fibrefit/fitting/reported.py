@@ -163,7 +163,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
     moving = judge.converged(min(gls.evidence.mode.promised, SETTLED), True)
     expected, limits = (
         gls.expected_gap,
-        [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.at_bound],
+        [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],
     )
     sound = Sound(moving, judge.inside_bounds(limits), *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
     errors = _errors(task, plain, coefficients)
@@ -176,9 +176,9 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     seen, residuals = evaluate(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
-    promised = plain.promised([not estimate.at_bound for estimate in found])
+    promised = plain.promised([not estimate.found.at_bound for estimate in found])
     arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
-    limits = [estimate.name for estimate in found if estimate.at_bound]
+    limits = [estimate.name for estimate in found if estimate.found.at_bound]
     errors, expected = plain.input_errors, plain.expected_gap
     sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))
     if not sound.gap.passed and np.isfinite(residuals).all():

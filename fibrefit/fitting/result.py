@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,48 +17,24 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check, Status, status_by
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap, InputErrorSummary
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap, InputErrorSummary, ParameterSummary
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """One parameter after the data have spoken, in SI units.
+class Estimate(NamedTuple):
+    """One value after the data have spoken, in SI units.
 
     Parameters
     ----------
-    name, unit : str
+    name : str
     record : str or None
         The record whose value it is; None for all.
-    value : float
-    std_error : float
-        The honest one; nan for a fixed parameter, inf for one the data do not see.
-    interval_95 : tuple of float
-        Clipped at the parameter's bounds.
-    free, at_bound : bool
-    std_errors : dict of str to float
-        By method, of the plain estimate: ``white``, ``spectrum``, ``newey_west``, ``block_bootstrap``;
-        ``windows`` of a motion that is followed in windows; and ``discrepancy`` where residuals are more than noise.
-        Where the estimate is a whitened one: ``white``, which is what noise without memory would leave the plain one;
-        ``alike``, if records did not differ; ``whitened``, what is not known of their differences included.
-    interval_kind : str
-        ``"normal"``; ``"population"`` for the mean of a parameter that differs from record to record; or
-        ``"profile likelihood"``.
-    plain_value, plain_error : float
-        What plain least squares says, and its honest error, where the value is a whitened one; nan elsewhere.
+    found : ParameterSummary
+        As the summary tells it.
     """
 
     name: str
-    unit: str
     record: str | None
-    value: float
-    std_error: float
-    interval_95: tuple[float, float]
-    free: bool = True
-    at_bound: bool = False
-    std_errors: Mapping[str, float] = field(default_factory=dict)
-    interval_kind: str = "normal"
-    plain_value: float = math.nan
-    plain_error: float = math.nan
+    found: ParameterSummary
 
 
 Gap = Mapping[str, ChannelGap]
@@ -209,6 +186,10 @@ class Identification:
         return {} if self.gls is None else self.gls.between
 
     @property
-    def parameters(self) -> dict[str, Estimate]:
+    def parameters(self) -> dict[str, ParameterSummary]:
         """Parameters that all records share, by name."""
-        return {estimate.name: estimate for estimate in self.estimates if estimate.record is None}
+        return self.parameters_of(None)
+
+    def parameters_of(self, record: str | None) -> dict[str, ParameterSummary]:
+        """Parameters that belong to a record, by name; those that all share for None."""
+        return {one.name: one.found for one in self.estimates if one.record == record}

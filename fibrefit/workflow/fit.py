@@ -13,12 +13,12 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import How, identify
-from fibrefit.fitting.result import Estimate, Identification
+from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task
 from fibrefit.records import Record
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.summaries import FitSummary, ParameterSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
@@ -53,7 +53,7 @@ class Fit(Predicts):
         return self.identification.status
 
     @property
-    def parameters(self) -> dict[str, Estimate]:
+    def parameters(self) -> dict[str, ParameterSummary]:
         """Parameters that all records share, by name, in SI units."""
         return self.identification.parameters
 

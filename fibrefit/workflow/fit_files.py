@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import PHASES
-from fibrefit.fitting.result import Estimate, Gap, Identification, Starts, total
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
 from fibrefit.store.hdf5 import Variable
@@ -19,7 +18,6 @@ from fibrefit.study.summaries.summaries import (
     ChannelGap,
     CorrelationSummary,
     FitSummary,
-    ParameterSummary,
     Provenance,
     RecordSummary,
     StartsSummary,
@@ -39,10 +37,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         status=found.status,
         study=study.name,
         rig=study.kind,
-        parameters={
-            name: ParameterSummary.of(estimate).model_copy(update=_prior(estimate, found.problem.layout))
-            for name, estimate in found.parameters.items()
-        },
+        parameters=found.parameters,
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors=dict(found.input_errors),
@@ -88,14 +83,6 @@ def statistics(found: Identification) -> StatisticsSummary | None:
     chi_square = float(np.sum(found.residuals**2))
     bic = chi_square + free * math.log(samples)
     return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
-
-
-def _prior(estimate: Estimate, layout: Layout) -> dict[str, float]:
-    """What was believed of a value that is sought, if anything was."""
-    belief = next((slot.belief for slot in layout.slots if slot.name == estimate.name), None)
-    if belief is None or not estimate.free:
-        return {}
-    return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(estimate.value))}
 
 
 def gap_summary(gap: Gap, force: ChannelGap | None = None) -> GapSummary:
@@ -193,8 +180,10 @@ def _starts_group(starts: Starts) -> dict[str, Variable]:
 
 
 def _record_summary(record: Record, found: Identification) -> RecordSummary:
-    own = {e.name: ParameterSummary.of(e) for e in found.estimates if e.record == record.name}
     masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
     return RecordSummary(
-        gap=gap_summary(found.record_gaps[record.name]), parameters=own, samples=len(record.time), masked=masked
+        gap=gap_summary(found.record_gaps[record.name]),
+        parameters=found.parameters_of(record.name),
+        samples=len(record.time),
+        masked=masked,
     )

@@ -101,7 +101,9 @@ def identified(
 
 def _estimate(name: str, unit: str, record: str | None, value: float) -> Estimate:
     error = 0.01 * abs(value)
-    return Estimate(name, unit, record, value, error, (value - 2 * error, value + 2 * error))
+    low, high = value - 2 * error, value + 2 * error
+    told = ParameterSummary(value=value, std_error=error, interval_95=(low, high), unit=unit)
+    return Estimate(name, record, told)
 
 
 def candidate(effect: str, gap: float, error: float = 0.1) -> Candidate:

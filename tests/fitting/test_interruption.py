@@ -83,7 +83,7 @@ def test_profiles_that_were_found_are_kept(task: Task) -> None:
         return len(asked) > 3
 
     cut = identify(task, 1, how=How(profile=True), stop=stop)
-    kinds = [estimate.interval_kind for estimate in cut.estimates if estimate.record is None]
+    kinds = [one.interval_kind for one in cut.parameters.values()]
     assert kinds == ["profile likelihood", "normal", "normal"]
     assert (
         fit_sentence(cut.checks[0])

@@ -112,7 +112,7 @@ def test_a_robust_fit_stays_plain_and_one_that_a_bound_stops_is_told(tmp_path: P
     assert "a robust (soft-L1) loss was asked for" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')
     assert stopped.status == "suspect"
-    assert [estimate.name for estimate in stopped.estimates if estimate.at_bound] == ["damping"]
+    assert [estimate.name for estimate in stopped.estimates if estimate.found.at_bound] == ["damping"]
     (bound,) = (check for check in stopped.checks if check.quantity == "distance of the parameters from their bounds")
     assert not bound.passed
 

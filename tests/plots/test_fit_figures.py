@@ -159,8 +159,9 @@ def test_the_reported_interval_stands_out(found: Identification, figures: dict[s
 
 
 def test_a_profile_is_shown_beside_the_others(found: Identification) -> None:
+    profile = {"interval_kind": "profile likelihood"}
     estimates = tuple(
-        dataclasses.replace(e, interval_kind="profile likelihood") if e.record is None else e for e in found.estimates
+        e._replace(found=e.found.model_copy(update=profile)) if e.record is None else e for e in found.estimates
     )
     assert "profile (reported)" in texts(drawn_fit(dataclasses.replace(found, estimates=estimates))["errors"])
 

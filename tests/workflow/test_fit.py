@@ -186,7 +186,7 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> Fit:
 
 def test_a_parameter_of_each_record_is_found_for_each(mixed: Fit) -> None:
     assert "damping" not in mixed.parameters
-    found = {e.record: e for e in mixed.identification.estimates if e.name == "damping"}
+    found = {e.record: e.found for e in mixed.identification.estimates if e.name == "damping"}
     for name, true in zip(NAMES, (20.0, 30.0), strict=True):
         assert abs(found[name].value - true) < 4.0 * found[name].std_error
         assert found[name].value == pytest.approx(true, rel=0.03)
@@ -195,7 +195,7 @@ def test_a_parameter_of_each_record_is_found_for_each(mixed: Fit) -> None:
 def test_what_is_held_is_reported_as_held(mixed: Fit) -> None:
     friction = mixed.parameters["friction"]
     assert (friction.value, friction.free, friction.interval_95) == (4.0, False, (4.0, 4.0))
-    held = {(e.name, e.record): e.value for e in mixed.identification.estimates if not e.free}
+    held = {(e.name, e.record): e.found.value for e in mixed.identification.estimates if not e.found.free}
     assert held == {
         ("friction", None): 4.0,
         ("release", NAMES[0]): pytest.approx(0.1234),
@@ -205,8 +205,9 @@ def test_what_is_held_is_reported_as_held(mixed: Fit) -> None:
 
 
 def test_a_lift_that_is_not_told_is_found_with_its_error(mixed: Fit) -> None:
-    (lift,) = (e for e in mixed.identification.estimates if e.name == "lift" and e.free)
-    assert lift.record == NAMES[0]
+    (of,) = (e for e in mixed.identification.estimates if e.name == "lift" and e.found.free)
+    assert of.record == NAMES[0]
+    lift = of.found
     assert abs(lift.value - 5e-3) < 4.0 * lift.std_error
     assert lift.std_error < 1e-4
 

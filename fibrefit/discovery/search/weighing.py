@@ -46,7 +46,7 @@ def weights(search: Search, best: Weighed, after: Identification) -> tuple[Weigh
         Of the model with its effects.
     """
     values = {name: estimate.value for name, estimate in after.parameters.items()}
-    errors = {name: estimate.std_error for name, estimate in after.parameters.items()}
+    errors = {name: estimate.std_error or 0.0 for name, estimate in after.parameters.items()}
     kept, found = search.plain(best), []
     for other in _without_each(search, kept):
         beyond = max(search.base.fit.cost - search.samples, other.gain, 1.0)

@@ -17,11 +17,15 @@ import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
-from fibrefit.fitting.search.solve import DIFFERENCE, gram_at, linearised
+from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
 from fibrefit.laws.catalogue import CATALOGUE, suits
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.layout import Layout, Slot, least_squares
+from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import place_of
+from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
+from fibrefit.problem.estimate.view import ROUGH, View
+from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
@@ -30,10 +34,6 @@ from fibrefit.problem.thresholds import GAP
 STATED = ("study.clock", "study.inclination", "study.lift", "study.weight_mass", "sensor.position_gain",
           "sensor.force_gain", "sensor.force_delay")  # fmt: skip
 """Laws of one number that a study states, or that it does by silence: that channels are true and of the same time."""
-STEPS, SETTLED = 40, 1e-4
-"""Most steps of a descent, and the share of the sum of squares below which a step is the last."""
-DAMPED, SHORTER, LONGER = 1e-3, 0.2, 8.0
-"""First damping in units of the curvature, and how it follows from whether a step led down."""
 
 
 class Misstated(NamedTuple):
@@ -75,8 +75,7 @@ def misstated(task: Task, values: np.ndarray) -> Misstated | None:
 
     Law
     ---
-    Least squares in the values and one more number each, from where plain least squares ended, by damped Gauss-Newton
-    steps in coordinates without limits.
+    Least squares in the values and one more number each, from where plain least squares ended.
     """
     if Capability.FALL not in task.problem.model.rig.capabilities:
         return None
@@ -124,15 +123,15 @@ def _explanations(task: Task, values: np.ndarray) -> Iterator[_Explained]:
     if not laws:
         return
     problem = _with(task.problem, laws)
-    start = _beside(task.problem.layout, values, problem.layout, laws)
-    names = problem.layout.free_names
+    start, names = _beside(task.problem.layout, values, problem.layout, laws), problem.layout.free_names
     kept = np.array([names.index(name) for name in task.problem.layout.free_names])
-    for law in laws:
-        of_law = names.index(f"{law.name}.{law.parameters[0].name}")
+    sizes = {law: names.index(f"{law.name}.{law.parameters[0].name}") for law in laws}
+    for law, size in sizes.items():
+        others = np.array([place for other, place in sizes.items() if other is not law], dtype=int)
         for way in task.horizons:
-            there = _through(problem, way, start, np.append(kept, of_law))
+            there = _through(problem, way, start, others)
             if there is not None:
-                yield _Explained(law, float(there[of_law]), _left(problem, there), there[kept])
+                yield _Explained(law, float(there[size]), _left(problem, there), there[kept])
 
 
 def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:
@@ -155,46 +154,21 @@ def _beside(old: Layout, values: np.ndarray, new: Layout, laws: Sequence[type[Ef
     return new.pack(named | {f"{law.name}.{p.name}": p.null for law in laws for p in law.parameters})
 
 
-def _through(problem: Problem, way: np.ndarray, values: np.ndarray, moving: np.ndarray) -> np.ndarray | None:
+def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndarray) -> np.ndarray | None:
     """Values ``(n_free,)`` where a descent ends that goes through horizons ``(n_stage, n_record)``.
 
     What a contact teaches times the next. None where a horizon leaves twice what noise may be: the whole leaves more.
     """
+    layout, nothing = problem.layout, np.zeros(0)
+    unknowns = fit_unknowns(layout, start, np.full(layout.size, np.inf))
+    place = place_of(unknowns, layout.local(start))
+    unknowns = unknowns.holding(places_of(layout, unknowns)[0][held], place.z)
     for counts in way:
-        values, left = _descended(problem.until(counts), values, moving)
-        if left > (2.0 * LOUDEST) ** 2 * counts.sum() * len(problem.model.rig.channels):
+        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGH)
+        if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * counts.sum() * len(problem.model.rig.channels):
             return None
-    return values
-
-
-def _descended(problem: Problem, start: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, float]:
-    """Values ``(n_free,)`` where damped Gauss-Newton steps of some of them end, and the sum of squares there."""
-    layout, here, damping = problem.layout, problem.layout.free(start), DAMPED
-    gram = _gram(problem, here)
-    for _ in range(STEPS):
-        normal, right = gram[np.ix_(moving, moving)], gram[moving, -1]
-        there = np.array(here)
-        there[moving] -= least_squares(normal + damping * np.diag(np.diag(normal)), right)
-        with np.errstate(over="ignore"):
-            tried = _gram(problem, there)
-        fall = gram[-1, -1] - tried[-1, -1]
-        if not fall > 0.0:  # nor where it cannot be simulated
-            damping *= LONGER
-            if damping > 1.0 / DAMPED:
-                break
-            continue
-        here, gram, damping = there, tried, damping * SHORTER
-        if fall < SETTLED * gram[-1, -1]:
-            break
-    return np.asarray(layout.values(here)), float(gram[-1, -1])
-
-
-def _gram(problem: Problem, free: np.ndarray) -> np.ndarray:
-    """Products of slopes in free coordinates and residuals, ``(n_free + 1, n_free + 1)``."""
-    values = problem.layout.values
-    slope = (values(free + DIFFERENCE) - values(free - DIFFERENCE)) / (2.0 * DIFFERENCE)
-    slope = np.append(slope, 1.0)
-    return gram_at(problem, values(free)) * slope[:, None] * slope
+        place = end.place
+    return free_values(layout, unknowns, unknowns.value(place.z), place.own)
 
 
 def _left(problem: Problem, values: np.ndarray) -> float:

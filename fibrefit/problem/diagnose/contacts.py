@@ -14,8 +14,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.capability import Capability
-from fibrefit.problem.diagnose.free_flight import FORCE, LOADED, POSITION, SMOOTHED, TURNED, error_of_sum
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.stretches import (
+    FORCE,
+    LOADED,
+    POSITION,
+    SMOOTHED,
+    TURNED,
+    error_of_sum,
+    fitted_shapes,
+    measured_positions,
+    runs,
+    stated_of,
+    without_polynomial,
+)
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
@@ -50,7 +62,7 @@ class _Contact(NamedTuple):
     seen: np.ndarray
 
 
-class _Told(NamedTuple):
+class _Delay(NamedTuple):
     """Delay in s, its weights ``(n_seen,)`` on the positions, and what least squares leave of these."""
 
     late: float
@@ -94,19 +106,16 @@ def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | Non
     if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
         return None
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    data = task.problem.observations
     contacts = _contacts(task)
 
     def measured(r: int) -> tuple[np.ndarray, np.ndarray]:
-        n = len(task.traces[r].times)
-        counted = np.asarray(data.weight[POSITION])[r, :n] > 0.0
-        return np.where(counted, np.asarray(data.measured[POSITION])[r, :n], np.nan), task.traces[r].channels[FORCE]
+        return measured_positions(task, r), task.traces[r].channels[FORCE]
 
     def simulated(r: int) -> tuple[np.ndarray, np.ndarray]:
         n = len(task.traces[r].times)
         return tuple(np.asarray(motion.readings[name])[r, :n] for name in (POSITION, FORCE))  # type: ignore[return-value]
 
-    found, expected = (_told(task, local, contacts, signals) for signals in (measured, simulated))
+    found, expected = (_delay(task, local, contacts, signals) for signals in (measured, simulated))
     if found is None or expected is None:
         return None
     places = [(contact.record, contact.samples[contact.seen]) for contact in contacts]
@@ -115,16 +124,15 @@ def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | Non
 
 def _contacts(task: Task) -> list[_Contact]:
     """Contacts by the measured force, from flight to flight; those with gaps in their force do not count."""
-    data, found = task.problem.observations, list[_Contact]()
+    found = list[_Contact]()
     for r, trace in enumerate(task.traces):
         n, force = len(trace.times), trace.channels[FORCE]
-        counted = np.asarray(data.weight[POSITION])[r, :n] > 0.0
+        counted = np.isfinite(measured_positions(task, r))
         if np.isfinite(force).sum() < SHORTEST_CONTACT:
             continue
         loads = derivative(force, trace.times, SMOOTHED, 0)
         margin = round(0.5 * SMOOTHED / trace.step)
-        edges = np.diff((loads > LOADED * np.nanmax(loads)).astype(int), prepend=0, append=0)
-        for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        for start, end in runs(loads > LOADED * np.nanmax(loads)):
             samples = np.arange(start - margin, end + margin)
             if samples[0] < 0 or samples[-1] >= n:
                 continue  # it has no flight on one side: the weight may hang there, held by the guide as well
@@ -133,35 +141,27 @@ def _contacts(task: Task) -> list[_Contact]:
     return found
 
 
-def _told(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Signals) -> _Told | None:
+def _delay(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Signals) -> _Delay | None:
     """Least squares over all contacts; None where they tell nothing."""
     if not contacts:
         return None
     known = {r: _Signals.of(task.traces[r], *signals(r)) for r in {one.record for one in contacts}}
-    table = np.concatenate([_without_start(task, local[one.record], one, known[one.record]) for one in contacts])
-    positions, shapes = table[:, 0], table[:, 1:]
-    scale = np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(float).tiny)
-    left, size, right = np.linalg.svd(shapes / scale, full_matrices=False)
-    if not (np.isfinite(table).all() and size[-1] > TOLD_APART * size[0]):
+    table = np.concatenate([_without_start(task, local, one, known[one.record]) for one in contacts])
+    found = fitted_shapes(table[:, 0], table[:, 1:], 2, TOLD_APART)
+    if found is None or found.sizes[0] == 0.0:
         return None
-    rows = (left @ (right / size[:, None])).T / scale[:, None]
-    whole, once = rows @ positions
-    if whole == 0.0:
-        return None
+    whole, once = found.sizes
     late = once / whole
-    return _Told(float(late), (rows[1] - late * rows[0]) / whole, positions - left @ (left.T @ positions))
+    return _Delay(float(late), (found.weights[1] - late * found.weights[0]) / whole, found.left)
 
 
 def _without_start(task: Task, local: np.ndarray, contact: _Contact, signals: _Signals) -> np.ndarray:
     """Positions of a contact and the two integrals, ``(n_seen, 3)``, without start, speed and a constant force."""
-    trace = task.traces[contact.record]
-    step, stated = trace.step, {**trace.conditions, **dict(zip(task.problem.layout.names, local, strict=True))}
+    step, stated = task.traces[contact.record].step, stated_of(task, local, contact.record)
     mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
     position, force, turned = (signal[contact.samples] for signal in signals)
     once = integrated(force, step)
     rubbed = stated.get("friction", 0.0) / mass * integrated(integrated(turned, step), step)
     columns = [position + rubbed, integrated(once, step) / mass, once / mass]
     time = np.linspace(-1.0, 1.0, len(contact.samples))
-    table = np.column_stack(columns)[contact.seen]
-    free, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time, time**2])[contact.seen])
-    return table - free @ (free.T @ table)
+    return without_polynomial(np.column_stack(columns), time, contact.seen, 2)

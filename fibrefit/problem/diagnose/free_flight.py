@@ -8,7 +8,7 @@ the scale of the positions or the slope.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -17,17 +17,26 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.roles import SLACK
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.stretches import (
+    FORCE,
+    LOADED,
+    POSITION,
+    SMOOTHED,
+    TURNED,
+    SharedShapes,
+    error_of_sum,
+    fitted_shapes,
+    measured_positions,
+    runs,
+    stated_of,
+    without_polynomial,
+)
 from fibrefit.problem.task import Task
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.trace import Trace
 
-POSITION, FORCE = "position", "force"
-SMOOTHED, TURNED = 8e-3, 20e-3
-"""Length in s of the windows in which load and direction are told: noise moves the instant at which a weight turns."""
-LOADED = 0.05
-"""Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
 EDGE = 0.1
 """Share of a flight at either end that is left out: a force may be late, and a contact begins gently."""
 SHORTEST_FLIGHT = 8
@@ -65,14 +74,6 @@ class _Flight(NamedTuple):
         return np.isfinite(self.position)
 
 
-class _Told(NamedTuple):
-    """Gravity over the stated one, its weights ``(n_sample,)`` on the positions, and what these leave."""
-
-    ratio: float
-    weights: np.ndarray
-    left: np.ndarray
-
-
 def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity | None:
     """Gravity by the positions measured while the fibre is slack; None where no weight flies in both directions.
 
@@ -95,24 +96,22 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
         return None
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
     flights = _measured(task, motion)
-    measured, simulated = _told(task, local, flights), _told(task, local, _simulated(task, motion))
+    measured, simulated = _fitted(task, local, flights), _fitted(task, local, _simulated(task, motion))
     if measured is None or simulated is None:
         return None
     places = [(flight.record, flight.samples[flight.seen]) for flight in flights]
-    error = error_of_sum(task, places, measured.weights, measured.left)
-    return Gravity(measured.ratio / simulated.ratio - 1.0, error / simulated.ratio)
+    error, ratio = error_of_sum(task, places, measured.weights[0], measured.left), float(simulated.sizes[0])
+    return Gravity(float(measured.sizes[0]) / ratio - 1.0, error / ratio)
 
 
 def _measured(task: Task, motion: Motion) -> list[_Flight]:
     """Flights by the force as well: simulated contacts are late or early where the model is wrong."""
-    data, found = task.problem.observations, list[_Flight]()
+    found = list[_Flight]()
     for r, trace in enumerate(task.traces):
         n = len(trace.times)
-        counted = np.asarray(data.weight[POSITION])[r, :n] > 0.0
-        position = np.where(counted, np.asarray(data.measured[POSITION])[r, :n], np.nan)
         force = derivative(trace.channels[FORCE], trace.times, SMOOTHED, 0)
         free = (motion.phase[r, :n] == SLACK) & (force < LOADED * np.nanmax(force))
-        found += _flights(trace, r, position, free)
+        found += _flights(trace, r, measured_positions(task, r), free)
     return found
 
 
@@ -135,65 +134,27 @@ def _flights(trace: Trace, record: int, position: np.ndarray, free: np.ndarray) 
 
 def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
     """First sample of each flight and the one after its last, without its ends."""
-    edges = np.diff(free.astype(int), prepend=0, append=0)
-    found = []
-    for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        cut = round(EDGE * (end - start))
-        if end - start - 2 * cut >= SHORTEST_FLIGHT:
-            found.append((int(start) + cut, int(end) - cut))
-    return found
+    cut = [(start, end, round(EDGE * (end - start))) for start, end in runs(free)]
+    return [(start + off, end - off) for start, end, off in cut if end - start - 2 * off >= SHORTEST_FLIGHT]
 
 
-def _told(task: Task, local: np.ndarray, flights: list[_Flight]) -> _Told | None:
-    """Least squares over all flights; None where they tell nothing."""
+def _fitted(task: Task, local: np.ndarray, flights: list[_Flight]) -> SharedShapes | None:
+    """Gravity over the stated one by all flights; None where they tell nothing."""
     if not flights:
         return None
     table = np.concatenate([_without_start(task, local, flight) for flight in flights])
-    positions, shapes = table[:, 0], table[:, 1:]
-    scale = np.maximum(np.linalg.norm(shapes, axis=0), np.finfo(float).tiny)
-    left, size, right = np.linalg.svd(shapes / scale, full_matrices=False)
-    if not size[-1] > RESOLVED * size[0]:
-        return None
-    weights = left @ (right[:, 0] / size) / scale[0]
-    return _Told(float(weights @ positions), weights, positions - left @ (left.T @ positions))
+    return fitted_shapes(table[:, 0], table[:, 1:], 1, RESOLVED)
 
 
 def _without_start(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray:
     """Positions of a flight and what they consist of, ``(n_seen, 4)``, without what another start could be."""
     trace = task.traces[flight.record]
-    stated = {**trace.conditions, **dict(zip(task.problem.layout.names, local[flight.record], strict=True))}
+    stated = stated_of(task, local, flight.record)
     mass, gravity = stated["weight_mass"] + stated["added_mass"], STANDARD_GRAVITY * np.sin(stated["inclination"])
     time = trace.step * (flight.samples - flight.samples.mean())
     # Of the sample in which a weight turns round, the share that it goes one way.
     direction = np.clip(flight.speed / (0.5 * gravity * trace.step), -1.0, 1.0)
     turned = integrated(integrated(direction, trace.step), trace.step)
     path = integrated(flight.position, trace.step)
-    table = np.column_stack([flight.position, 0.5 * gravity * time**2, turned / mass, path / mass])[flight.seen]
-    start, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time])[flight.seen])
-    return table - start @ (start.T @ table)
-
-
-def error_of_sum(task: Task, places: Sequence[tuple[int, np.ndarray]], weights: np.ndarray, left: np.ndarray) -> float:
-    """Standard error of a weighted sum of measured positions.
-
-    Parameters
-    ----------
-    task : Task
-    places : sequence of (int, (n_sample,) int)
-        Record and samples of stretches of the positions.
-    weights : (n_sample,)
-        Of the positions of all stretches, one after the other.
-    left : (n_sample,)
-        What least squares leave of them, in m: where it is louder than the noise of the rests, noise is as loud.
-    """
-    noise, variance = task.noise[POSITION], 0.0
-    parts = np.split(weights, np.cumsum([len(samples) for _, samples in places])[:-1])
-    for r, trace in enumerate(task.traces):
-        of_record = np.zeros(len(trace.times))
-        for (record, samples), part in zip(places, parts, strict=True):
-            if record == r:
-                of_record[samples] += part
-        variance += noise.variance_of_sum(of_record, trace.rate)
-    rate, longest = task.traces[0].rate, max(len(samples) for _, samples in places)
-    louder = float(np.sqrt(np.mean(left**2))) / noise.rms(longest / rate, rate)
-    return float(np.sqrt(variance)) * max(1.0, louder)
+    table = np.column_stack([flight.position, 0.5 * gravity * time**2, turned / mass, path / mass])
+    return without_polynomial(table, time, flight.seen, 1)

@@ -5,7 +5,7 @@ What records share comes first, what belongs to each follows; products of slopes
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -88,6 +88,18 @@ class Unknowns:
         ratio = value / np.where(self.log, self.reference, 1.0)
         z = np.where(self.log, np.log(np.maximum(ratio, 1e-300)), (value - self.reference) / self.scale)
         return np.clip(z, self.lower, self.upper)
+
+    def holding(self, places: np.ndarray | int, z: np.ndarray) -> Unknowns:
+        """The same with some of the shared coordinates held where they are.
+
+        Parameters
+        ----------
+        places : (n_held,) int
+        z : (n_shared,)
+        """
+        lower, upper = self.lower.copy(), self.upper.copy()
+        lower[places] = upper[places] = z[places]
+        return replace(self, lower=lower, upper=upper)
 
     def slope(self, z: np.ndarray) -> np.ndarray:
         """Change of values with their coordinates ``(n_shared,)``, in SI units."""

@@ -16,13 +16,13 @@ from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import SECONDS, Limits
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import LAWS
-from fibrefit.fitting.result import Estimate
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.records import Record
 from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, Verdict
+from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts
@@ -116,7 +116,7 @@ class Discovery(Predicts):
         return tuple(names[effect] for effect in self.finding.added)
 
     @property
-    def parameters(self) -> dict[str, Estimate]:
+    def parameters(self) -> dict[str, ParameterSummary]:
         """Parameters of the final model that all records share, by name, in SI units."""
         return self.finding.after.parameters
 

@@ -79,9 +79,9 @@ def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
     if finding.verdict == "not_trusted":
         return study
     found: dict[str, list[float]] = {}
-    for estimate in finding.after.estimates:
-        if estimate.free and np.isfinite(estimate.value):
-            found.setdefault(estimate.name, []).append(estimate.value)
+    for name, _, one in finding.after.estimates:
+        if one.free and np.isfinite(one.value):
+            found.setdefault(name, []).append(one.value)
     declared = {parameter.name: parameter for parameter in finding.after.problem.model.parameters}
     parameters = dict(study.parameters)
     for name, setting in study.settings(declared).items():
@@ -189,7 +189,7 @@ def _before(finding: Finding) -> d.Before:
     return d.Before(
         status=before.status,
         effects=tuple(effect.name for effect in before.problem.model.effects),
-        parameters={name: s.ParameterSummary.of(estimate) for name, estimate in before.parameters.items()},
+        parameters=before.parameters,
         gap=gap_summary(before.gap),
         records={name: gap_summary(gap) for name, gap in before.record_gaps.items()},
     )

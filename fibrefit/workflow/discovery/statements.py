@@ -9,9 +9,9 @@ import numpy as np
 
 from fibrefit.core.units import shown_unit
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.fitting.result import Estimate
 from fibrefit.laws.law import Effect, StudyLaw
 from fibrefit.laws.rig.inclination_error import InclinationError
+from fibrefit.study.summaries.summaries import ParameterSummary
 
 CONDITIONS = {
     "weight_mass": ("a mass of the weight of", "kg"),
@@ -46,7 +46,7 @@ def _condition(effect: type[Effect]) -> str:
     return effect.condition if issubclass(effect, StudyLaw) else ""
 
 
-def _stated(effect: type[Effect], condition: str, estimates: dict[str, Estimate], finding: Finding) -> str:
+def _stated(effect: type[Effect], condition: str, estimates: dict[str, ParameterSummary], finding: Finding) -> str:
     """The study says 3.096 kg; the records say 3.19 +/- 0.01 kg."""
     (estimate,) = estimates.values()
     known = finding.after.problem.observations.experiment.conditions
@@ -64,7 +64,7 @@ def _corrected(effect: type[Effect], condition: str, stated: float, value: float
     return float(law.correct({condition: jnp.asarray(stated)})[condition])
 
 
-def _clock(estimates: dict[str, Estimate], finding: Finding) -> str:
+def _clock(estimates: dict[str, ParameterSummary], finding: Finding) -> str:
     (estimate,) = estimates.values()
     rates = sorted({round(1.0 / float(np.diff(np.asarray(times)).mean()), 3) for times in _times(finding)})
     true = [rate / (1.0 + estimate.value) for rate in rates]
@@ -81,7 +81,7 @@ def _times(finding: Finding) -> list[np.ndarray]:
     ]
 
 
-def _in_record(effect: type[Effect], estimates: dict[str, Estimate], finding: Finding) -> str:
+def _in_record(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
     """In which record, at what instant, and by how much."""
     place = (effect.record or 1) - 1
     names = finding.after.problem.layout.records
@@ -102,8 +102,8 @@ def _in_record(effect: type[Effect], estimates: dict[str, Estimate], finding: Fi
     return f"{where}{when}: {', '.join(said)}."
 
 
-def _error(estimate: Estimate) -> float:
-    return float(estimate.std_error) if np.isfinite(estimate.std_error) else 0.0
+def _error(estimate: ParameterSummary) -> float:
+    return estimate.std_error or 0.0
 
 
 def _several(values: Sequence[float] | np.ndarray, unit: str, error: float = 0.0) -> str:
