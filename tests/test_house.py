@@ -243,15 +243,29 @@ def judges(tree: ast.Module) -> bool:
     return makes or any(str(home).endswith(".thresholds") for home in homes)
 
 
+def _assigned(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Targets and values of a module's own assignments, one by one where several are made at once."""
+    for node in tree.body:
+        if isinstance(node, ast.AnnAssign) and node.value is not None:
+            yield node.target, node.value
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                yield from zip(target.elts, node.value.elts, strict=True)
+            else:
+                yield target, node.value
+
+
+def _is_number(value: ast.expr) -> bool:
+    """Whether a constant is a number, or made of numbers alone."""
+    inside = [node for node in ast.walk(value) if not isinstance(node, ast.operator | ast.unaryop)]
+    numbers = [node for node in inside if isinstance(node, ast.Constant) and isinstance(node.value, int | float)]
+    made = [node for node in inside if isinstance(node, ast.BinOp | ast.UnaryOp)]
+    return len(numbers) + len(made) == len(inside)
+
+
 def numbers_compared(tree: ast.Module) -> set[str]:
     """Constants of a module, and numbers other than 0 and 1, that something is compared with."""
-    constants = {
-        target.id
-        for node in tree.body
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.UnaryOp)
-        for target in node.targets
-        if isinstance(target, ast.Name) and isinstance(ast.literal_eval(node.value), int | float)
-    }
+    constants = {target.id for target, value in _assigned(tree) if isinstance(target, ast.Name) and _is_number(value)}
     found = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare):
@@ -283,6 +297,12 @@ def test_a_number_in_a_verdict_is_seen() -> None:
     tree = ast.parse("LIMIT = 0.3\nWIDTH = 4\ndef f(x):\n    return Check('', 2 * LIMIT > x > 0.7, WIDTH)")
     assert judges(tree)
     assert numbers_compared(tree) == {"LIMIT", "0.7"}
+
+
+def test_so_is_one_of_several_and_one_that_is_computed() -> None:
+    source = "LOW, HIGH = 0.3, 3\nMOST: float = 2.0 / 3.0\nWORD = 'x'\n"
+    source += "def f(x):\n    return Check(x < LOW, x > HIGH > MOST > WORD)"
+    assert numbers_compared(ast.parse(source)) == {"LOW", "HIGH", "MOST"}
 
 
 def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:

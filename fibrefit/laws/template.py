@@ -131,7 +131,7 @@ class {cls}({base}):
 {announced}{others}
     # What else may be said of the class, each a line such as `stiff: ClassVar[bool] = True`:
     # strength   names of the parameters at whose null values the law vanishes; the first one unless said
-    # acts_on    what a rig must have, a set of Capability: {capabilities}
+{acts_on}
     # needs, excludes   names of effects that must, or must not, be in the model too
     # stiff      True where it brings rates that are fast against the sampling
     # singular   0.1, say, where the model changes its kind at the null (a new state, a rigid part that gives way)
@@ -142,6 +142,8 @@ class {cls}({base}):
 
 
 LAWS = "fibrefit.laws.law"
+WIDTH = 120
+"""Columns of a line of code."""
 OTHERS = "What else a law at this port can say; what it does not say adds nothing. To use one, take its # away."
 
 
@@ -180,7 +182,7 @@ def template(name: str) -> str:
         announced=announced,
         others_said=OTHERS if others else "It is all that a law at this port can say.",
         others="".join(f"\n{other}" for other in others),
-        capabilities=", ".join(capability.name for capability in Capability),
+        acts_on=_said("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
     )
 
 
@@ -190,6 +192,11 @@ def _imports(names: list[str], kind: type) -> str:
         return f"from {LAWS} import {', '.join(names)}"
     others = ", ".join(name for name in names if name != kind.__name__)
     return f"from {LAWS} import {others}\nfrom {kind.__module__} import {kind.__name__}"
+
+
+def _said(attribute: str, what: str) -> str:
+    """A comment on an attribute of the class, in lines that fit."""
+    return textwrap.fill(what, WIDTH, initial_indent=f"    # {attribute:11}", subsequent_indent=f"    #{' ' * 12}")
 
 
 def class_name(effect: str) -> str:
@@ -202,4 +209,7 @@ def _source(method: object) -> str:
 
 
 def _commented(source: str) -> str:
+    head, _, rest = source.partition("\n")
+    if len(head) > WIDTH - len("    # "):
+        source = re.sub(r"\((.*)\) ->", r"(\n    \1\n) ->", head) + f"\n{rest}"
     return textwrap.indent(source, "    # ", lambda line: True).replace("    # \n", "    #\n")

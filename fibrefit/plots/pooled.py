@@ -15,6 +15,7 @@ from fibrefit.plots.style import (
     BLUE,
     GAP,
     GREY,
+    MOST_NAMES,
     PALE,
     RIGHT,
     SKY,
@@ -39,8 +40,8 @@ LEFT, BOTTOM, ACROSS, UP = 17.0, 13.0, 17.0, 15.0
 """Margins for names of records in two lines, and room between panels for the label of the next, in mm."""
 HEIGHT, COLUMNS = 32.0, 3
 """Height of a panel in mm, and panels in a row."""
-MOST, NAMED = 12, 12
-"""Trends that are drawn, a page of them, and records whose names fit below an axis."""
+MOST = 12
+"""Trends that are drawn: a page of them."""
 TRENDS = (
     "line: weighted regression; bars: twice the standard error; red: outlier; chance: probability of as strong a trend "
     "where there is none, all looks together"
@@ -78,7 +79,7 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
         axes = axes_at(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
         _pooled(axes, name, found, values)
         last = i == len(population) - 1
-        named = len(values) <= NAMED
+        named = len(values) <= MOST_NAMES
         if named:
             name_records(axes, range(1, len(values) + 1), list(values), WIDTH - LEFT - RIGHT)
         else:

@@ -56,6 +56,8 @@ LETTER_SMALL = 1.3
 """Width of a letter of small text, in mm."""
 LONGEST_NAME = 34
 """Letters of a name beside axes, which then takes a quarter of the width."""
+MOST_NAMES = 12
+"""Names of records that fit below an axis, in two lines."""
 SMALLEST = 0.8
 """Factor by which a long title may be set smaller before it is broken into two lines."""
 

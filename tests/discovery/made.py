@@ -61,7 +61,7 @@ def identified(
     )
     ratio = float(np.hypot(1.0, wrong / np.sqrt(2.0)))
     gap = {c: ChannelGap.beside(noise[c], ratio * noise[c], task.units[c]) for c in channels}
-    values = np.array([estimate.value for estimate in estimates])
+    values = np.array([estimate.found.value for estimate in estimates])
     names = tuple(slot.name for slot, r in layout.entries if r is None)
     ends = np.tile(values[: len(names)], (4, 1))
     passed = ratio < 1.1 and not fatal

@@ -19,6 +19,7 @@ from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.discovery.left import noise_alone, with_gap
+from tests.discovery.placed import PLACES
 from tests.discovery.test_events import SAMPLE
 from tests.discovery.test_innovations import pink, resting
 
@@ -152,6 +153,17 @@ def told_by(ordinates: float) -> bool:
         return innovations.against_rest(resting(0, 0.0)[:1], "force", noise) is not None
 
 
+def rests_differ(below: float, above: float) -> bool:
+    """Whether rests with a tenth of the power at one frequency, and all of it at another, alarm."""
+    noise, frequency = pink(0.0), np.array([below] * 20 + [above] * 20)
+    power = np.where(np.arange(40) < 20, 0.1, 1.0) * noise.density(frequency)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(innovations, "rests", lambda trace: [slice(0, 100)])
+        patched.setattr(innovations, "periodogram", lambda values, rate: (frequency, power))
+        found = innovations.against_rest(resting(0, 0.0)[:1], "force", noise)
+    return found is not None and found.raised
+
+
 def seen(share: float) -> bool:
     """Whether a direction with such a share of a record's information is seen in a part of it."""
     return innovations._gain(np.diag([1.0, share]), np.ones(2), np.ones(2))[1] == 2
@@ -191,6 +203,9 @@ CASES = (
     Bracket("FEWEST", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
     Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
+    Bracket("SLOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
+    Bracket("FAST", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
+    *PLACES,
 )
 
 

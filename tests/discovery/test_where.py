@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import chi2
 
 from fibrefit.core.roles import LOADING, PHASES, SLACK
-from fibrefit.discovery.residuals.chance import WRONGLY, loudest
+from fibrefit.discovery.engine.thresholds import WRONGLY
+from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
 from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of

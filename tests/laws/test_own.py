@@ -132,13 +132,15 @@ def test_a_template_can_be_used_as_it_is(tmp_path: Path, port: str) -> None:
     name = f"mine.py:{class_name('my_law')}"
     assert all_wrong(name, CONDITIONS, tmp_path) == ()
     assert find_effect(name, tmp_path).name == f"{port}.my_law"
+    # Of the length that a law in the catalogue may have.
+    assert max(map(len, template(f"{port}.my_law").splitlines())) <= 120
 
 
 @pytest.mark.parametrize("port", PORTS)
 def test_a_template_explains_every_hook(port: str) -> None:
     source = template(f"{port}.my_law")
     for name in public_methods(PORTS[port]):
-        assert f"def {name}(self" in source
+        assert re.search(rf"def {name}\((\n    #     )?self", source)
 
 
 def test_the_page_on_extending_shows_a_law_that_keeps_the_contract(tmp_path: Path) -> None:

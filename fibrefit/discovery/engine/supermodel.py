@@ -118,7 +118,7 @@ class Supermodel:
 
     @property
     def pulls(self) -> tuple[jax.Array, jax.Array] | None:
-        """Reactions to the errors of inputs, and the inverse of their matrix; see `InputSensitivities`."""
+        """Sensitivities to the errors of inputs, and the inverse of their matrix; see `InputSensitivities`."""
         return (
             None
             if self.sensitivities is None

@@ -46,7 +46,57 @@ FEWEST = 8
 """Ordinates of a record at rest that tell its noise: their mean is known to a third."""
 QUANTISED = 0.3
 """Power of the fast noise at rest over that in motion below which it is not noise that is seen at rest but steps."""
+SLOW, FAST = 40.0, 100.0
+"""Frequencies in Hz below and above which the noise at rest is held against that in motion: between the
+two lie the mains."""
 
+WRONGLY = 0.01
+"""Chance that noise alone is called loud anywhere in all the looks: one series in a hundred."""
+KNOWN = 3.3
+"""Standard errors by which the noise at rest may have been taken for less than it is: once in two thousand."""
+LOUDER_STILL = 2.0
+"""Where most of a record is loud, the excess of a place over noise, in units of the record's median excess, from which
+it is told: what all of it has is no place."""
+ONE_WAY = 0.8
+"""Share of a gap from which all of it is said to lie where the guide slides in one way, or the drive moves."""
+OF_TIME = 0.7
+"""Share of the time from which that goes without saying."""
+BY_ITSELF = 2.0
+"""Mean squared residual of a record over the largest of the others from which it is said to part from the model alone:
+that of noise of a thousand samples scatters by a twentieth."""
+HAPPENED = 8.0
+"""Mean squared residual of a window, in units of the noise, from which an event has happened."""
+SOON = 2.0 / 3.0
+"""Share of a gap that makes most of it."""
+DENSE = 2.0
+"""How much denser than on average a gap must lie after take-up to be said to lie there."""
+ORDERED = 0.01
+"""Probability by chance of an order of the contacts by their speeds, below which it is told: once in a hundred."""
+FEWEST_CONTACTS = 6
+"""Contacts that can show an order at all: five are in one by chance once in sixty times."""
+FEWEST_IN_CONTACT = 4
+"""Samples by which a contact is judged: their mean square scatters by seven tenths."""
+NARROW = 0.5
+"""Share of a gap that a third of an octave must hold to be said to have it."""
+FEWEST_IN_BAND = 3
+"""Frequencies such a band must hold: one alone may be chance."""
+BESIDE_MAINS = 4.0
+"""Distance in Hz from the mains within which a gap may be theirs: a window of a quarter of a second tells no less."""
+SHORTEST_SEGMENT = 32
+"""Samples of a segment from which the lowest frequencies, which a mean that was taken off has emptied, are left out:
+of fewer there would be too little left."""
+OUTSIDE = 0.025
+"""Probability that power of noise is beyond either of the limits a spectrum is drawn with: within them, 19 of 20."""
+AROUND_EVENT = 10
+"""Windows of motion there must be before an event and after it: a tenth of a second on either side."""
+LOUD_AFTER = 2.0 / 3.0
+"""Share of the windows after an event that are loud: what happened stays."""
+LOUD_AT_ONCE = 0.25
+"""What the windows just after an event hold, as a share of what loud ones usually do: less of it came by and by."""
+PHASE_SEEN = 3
+"""Windows of a phase that show what it is like without an event."""
+STRETCHED = 0.02
+"""Share of its range by which a state may leave it and still be said to have been there before."""
 
 PRICE = 4.0
 """Nats a parameter usually costs before it explains anything: the logarithm of what the records narrow its prior by."""

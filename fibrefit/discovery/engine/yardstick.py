@@ -70,7 +70,7 @@ def yardstick_of(frame: Supermodel, noise: Sequence[Noise], steps: Mapping[str, 
 def steps_at(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> Mapping[str, Steps]:
     """Steps of channels that are read in coarse ones, with the noise before rounding that is most probable at values.
 
-    Where inputs have errors too, reactions to these are known for fine readings only, and rounding counts as noise.
+    Where inputs have errors too, sensitivities to these are known for fine readings only, and rounding counts as noise.
 
     Parameters
     ----------

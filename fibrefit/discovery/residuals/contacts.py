@@ -7,19 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import SLACK, TAUT
+from fibrefit.discovery.engine.thresholds import DENSE, FEWEST_CONTACTS, FEWEST_IN_CONTACT, ORDERED, SOON
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual
 from fibrefit.problem.diagnose.residuals import ResidualSet
 
-SOON = 2.0 / 3.0
-"""Share of the gap that makes most of it."""
-DENSE = 2.0
-"""How much denser than on average the gap must lie after take-up to be said to lie there."""
 STEPS = 60
 """Times after take-up that are tried."""
-FEWEST_CONTACTS, FEWEST = 6, 4
-"""Contacts that show a dependence, and samples by which each of them is judged."""
-BY_CHANCE = 0.01
 
 
 class Contact(NamedTuple):
@@ -27,14 +21,14 @@ class Contact(NamedTuple):
 
     Parameters
     ----------
-    strand : Strand
+    channel : ChannelResidual
     start, stop : int
         First sample that is taut, and the one past the last.
     speed : float
         At take-up, in m/s.
     """
 
-    strand: ChannelResidual
+    channel: ChannelResidual
     start: int
     stop: int
     speed: float
@@ -46,7 +40,7 @@ def contacts(found: ResidualSet, own: list[ChannelResidual]) -> list[Contact]:
     Parameters
     ----------
     found : ResidualSet
-    own : list of Strand
+    own : list of ChannelResidual
         One channel of each record.
     """
     states, listed = found.motion.states, []
@@ -58,7 +52,7 @@ def contacts(found: ResidualSet, own: list[ChannelResidual]) -> list[Contact]:
         for start in starts:
             later = np.flatnonzero(~taut[start:])
             stop = start + int(later[0]) if later.size else len(taut)
-            if stop - start >= FEWEST:
+            if stop - start >= FEWEST_IN_CONTACT:
                 listed.append(Contact(piece, start, stop, float(speeds[piece.record, start])))
     return listed
 
@@ -69,7 +63,7 @@ def after_take_up(found: ResidualSet, own: list[ChannelResidual], phase: int) ->
     Parameters
     ----------
     found : ResidualSet
-    own : list of Strand
+    own : list of ChannelResidual
         The channel in each record.
     phase : int
 
@@ -89,16 +83,16 @@ def soon(listed: list[Contact], phase: int) -> tuple[float | None, float]:
     """Time [s] after take-up in which most of a phase's gap lies, and its share; None where it lies everywhere."""
     since, excess = (np.concatenate(parts) for parts in zip(*(_since(c, phase) for c in listed), strict=True))
     whole = float(excess.sum())
-    if whole <= 0.0 or len(since) < FEWEST:
+    if whole <= 0.0 or len(since) < FEWEST_IN_CONTACT:
         return None, 0.0
     order = np.argsort(since, kind="stable")
     since, running = since[order], np.cumsum(excess[order])
     times = np.linspace(0.0, float(since[-1]), STEPS + 1)[1:]
-    numbers = np.maximum(np.searchsorted(since, times, side="right"), FEWEST)
+    numbers = np.maximum(np.searchsorted(since, times, side="right"), FEWEST_IN_CONTACT)
     shares, parts = running[numbers - 1] / whole, numbers / len(since)
     # Where the gap falls furthest behind what it was soon after take-up: the knee of the curve.
     best = int(np.argmax(np.where(shares > SOON, shares - parts, -1.0)))
-    piece, power = listed[0].strand, 1.0 + float(running[numbers[best] - 1]) / numbers[best]
+    piece, power = listed[0].channel, 1.0 + float(running[numbers[best] - 1]) / numbers[best]
     limit = loudest(piece.noise, int(numbers[best]), len(piece.times), piece.rate, STEPS)
     if shares[best] <= max(SOON, DENSE * parts[best]) or power <= limit:
         return None, 0.0
@@ -118,19 +112,19 @@ def trend(listed: list[Contact], phase: int, within: float | None) -> str | None
     for contact in listed:
         since, excess = _since(contact, phase)
         inside = since <= (np.inf if within is None else within)
-        if inside.sum() >= FEWEST:
+        if inside.sum() >= FEWEST_IN_CONTACT:
             speeds.append(contact.speed)
             gaps.append(float(excess[inside].mean()))
     if len(speeds) < FEWEST_CONTACTS:
         return None
     found = kendalltau(speeds, gaps)
-    if not found.pvalue < BY_CHANCE:
+    if not found.pvalue < ORDERED:
         return None
     return "grows" if found.statistic > 0.0 else "shrinks"
 
 
 def _since(contact: Contact, phase: int) -> tuple[np.ndarray, np.ndarray]:
     """Time [s] since take-up and excess of the samples of a contact that count, in one phase."""
-    piece, inside = contact.strand, slice(contact.start, contact.stop)
+    piece, inside = contact.channel, slice(contact.start, contact.stop)
     chosen = (piece.phase[inside] == phase) & piece.counted[inside]
     return (piece.times[inside] - piece.times[contact.start])[chosen], piece.excess[inside][chosen]

@@ -12,20 +12,15 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.roles import HELD, REST
+from fibrefit.discovery.engine.thresholds import AROUND_EVENT, LOUD_AFTER, LOUD_AT_ONCE, PHASE_SEEN, STRETCHED
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual, channel_residuals
 from fibrefit.problem.diagnose.residuals import ResidualSet
 
-FEWEST = 10
-"""Windows of motion there must be before an event and after it."""
-MOSTLY = 2.0 / 3.0
-"""Share of the windows after an event that are loud."""
-AT_ONCE, RATIO = 5, 0.25
-"""Windows just after an event and just before it; what the former hold, as a share of what the loud ones usually do."""
-SEEN = 3
-"""Windows of a phase that show what it is like without the event."""
-STRETCHED = 0.02
-"""Share of its range by which a state may leave it and still be said to have been there before."""
+AT_ONCE = 5
+"""Windows just after an event and just before it."""
+LOOKS = 10
+"""Times that what lies before an event is looked at: so often noise may be loud by chance."""
 
 
 def events(found: ResidualSet) -> tuple[tuple[str, float], ...]:
@@ -57,12 +52,13 @@ def _event(found: ResidualSet, own: list[ChannelResidual], looks: int) -> float 
         return None
     first = int(loud.argmax())
     after = np.flatnonzero(moving[first:]) + first
-    if moving[:first].sum() < FEWEST or len(after) < FEWEST or loud[after].mean() < MOSTLY:
+    if moving[:first].sum() < AROUND_EVENT or len(after) < AROUND_EVENT or loud[after].mean() < LOUD_AFTER:
         return None
     if not all(_is_noise(piece, powers[c], first, width) for c, piece in enumerate(own)):
         return None
     sizes = powers.max(axis=0)
-    if sizes[first : first + AT_ONCE].mean() < RATIO * np.median(sizes[after][loud[after]]):
+    at_once = slice(first, first + AT_ONCE)
+    if sizes[at_once].mean() < LOUD_AT_ONCE * np.median(sizes[after][loud[after]]):
         return None
     if not _done_before(found, own[0].record, phase, first, width):
         return None
@@ -83,16 +79,14 @@ def _usual(values: np.ndarray, width: int) -> np.ndarray:
 
 def _is_noise(piece: ChannelResidual, powers: np.ndarray, first: int, width: int) -> bool:
     """Whether all windows before one, and the last few of them, are noise, each taken together."""
-    return all(
-        powers[first - number : first].mean()
-        <= loudest(piece.noise, number * width, len(piece.times), piece.rate, FEWEST)
-        for number in (first, AT_ONCE)
-    )
+    numbers = (first, AT_ONCE)
+    limits = [loudest(piece.noise, number * width, len(piece.times), piece.rate, LOOKS) for number in numbers]
+    return all(powers[first - number : first].mean() <= limit for number, limit in zip(numbers, limits, strict=True))
 
 
 def _done_before(found: ResidualSet, record: int, phase: np.ndarray, first: int, width: int) -> bool:
     """Whether the rig has been in the phase of a window before, and its states as far out."""
-    if (phase[:first] == phase[first]).sum() < SEEN:
+    if (phase[:first] == phase[first]).sum() < PHASE_SEEN:
         return False
     inside, past = slice(first * width, (first + 1) * width), slice(0, first * width)
     same = found.motion.phase[record, past] == phase[first]

@@ -20,7 +20,7 @@ from scipy.stats import chi2, gamma
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
-from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FEWEST, QUANTISED, RANK
+from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FAST, FEWEST, QUANTISED, RANK, SLOW
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import STEP
@@ -33,8 +33,6 @@ WINDOWS = 6
 """Parts of a motion that hold equal information."""
 WAVES = 3
 """Half periods of the slow changes in time that parameters are tested for."""
-SLOW, FAST = 40.0, 100.0
-"""Frequencies in Hz below and above which the noise at rest is held against that in motion."""
 
 
 @dataclass(frozen=True)

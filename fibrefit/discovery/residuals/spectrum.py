@@ -7,22 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.discovery.engine.thresholds import BESIDE_MAINS, FEWEST_IN_BAND, NARROW, OUTSIDE, SHORTEST_SEGMENT
 from fibrefit.discovery.residuals.residuals import ChannelResidual
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
 LONGEST = 4096
 """Samples of a segment, at most."""
-SHORTEST_SEGMENT = 32
-"""Samples of a record from which the lowest frequencies, which a mean that was taken off has emptied, are left out."""
 OVERLAP = 0.947
 """Share of the segments that are as good as independent: those of Hann's window that overlap by half."""
 THIRD = 2.0 ** (1.0 / 6.0)
 """Half of the width of a narrow band, a third of an octave, as a factor."""
-FEWEST = 3
-"""Frequencies such a band must hold."""
-BESIDE = 4.0
-"""Distance in Hz from the mains within which a gap may be theirs."""
-BY_CHANCE = 0.025
 
 
 @dataclass(frozen=True)
@@ -51,7 +45,7 @@ def spectrum_of(own: Sequence[ChannelResidual]) -> Spectrum:
 
     Parameters
     ----------
-    own : sequence of Strand
+    own : sequence of ChannelResidual
         The channel in each record.
 
     Source
@@ -70,7 +64,7 @@ def spectrum_of(own: Sequence[ChannelResidual]) -> Spectrum:
         powers.append(np.interp(frequency, own_frequency, power))
         segments.append(2 * len(piece.times) // size - 1)
     freedom = max(2.0 * OVERLAP * sum(segments), 2.0)
-    low, high = (float(chi2.ppf(chance, freedom) / freedom) for chance in (BY_CHANCE, 1.0 - BY_CHANCE))
+    low, high = (float(chi2.ppf(chance, freedom) / freedom) for chance in (OUTSIDE, 1.0 - OUTSIDE))
     # The mean is taken off each segment, and half the rate has one phase only: neither is what it was.
     inner = slice(2, -1) if size >= SHORTEST_SEGMENT else slice(1, None)
     power = np.average(powers, axis=0, weights=segments)
@@ -88,17 +82,19 @@ def narrow_band(found: Spectrum, noise: Noise) -> tuple[float, float, float] | N
     """
     excess = found.power - found.floor
     if noise.line > 0.0:
-        excess = np.where(np.min([np.abs(found.frequency - line) for line in MAINS], axis=0) < BESIDE, 0.0, excess)
+        excess = np.where(
+            np.min([np.abs(found.frequency - line) for line in MAINS], axis=0) < BESIDE_MAINS, 0.0, excess
+        )
     whole = float(excess.sum())
     if whole <= 0.0:
         return None
     running = np.concatenate([[0.0], np.cumsum(excess)])
     first = np.searchsorted(found.frequency, found.frequency / THIRD)
     last = np.searchsorted(found.frequency, found.frequency * THIRD, side="right")
-    shares = np.where(last - first >= FEWEST, (running[last] - running[first]) / whole, 0.0)
+    shares = np.where(last - first >= FEWEST_IN_BAND, (running[last] - running[first]) / whole, 0.0)
     best = int(shares.argmax())
     inside = slice(first[best], last[best])
     loud = found.power[inside].sum() > found.chance[1] * found.floor[inside].sum()
-    if shares[best] <= 0.5 or not loud:
+    if shares[best] <= NARROW or not loud:
         return None
     return float(found.frequency[first[best]]), float(found.frequency[last[best] - 1]), float(min(shares[best], 1.0))

@@ -6,6 +6,7 @@ import numpy as np
 
 from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
 from fibrefit.core.statement import Statement
+from fibrefit.discovery.engine.thresholds import BY_ITSELF, HAPPENED, LOUDER_STILL, OF_TIME, ONE_WAY
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
@@ -16,15 +17,8 @@ from fibrefit.study.summaries.discovery import GapPlace
 
 SPANS = (1, 4, 16)
 """Lengths of the windows in units of that: what is too weak to be seen in short ones may last."""
-OUT = 2.0
-"""Where most of a record is loud, the excess of a place over noise in units of the record's median excess."""
-LOUD = 4.0
-"""Mean squared residual, in units of the noise, from which an event has happened."""
 MOST = 6
-MOSTLY = 0.8
-"""Share of a gap from which all of it is said to lie where the guide slides in one way, or the drive moves."""
-OF_TIME = 0.7
-"""Share of the time from which that goes without saying."""
+"""Places that are listed."""
 
 
 def places(found: ResidualSet) -> tuple[GapPlace, ...]:
@@ -77,7 +71,7 @@ def _loud(piece: ChannelResidual, width: int, looks: int) -> np.ndarray:
         powers = np.where(known, whole / np.maximum(counts, 1.0), 0.0)
         limit = loudest(piece.noise, span * width, len(piece.times), piece.rate, looks)
         usual = float(np.median(powers[known])) if known.any() else 1.0
-        loud[: groups * span] |= np.repeat(powers > max(limit, 1.0 + OUT * (usual - 1.0)), span)
+        loud[: groups * span] |= np.repeat(powers > max(limit, 1.0 + LOUDER_STILL * (usual - 1.0)), span)
     return loud
 
 
@@ -152,7 +146,7 @@ def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str]
     return tuple(
         way
         for way, mask in ways
-        if excess[mask].sum() > MOSTLY * excess.sum() and (inside & mask).sum() < OF_TIME * inside.sum()
+        if excess[mask].sum() > ONE_WAY * excess.sum() and (inside & mask).sum() < OF_TIME * inside.sum()
     )
 
 
@@ -169,7 +163,7 @@ def onset(found: ResidualSet) -> tuple[str, float] | None:
         gaps[record] = float(np.mean(found.residuals[r, :, :count] ** 2))
     worst = max(gaps, key=lambda record: gaps[record])
     others = [gap for record, gap in gaps.items() if record != worst]
-    if not others or gaps[worst] < 2.0 * max(others):
+    if not others or gaps[worst] < BY_ITSELF * max(others):
         return None
     r = found.problem.layout.records.index(worst)
     times = np.asarray(found.problem.observations.experiment.times)[r]
@@ -177,7 +171,7 @@ def onset(found: ResidualSet) -> tuple[str, float] | None:
     width = max(round(WINDOW / step), 4)
     squares = found.residuals[r].max(axis=0) ** 2
     blocks = squares[: len(squares) // width * width].reshape(-1, width).mean(axis=1)
-    loud = np.flatnonzero(blocks > 2.0 * LOUD)
+    loud = np.flatnonzero(blocks > HAPPENED)
     return (worst, float(times[loud[0] * width])) if len(loud) else None
 
 

@@ -18,7 +18,7 @@ from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.task import Task
 
 CHUNK = 64
-"""Reactions that are whitened at once."""
+"""Sensitivities that are whitened at once."""
 NEGLIGIBLE = 0.1
 """Power an error of the inputs adds to the readings, in units of their noise, below which it is left to the noise: it
 would lower a sum of squares by less than a tenth of what noise adds to it in that direction."""
@@ -69,7 +69,7 @@ class InputSensitivities(NamedTuple):
 def sensitivities_of(
     task: Task, values: np.ndarray, coefficients: InputCoefficients, far: bool = False
 ) -> InputSensitivities | None:
-    """Reactions of a task's model; None where no input is noisy.
+    """Sensitivities of a task's model; None where no input is noisy.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def sensitivities_of(
 def weighted_sensitivities(
     coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray, least: float = NEGLIGIBLE
 ) -> InputSensitivities:
-    """From reactions of each record, and factors on the weights of its samples.
+    """From sensitivities of each record, and factors on the weights of its samples.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def _inverse(rows: jax.Array) -> jax.Array:
 
 
 def pulled_by(sensitivities: InputSensitivities, rows: Any) -> Any:
-    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with the reactions; NumPy or JAX."""
+    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with sensitivities; NumPy or JAX."""
     # Rows differ by many orders of magnitude: single precision is that of each row.
     xp = functions_for(rows)
     size = xp.sqrt(xp.sum(rows**2, axis=2, keepdims=True))
@@ -179,7 +179,7 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
 def whitened_sensitivities(
     sensitivities: InputSensitivities, whitening: Coloured | BlockFilter | Levelled
 ) -> InputSensitivities:
-    """Reactions seen through a whitening; what they are before it is not changed."""
+    """Sensitivities seen through a whitening; what they are before it is not changed."""
     rows = _whitened_rows(whitening, sensitivities.rows, sensitivities.downweight.shape[1])
     return sensitivities._replace(rows=rows, inverse=_inverses(rows))
 

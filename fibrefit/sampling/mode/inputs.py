@@ -179,7 +179,7 @@ def _evaluate(
 def _linearised(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
 ) -> tuple[np.ndarray, np.ndarray, InputSensitivities]:
-    """Residuals ``(n_record, 1, n)``, slopes ``(n_record, n_local_free, n)`` and reactions to errors of the inputs."""
+    """Residuals ``(n_record, 1, n)``, slopes ``(n_record, n_local_free, n)`` and sensitivities to errors of inputs."""
     rows = expanded(problem, known, values, coefficients)
     residuals = np.stack([found for found, _, _ in rows])
     seen = weighted_sensitivities(coefficients, [part for _, _, part in rows], np.ones(residuals.shape))

@@ -97,10 +97,7 @@ def _spectra(finding: Finding) -> Group:
 
 def _spectra_of(found: Identification) -> list:
     channels = range(len(found.problem.model.rig.channels))
-    return [
-        spectrum_of([strand for strand in channel_residuals(found.residual_set) if strand.channel == c])
-        for c in channels
-    ]
+    return [spectrum_of([one for one in channel_residuals(found.residual_set) if one.channel == c]) for c in channels]
 
 
 def _shares(found: Identification) -> Group:
