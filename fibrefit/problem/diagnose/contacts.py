@@ -23,9 +23,9 @@ from fibrefit.problem.diagnose.stretches import (
     TURNED,
     error_of_sum,
     fitted_shapes,
-    known_of,
     measured_positions,
     runs,
+    stated_and_found,
     without_polynomial,
 )
 from fibrefit.problem.task import Task
@@ -157,7 +157,7 @@ def _delay(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Sig
 
 def _without_start(task: Task, local: np.ndarray, contact: _Contact, signals: _Signals) -> np.ndarray:
     """Positions of a contact and the two integrals, ``(n_seen, 3)``, without start, speed and a constant force."""
-    step, stated = task.traces[contact.record].step, known_of(task, local, contact.record)
+    step, stated = task.traces[contact.record].step, stated_and_found(task, local, contact.record)
     mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
     position, force, turned = (signal[contact.samples] for signal in signals)
     once = integrated(force, step)

@@ -26,9 +26,9 @@ from fibrefit.problem.diagnose.stretches import (
     SharedShapes,
     error_of_sum,
     fitted_shapes,
-    known_of,
     measured_positions,
     runs,
+    stated_and_found,
     without_polynomial,
 )
 from fibrefit.problem.task import Task
@@ -149,7 +149,7 @@ def _fitted(task: Task, local: np.ndarray, flights: list[_Flight]) -> SharedShap
 def _without_start(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray:
     """Positions of a flight and what they consist of, ``(n_seen, 4)``, without what another start could be."""
     trace = task.traces[flight.record]
-    stated = known_of(task, local, flight.record)
+    stated = stated_and_found(task, local, flight.record)
     mass, gravity = stated["weight_mass"] + stated["added_mass"], STANDARD_GRAVITY * np.sin(stated["inclination"])
     time = trace.step * (flight.samples - flight.samples.mean())
     # Of the sample in which a weight turns round, the share that it goes one way.

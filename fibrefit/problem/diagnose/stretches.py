@@ -89,7 +89,7 @@ def measured_positions(task: Task, record: int) -> np.ndarray:
     return np.where(counted, np.asarray(data.measured[POSITION])[record, :n], np.nan)
 
 
-def known_of(task: Task, local: np.ndarray, record: int) -> dict[str, float]:
+def stated_and_found(task: Task, local: np.ndarray, record: int) -> dict[str, float]:
     """Conditions and values of a record by name, in SI units, from the values ``(n_record, n_local)`` of all."""
     values = dict(zip(task.problem.layout.names, local[record], strict=True))
     return {**task.traces[record].conditions, **values}
