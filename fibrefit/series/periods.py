@@ -18,7 +18,7 @@ from fibrefit.simulation.switched import Grid, select
 
 WATCHED = 12
 """Periods over which a motion that is not periodic is evaluated."""
-LONGEST = 4
+MOST_PERIODS = 4
 """Longest period of a motion that is called periodic, in periods of the drive."""
 NEAR = 1e-3
 """Change of the state over a period, as a share of its size, below which Newton's method finds the steady state."""
@@ -149,7 +149,7 @@ def steady_state(system: InvertedPendulum, drive: Drive, state: Any, mode: Any, 
         mode=mode,
         first=(far, -far),
         recent=(rows(far, WATCHED), rows(-far, WATCHED)),
-        begun=jax.tree.map(lambda leaf: rows(leaf + jnp.inf, LONGEST), state),
+        begun=jax.tree.map(lambda leaf: rows(leaf + jnp.inf, MOST_PERIODS), state),
         number=zero,
         tries=zero,
         stage=zero,
@@ -223,7 +223,7 @@ def _stage(
     waiting = course.stage == WAITING
     fallen = _max_angle(*_wider(course.first, extremes)) >= OVERTURNED
     late = (course.number + 1) * drive.period >= patience
-    repeats = jnp.where(fallen | (course.number < LONGEST), 0, _repeats(course, end))
+    repeats = jnp.where(fallen | (course.number < MOST_PERIODS), 0, _repeats(course, end))
     periods = jnp.where(waiting, jnp.where(settled, 1, jnp.where(late, repeats, 0)), course.periods)
     closing = waiting & late & ~settled & (periods > 0)
     remaining = jnp.where(closing, periods, course.remaining - 1)
@@ -277,7 +277,7 @@ def _extremes(system: InvertedPendulum, drive: Drive, solution: Any) -> tuple[ja
 
 
 def _repeats(course: _Course, end: Any) -> jax.Array:
-    """Number of periods after which the motion is what it was; 0 where there is none up to `LONGEST`."""
+    """Number of periods after which the motion is what it was; 0 where there is none up to `MOST_PERIODS`."""
     begun = jax.tree.map(lambda now, kept: jnp.concatenate([now[None], kept[:-1]]), course.state, course.begun)
     back = jax.vmap(lambda earlier: _distance(end, earlier))(begun) < SAME
     return jnp.where(back.any(), jnp.argmax(back) + 1, 0)

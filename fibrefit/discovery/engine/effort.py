@@ -32,7 +32,8 @@ promise most of them."""
 COMPARED = 3
 """Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
-"""Nats behind one that may get its name from which a candidate is not weighed again in better known noise."""
+"""Nats behind another one from which a candidate is given up: it is not weighed again in better known noise, nor where
+readings are linearised about it, nor tried in the place of a first effect once a second one is there."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself."""
 GLS_NEEDS = 0.3

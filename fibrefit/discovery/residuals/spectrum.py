@@ -11,7 +11,7 @@ from fibrefit.discovery.engine.thresholds import BESIDE_MAINS, FEWEST_IN_BAND, N
 from fibrefit.discovery.residuals.residuals import ChannelResidual
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 
-LONGEST = 4096
+LONGEST_SEGMENT = 4096
 """Samples of a segment, at most."""
 OVERLAP = 0.947
 """Share of the segments that are as good as independent: those of Hann's window that overlap by half."""
@@ -56,7 +56,7 @@ def spectrum_of(own: Sequence[ChannelResidual]) -> Spectrum:
     from scipy.stats import chi2
 
     # Three segments of the shortest record: of a single one, half of the power would be chance.
-    size = min(LONGEST, min(len(piece.times) for piece in own) // 2)
+    size = min(LONGEST_SEGMENT, min(len(piece.times) for piece in own) // 2)
     frequency = np.fft.rfftfreq(size, 1.0 / own[0].rate)
     powers, segments = [], []
     for piece in own:

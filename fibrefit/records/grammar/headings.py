@@ -19,7 +19,7 @@ _ALSO_WORDS = frozenset(
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
 
 #: Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried.
-LONGEST = 200
+LONGEST_HEADING = 200
 
 #: A factor by which the numbers below are to be multiplied, or were; a letter that stands for a sign only before a
 #: power of ten, as `x 2` and `Dev/2` are names.
@@ -67,7 +67,7 @@ def split_heading(text: str) -> tuple[str, str | None]:
     """
     text = " ".join(unicodedata.normalize("NFKC", text).replace("\u03bc", "u").strip().strip('"').split())
     text = _CONTROL.sub("", text)
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_HEADING:
         return text, None
     alone = text.removeprefix("in ")
     if units.expression(alone) is not None:
