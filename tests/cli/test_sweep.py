@@ -78,7 +78,7 @@ def test_refusals(fibrefit: Run, one_curve: Path, changes: list[str], code: int,
     ("old", "new", "message"),
     [
         ('amplitude = "20 mm"\n', "", "no amplitude"),
-        ('initial = "8264 N/m"', 'bounds = ["1 N/m", "2 N/m"]', "no initial"),
+        ('initial = "8264 N/m"', 'bounds = ["1 kN/m", "2 kN/m"]', "no initial"),
         ('anchor_distance = "1.2 m"\n', "", "no anchor_distance"),
     ],
 )

@@ -114,11 +114,13 @@ def test_parts_that_tell_nothing_are_no_fault() -> None:
 
 def test_what_the_model_lacks_brings_no_value_to_a_limit() -> None:
     """A value in the middle of its range is told as not determined, however wide its bars become."""
-    slot = SimpleNamespace(name="friction", unit="N", range=Range(0.0, 1000.0, 10.0))
+    slot = SimpleNamespace(name="friction", unit="N", range=Range(0.0, 1000.0, 10.0), belief=None)
     problem = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), slots=(), records=()))
     narrow, wide = np.array([[400.0]]), np.array([[1e10]])
     told = {
-        value: estimates(problem, np.array([value]), ErrorBars({"white": narrow, METHOD: wide}, METHOD, "white"))[0]  # type: ignore[arg-type]
+        value: estimates(problem, np.array([value]), ErrorBars({"white": narrow, METHOD: wide}, METHOD, "white"))[
+            0
+        ].found  # type: ignore[arg-type]
         for value in (690.0, 999.0)
     }
     assert not told[690.0].at_bound
