@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -59,16 +60,27 @@ def discovery_report(summary: DiscoverySummary) -> str:
 
 
 UNFINISHED = "What the time did not suffice for"
+MOST_NAMED = 12
+"""Effects that are named one by one."""
 
 
 def left_undone(summary: DiscoverySummary) -> list[str]:
     """What a search that ran out of time did not come to, in sentences; nothing where it came to its end."""
-    names = ", ".join(summary.untried)
+    names = _in_short(summary.untried)
     if not (summary.rounds or summary.ranking):
         names = f"any of the {len(summary.untried)} effects that make sense on this rig"
     untried = [f"Not tried: {names}."] if summary.untried else []
     said = [*untried, *(f"Not done: {part}." for part in summary.undone)]
     return [*said, "--time gives more, and --resume goes on from what was found."] if said else []
+
+
+def _in_short(names: Sequence[str]) -> str:
+    """Names of effects; of many, how many act in each place."""
+    if len(names) <= MOST_NAMED:
+        return ", ".join(names)
+    places = Counter(name.partition(".")[0] for name in names)
+    told = ", ".join(f"{number} {place}.*" for place, number in places.items())
+    return f"{len(names)} effects, {told}; summary.json lists them under untried"
 
 
 def verdict_line(summary: DiscoverySummary) -> str:

@@ -125,6 +125,9 @@ def test_what_was_not_tried_is_counted_where_nothing_was() -> None:
     assert left_undone(nothing)[0] == "Not tried: any of the 70 effects that make sense on this rig."
     some = nothing.model_copy(update={"untried": names[:2], "ranking": NAMED.rounds[0].ranking})
     assert left_undone(some)[0] == "Not tried: guide.law_0, guide.law_1."
+    many = some.model_copy(update={"untried": (*names[:20], "fibre.creep")})
+    said = "Not tried: 21 effects, 20 guide.*, 1 fibre.*; summary.json lists them under untried."
+    assert left_undone(many)[0] == said
 
 
 def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:
