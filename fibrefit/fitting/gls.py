@@ -21,7 +21,7 @@ from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.view import View, apart
+from fibrefit.problem.estimate.view import DRAWS, View, apart
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
@@ -38,8 +38,6 @@ ROUNDS = 2
 """How often the noise is taken from what is left, the second time with what was fitted put back."""
 LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
-DRAWS = 4
-"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
 def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None:

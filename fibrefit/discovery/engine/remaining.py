@@ -16,14 +16,11 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.estimate.view import spread_about
+from fibrefit.problem.estimate.view import DRAWS, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
-
-DRAWS = 4
-"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 
 
 @jax.jit

@@ -30,6 +30,8 @@ BROAD = 0.02
 """Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
 LOUD = 1.1
 """Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
+DRAWS = 4
+"""Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 ROUGH = 0.1
 """Promised fall of the objective at which that descent ends."""
 
