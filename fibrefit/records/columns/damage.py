@@ -13,45 +13,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
-
-#: A number this large, and this much larger than the rest of its column, is no measured value.
-_ABSURD, _ABSURD_RATIO = 1e9, 1e4
-
-#: Nines as loggers write them for "no value", far outside the rest of the column.
-_NINES, _NINES_RATIO = 999.0, 10.0
-
-#: Chance at which a run of equal readings in a noisy record may be an accident.
-_CHANCE = 1e-4
-
-#: Noise over a step of the readings that is more than rounding: going to and fro between two steps makes at most this.
-_BEYOND_ROUNDING = 0.5
-
-#: Share of the third differences that is noise; the largest are those of impacts.
-_CALM = 0.95
-
-#: Stretches of a long record that are looked at, and their length in samples.
-_PARTS, _PART = 20, 5000
-
-#: Shortest run of equal readings that is looked at.
-_SHORTEST = 4
-
-#: Largest chance that a reading is the same as the one before, where readings are noisy at all.
-_ALWAYS = 0.9
-
-#: Runs of equal readings to each side of one that tell how long they get there by chance: more at rest than in motion.
-_AROUND = 100
-
-#: A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off.
-_OVERSHOOT = 4.0
-
-#: A sample this many times further from its neighbours than they scatter is reported.
-_LONE = 12.0
-
-#: A stop longer than this share of a record is a rest, not a peak that was cut off.
-_SHORT_STOP = 0.02
-
-#: A flat stretch this close to zero, against the range, is a slack fibre or a sensor at rest.
-_AT_ZERO = 0.02
+from fibrefit.records.thresholds import (
+    ABSURD,
+    ABSURD_RATIO,
+    ALWAYS,
+    AROUND,
+    AT_ZERO,
+    BEYOND_ROUNDING,
+    CALM,
+    LONE,
+    NINES_RATIO,
+    OVERSHOOT,
+    PIECE,
+    PIECES,
+    REPEATED,
+    RUN_BY_CHANCE,
+    SHORT_STOP,
+    SHORTEST_RUN,
+    TURNING,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +78,10 @@ def absurd(values: np.ndarray) -> np.ndarray:
     if present.size < 3:
         return np.zeros(values.size, bool)
     usual = typical(present)
-    huge = (size >= _ABSURD) & (size > _ABSURD_RATIO * max(usual, 1e-300))
-    nines = (size >= _NINES) & np.isin(size, _nines(float(present.max())))
+    huge = (size >= ABSURD) & (size > ABSURD_RATIO * max(usual, 1e-300))
+    nines = np.isin(size, _nines(float(present.max())))
     rest = size[~huge & ~nines & np.isfinite(size)]
-    far = size > _NINES_RATIO * float(rest.max()) if rest.size else np.zeros(values.size, bool)
+    far = size > NINES_RATIO * float(rest.max()) if rest.size else np.zeros(values.size, bool)
     return huge | (nines & far)
 
 
@@ -135,7 +115,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     noisy = _is_noisy(run, lengths)
     kept = _kept_in_a_step(_parts(run)) if noisy else 0.0
     dead: dict[float, list[tuple[int, int]]] = {}
-    for which in np.flatnonzero(lengths >= _SHORTEST).tolist():
+    for which in np.flatnonzero(lengths >= SHORTEST_RUN).tolist():
         start, length = int(starts[which]), int(lengths[which])
         level = float(run[start])
         extreme = level in (run.max(), run.min())
@@ -147,7 +127,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
                 (masks.saturated if level else masks.at_zero)[rows[run == level]] = True
             else:
                 masks.stuck[rows[start : start + length]] = True
-        elif extreme and abs(level) > _AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
+        elif extreme and abs(level) > AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
             dead.setdefault(level, []).append((start, length))
     for stops in dead.values():
         short = [stop for stop in stops if _is_short(stop, run.size)]
@@ -160,7 +140,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
 def _is_short(stop: tuple[int, int], n: int) -> bool:
     """Whether a stop lies inside the record and is over soon."""
     start, length = stop
-    return start > 0 and start + length < n and length <= max(10, _SHORT_STOP * n)
+    return start > 0 and start + length < n and length <= max(10, SHORT_STOP * n)
 
 
 def _runs_of_equals(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -176,25 +156,25 @@ def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
     if second.size < 10:
         return False
     # Noise that does not reach across a step leaves equal readings for as long as a signal stays in the middle of one.
-    if _noise(run) < _BEYOND_ROUNDING * smallest_step(run):
+    if _noise(run) < BEYOND_ROUNDING * smallest_step(run):
         return False
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
-    return bool(turns >= 0.55 and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= 0.6)
+    return bool(turns >= TURNING and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= REPEATED)
 
 
 def _noise(run: np.ndarray) -> float:
     """Standard deviation of what scatters from sample to sample, from third differences."""
     third = np.sort(np.diff(run, 3) ** 2)
-    return math.sqrt(float(np.mean(third[: max(int(_CALM * third.size), 1)])) / 20.0)
+    return math.sqrt(float(np.mean(third[: max(int(CALM * third.size), 1)])) / 20.0)
 
 
 def _parts(run: np.ndarray) -> np.ndarray:
     """Stretches from all over a long record, which tell whether it is noisy as well as the whole."""
-    if run.size <= _PARTS * _PART:
+    if run.size <= PIECES * PIECE:
         return run
-    starts = np.linspace(0, run.size - _PART, _PARTS).astype(int)
-    return np.concatenate([run[start : start + _PART] for start in starts.tolist()])
+    starts = np.linspace(0, run.size - PIECE, PIECES).astype(int)
+    return np.concatenate([run[start : start + PIECE] for start in starts.tolist()])
 
 
 def _share_of_equals(lengths: np.ndarray) -> float:
@@ -214,11 +194,11 @@ def _longest_by_chance(lengths: np.ndarray, which: int, kept: float) -> float:
     They do not where noise is slow, too: it wanders from edges of steps, which end a run, to the middle of one.
     """
     samples = int(lengths.sum())
-    sides = np.sort(lengths)[: max(1, lengths.size - 5)], lengths[:which][-_AROUND:], lengths[which + 1 :][:_AROUND]
+    sides = np.sort(lengths)[: max(1, lengths.size - 5)], lengths[:which][-AROUND:], lengths[which + 1 :][:AROUND]
     # Others as long as the one in question may be frozen too.
-    usual = [side[side < max(lengths[which] / 2, _SHORTEST)] for side in sides]
-    equal = min(max(*map(_share_of_equals, usual), kept, 1.0 / samples), _ALWAYS)
-    return max(_SHORTEST, 1 + math.log(_CHANCE / samples) / math.log(equal))
+    usual = [side[side < max(lengths[which] / 2, SHORTEST_RUN)] for side in sides]
+    equal = min(max(*map(_share_of_equals, usual), kept, 1.0 / samples), ALWAYS)
+    return max(SHORTEST_RUN, 1 + math.log(RUN_BY_CHANCE / samples) / math.log(equal))
 
 
 def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> bool:
@@ -233,7 +213,7 @@ def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> 
         if before is not None:
             slope, curvature = before[2] - before[1], before[2] - 2 * before[1] + before[0]
             beyond = outward * (before[2] + 2 * slope + 3 * curvature - level)
-            overshoots.append(beyond > _OVERSHOOT * max(abs(curvature), resolution))
+            overshoots.append(beyond > OVERSHOOT * max(abs(curvature), resolution))
     return bool(overshoots) and all(overshoots)
 
 
@@ -257,5 +237,5 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
     middle, spread = neighbourhood(run)
     apart = np.abs(run - middle)
     scatter = 1.4826 * typical(apart)
-    far = apart > _LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
+    far = apart > LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
     return rows[1:-1][far[1:-1]]
