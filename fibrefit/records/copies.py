@@ -10,11 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.records.record import Record
-
-ALIKE = 1e-3
-"""Part of the steps from sample to sample below which two signals are the same, written with other digits."""
-LOOKS = 8
-"""Samples by which a record is looked up among the others: where nothing moves, one may be alike by chance."""
+from fibrefit.records.thresholds import COPIED, SAME_SAMPLES
 
 PLACES, LENGTH = 64, 8
 """Stretches of a record by whose means it is known again, and their samples."""
@@ -71,7 +67,7 @@ def copies_by_looks(looks: Sequence[Looks]) -> dict[int, int]:
             near = i + 1 + np.flatnonzero(~(np.abs(means[i + 1 :, 0] - means[i, 0]) > reach[i, 0]))
             apart = np.abs(means[near] - means[i])
             shared = np.isfinite(apart).reshape(len(near), means.shape[1] // width, width).sum(axis=2).min(axis=1)
-            same = ~(apart > reach[i]).any(axis=1) & (shared >= LOOKS)
+            same = ~(apart > reach[i]).any(axis=1) & (shared >= SAME_SAMPLES)
             found |= {members[j]: number for j in near[same] if members[j] not in found}
     return found
 
@@ -79,8 +75,8 @@ def copies_by_looks(looks: Sequence[Looks]) -> dict[int, int]:
 def first_copy(records: Sequence[Record]) -> tuple[Record, Record] | None:
     """The first two records that hold the same data; None where there are none.
 
-    The same is what is alike to `ALIKE` of its own steps from sample to sample, in every channel. Records are looked up
-    by a few of their samples, so that a thousand take a thousand comparisons and not half a million.
+    The same is what differs by less than `COPIED` of its steps from sample to sample, in every channel. Records are
+    looked up by a few of their samples, so that a thousand take a thousand comparisons and not half a million.
     """
     groups: dict[tuple[object, ...], list[int]] = defaultdict(list)
     for number, record in enumerate(records):
@@ -111,19 +107,19 @@ def _near(records: Sequence[Record], members: list[int]) -> Iterator[tuple[int, 
 
 
 def _looks(records: Sequence[Record], members: list[int]) -> np.ndarray:
-    """Numbers of some samples that no record misses, `LOOKS` of each."""
+    """Numbers of some samples that no record misses, `SAME_SAMPLES` of each."""
     known = np.ones(len(records[members[0]].time), dtype=bool)
     for number in members:
         for signal in records[number].channels.values():
             known &= np.isfinite(signal)
     there = np.flatnonzero(known)
-    return there[np.linspace(0, len(there) - 1, min(LOOKS, len(there))).astype(int)]
+    return there[np.linspace(0, len(there) - 1, min(SAME_SAMPLES, len(there))).astype(int)]
 
 
 def _reach(signal: np.ndarray) -> float:
     """How far a copy may be from a signal."""
     known = signal[np.isfinite(signal)]
-    return ALIKE * float(np.std(np.diff(known))) if known.size > 1 else 0.0
+    return COPIED * float(np.std(np.diff(known))) if known.size > 1 else 0.0
 
 
 def _alike(records: Sequence[Record], pair: tuple[int, int]) -> bool:
@@ -136,4 +132,4 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(both.any()) and bool(np.max(np.abs(a[both] - b[both])) <= _reach(a))
 
 
-__all__ = ["ALIKE", "Looks", "copies_by_looks", "first_copy", "looks_of"]
+__all__ = ["Looks", "copies_by_looks", "first_copy", "looks_of"]

@@ -11,15 +11,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.record import Record
-
-#: Relative difference of two rates that are one rate.
-_SAME_RATE = 1e-3
-
-#: Distance from a sample's instant, as a share of the step, that is none.
-_ON_TIME = 1e-3
-
-#: Samples two files must have in common.
-_FEWEST = 3
+from fibrefit.records.thresholds import IN_COMMON, ON_GRID, ON_TIME, SAME_RATE
 
 
 def joined(parts: Sequence[Record]) -> Record:
@@ -54,7 +46,7 @@ def _followed_by(record: Record, part: Record) -> Record:
     if set(part.channels) != set(record.channels):
         got = f"the channels {', '.join(part.channels)} in a part of a record of {', '.join(record.channels)}"
         raise DataError(where, got, "the same channels in all parts", "Name the channels, or take the part out.")
-    if abs(part.rate / record.rate - 1) > _SAME_RATE:
+    if abs(part.rate / record.rate - 1) > SAME_RATE:
         got = f"{format_number(part.rate, 6)} Hz in a part of a record of {format_number(record.rate, 6)} Hz"
         raise DataError(where, got, "one rate", "Give the sampling rate, or take the part out.")
     step, end = 1.0 / record.rate, float(record.time[-1])
@@ -91,7 +83,7 @@ def _begin(record: Record, part: Record) -> tuple[float, str]:
 
 
 def _on_grid(span: float, step: float) -> bool:
-    return abs(span / step - round(span / step)) < 0.25
+    return abs(span / step - round(span / step)) < ON_GRID
 
 
 def side_by_side(record: Record, other: Record, offset: float | None = None) -> Record:
@@ -131,7 +123,7 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
     after = np.clip(np.searchsorted(times, record.time), 1, times.size - 1)
     before = after - 1
     share = np.clip((record.time - times[before]) / (times[after] - times[before]), 0.0, 1.0)
-    share = np.where(share < _ON_TIME, 0.0, np.where(share > 1 - _ON_TIME, 1.0, share))
+    share = np.where(share < ON_TIME, 0.0, np.where(share > 1 - ON_TIME, 1.0, share))
     channels, valid = dict(record.channels), dict(record.valid)
     for role, values in other.channels.items():
         mask = other.valid[role]
@@ -156,9 +148,9 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
 
 def _in_common(record: Record, other: Record, times: np.ndarray) -> np.ndarray:
     """Samples of a record at which another has some, ``(n,)``; refused where these are too few."""
-    slack = _ON_TIME / other.rate
+    slack = ON_TIME / other.rate
     inside = (record.time >= times[0] - slack) & (record.time <= times[-1] + slack)
-    if inside.sum() >= _FEWEST:
+    if inside.sum() >= IN_COMMON:
         return inside
     ends = [[format_quantity(float(t[k]), "s", 6) for k in (0, -1)] for t in (times, record.time)]
     spans = [" to ".join(pair) for pair in ends]

@@ -16,9 +16,7 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.table import frozen, frozen_mapping
-
-#: Relative deviation of a step from the usual one that still belongs to a uniform grid with printed times.
-_ON_GRID = 0.25
+from fibrefit.records.thresholds import ON_GRID
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -205,7 +203,7 @@ class Record(Shown):
         """
         ticks = (self.time - self.time[0]) * self.rate
         places = np.round(ticks).astype(int)
-        if not self.uniform or np.abs(ticks - places).max() > _ON_GRID or (np.diff(places) < 1).any():
+        if not self.uniform or np.abs(ticks - places).max() > ON_GRID or (np.diff(places) < 1).any():
             do = "Export it with a constant rate."
             raise UsageError(self.name, "its sampling is uneven", "equal steps in time", do)
         n = int(places[-1]) + 1

@@ -39,3 +39,116 @@ SHORT_STOP = 0.02
 """A stop longer than this share of a record is a rest, not a peak that was cut off."""
 AT_ZERO = 0.02
 """A flat stretch this close to zero, against the range, is a slack fibre or a sensor at rest."""
+
+MOST_OFF = 0.05
+"""Share of the rows off the grid beyond which the sampling counts as uneven."""
+MOST_LOST = 0.2
+"""Share of the rows out of order beyond which a column holds no times."""
+JITTER = 0.25
+"""Deviation of a stamp from an even grid, as a share of the step, below which it is late and not uneven."""
+NO_STEP = 0.05
+"""A step this much shorter than the usual one is no step: two stamps of one sample, or a first one made up."""
+CONTRADICTS = 0.01
+"""Relative difference beyond which two statements of a rate contradict each other."""
+RUNS_ON = 2.5
+"""Steps after the time went back, as multiples of the usual one, up to which it starts again there; one may be lost."""
+ALONE_BY = 0.02
+"""A first or last row this share of a record away from all others has a wrong time."""
+COARSE = 0.2
+"""Last printed digit against the step beyond which printed times do not tell single samples apart."""
+EVEN = 0.8
+"""Share of the steps that are the usual one from which on coarse times are even ..."""
+EVEN_OF_FEW = 0.6
+"""... and among fewer than twenty."""
+TIES_TURNED = 0.05
+"""Share of the ties that are rounded otherwise than the one before: a computer does so at every turn, a lost row makes
+it once."""
+OPEN_RATE = 2e-3
+"""Relative uncertainty beyond which a rate is not guessed from its roundness."""
+SHARED = 0.2
+"""Share of the stamps that equal the one before from which on samples share stamps."""
+SHARING = 1000
+"""Such stamps that are looked at: whether their rows are the same too."""
+ROUND_DIGITS = 4
+"""Significant digits up to which a rate counts as one somebody has set."""
+CENTURY_BEGINS = 1e9
+"""Seconds since 1970 in 2001: whole stamps in s, ms, us and ns differ by three digits each ..."""
+CENTURY_ENDS = 4e9
+"""... and in 2096."""
+
+ALIKE_WRITTEN = 0.8
+"""Share of a column that must be written alike before a number written otherwise counts as damaged."""
+FEWEST_WRITTEN = 5
+"""Fewest numbers that show how a column is written."""
+LOST_MARK = 10.0
+"""A whole number this many times larger than every decimal of its column has lost its decimal mark."""
+FAR_OUT = 8.0
+"""A lone sample this many times further from its neighbours than they scatter is an outlier ..."""
+PUT_BACK = 3.0
+"""... and one that lies this close once a character is put back is explained by it."""
+OTHER_MARKS = 0.01
+"""Cells with the other decimal mark beyond which a file is refused: then it is no accident."""
+VOTERS = 200
+"""Rows at the end of a file that vote: headers of any length do not reach them in a long file."""
+FEWEST_TEXTS = 0.3
+"""Share of cells with text below which a column is empty but for remarks, or labels in the header."""
+STRAY_ROWS = 2
+"""Rows of numbers above the table that may be part of a header (sample counts, ranges, channel numbers) ..."""
+STRAY_SHARE = 0.01
+"""... and as a share of the rows of a long table."""
+DIGITS_OF_A_ROW = 0.4
+"""Share of the characters of a line that are digits from which on it may be a damaged row."""
+COUNTED_ROWS = 3
+"""Rows beyond which the first may tell how many follow."""
+HEADER_DEPTH = 400
+"""Lines above a table that are looked at."""
+UNITS_OF_ROWS = 6
+"""Units of one kind that a column of text may hold and still be one of units."""
+LONGEST_HEADING = 200
+"""Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried."""
+SLOWEST_RATE = 1e-3
+"""Rate in Hz below which a header is damaged ..."""
+FASTEST_RATE = 1e10
+"""... and above which it is."""
+MOST_SAMPLES = 1e12
+"""Samples beyond which a header is damaged."""
+SLOWEST_LIKELY = 5.0
+"""Lowest rate in Hz of mechanical records: a step without a unit is read only if one unit alone leads here ..."""
+FASTEST_LIKELY = 5e5
+"""... and the highest."""
+
+FEWEST_ROWS = 3
+"""Rows of numbers that make a table: fewer tell neither a rate nor a layout."""
+LAYOUT_LINES = 200
+"""Lines at either end of a file that tell of an older layout: single quotes, a header beside the first rows."""
+NAMED_ALIKE = 0.9
+"""Share of the lines that must name their values alike."""
+WORDS_BESIDE = 0.2
+"""Share of a line that is no pair of a name and a value beyond which its pairs are those of a sentence."""
+CONTROLS = 0.01
+"""Share of control bytes beyond which a file is no text; some may come from damage."""
+ZEROS = 0.3
+"""Share of zero bytes beyond which it is none: blocks of them come from a power failure."""
+WIDE_ZEROS = 0.6
+"""Share of the zero bytes in every other place from which on a sign has two bytes ..."""
+NARROW_ZEROS = 0.1
+"""... and in the places between, up to which it has."""
+WHOLE_WORDS = 0.6
+"""Share of the words with high bytes that are made of them throughout beyond which a text is Cyrillic: elsewhere
+letters with accents stand alone or in pairs."""
+TWO_VALUED = 20
+"""Readings among which two values only are no accident."""
+COUNTS_ON = 0.8
+"""Share of the steps of a column that numbers the rows which are one; the others are missing rows."""
+ON_GRID = 0.25
+"""Deviation from an even grid, as a share of the step, that belongs to a uniform one with printed times."""
+SAME_RATE = 1e-3
+"""Relative difference of two rates that are one rate."""
+ON_TIME = 1e-3
+"""Distance from a sample's instant, as a share of the step, that is none."""
+IN_COMMON = 3
+"""Samples two files must have in common."""
+COPIED = 1e-3
+"""Part of the steps from sample to sample below which two signals are the same, written with other digits."""
+SAME_SAMPLES = 8
+"""Samples by which a record is looked up among the others: where nothing moves, one may be alike by chance."""

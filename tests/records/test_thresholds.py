@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from fibrefit.records import thresholds
-from fibrefit.records.columns import damage
+from fibrefit.core.errors import DataError
+from fibrefit.records import copies, join, thresholds
+from fibrefit.records.clock import coarse, rates, timebase, times
+from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
+from fibrefit.records.clock.rates import round_rate
+from fibrefit.records.clock.timebase import from_readings
+from fibrefit.records.columns import damage, declared, grouping
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
+from fibrefit.records.columns.raw import binary_column
+from fibrefit.records.copies import Looks
+from fibrefit.records.files import decode, keyed, text
+from fibrefit.records.files.decode import Text
+from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
+from fibrefit.records.grammar.dialect import Dialect
+from fibrefit.records.grammar.header import find_header
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.numbers import Numbers, parse_column
+from fibrefit.records.grammar.worth import unit_told
+from fibrefit.records.join import side_by_side
+from fibrefit.records.options import ReadOptions
+from fibrefit.records.record import Record
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -28,17 +50,15 @@ def by_chance(length: float, *, kept: float, before: tuple[int, ...] = (), after
 
 
 def in_steps(period: float) -> bool:
-    """Whether readings that leave their step once in a period are noise: 0.54 of it for three samples, 0.43 for five."""
+    """Whether readings that leave their step once a period are noise: 0.54 steps for three samples, 0.43 at five."""
     run = np.tile([0.0] * (int(period) - 1) + [1.0], 200)
     return damage._is_noisy(run, np.ones(run.size, int))
 
 
 def turning(share: float) -> bool:
-    """Whether readings are noise of whose second differences such a share has another sign than the one before."""
-    correlation = np.sin(np.pi * (0.5 - share))
-    weight = (1.0 - np.sqrt(1.0 - 4.0 * correlation**2)) / (2.0 * correlation) if abs(correlation) > 1e-9 else 0.0
-    white = np.random.default_rng(5).normal(size=4001)
-    return damage._is_noisy(np.cumsum(np.cumsum(white[1:] + weight * white[:-1])), np.ones(4000, int))
+    """Whether an oscillation is noise of whose second differences such a share has another sign than the one before."""
+    run = np.sin(np.pi * share * np.arange(2000.0))
+    return damage._is_noisy(run, np.ones(run.size, int))
 
 
 def repeated(share: float) -> bool:
@@ -87,7 +107,7 @@ DAMAGE = (
     ),
     Bracket("SHORTEST_RUN", damage, lambda x: by_chance(x, kept=0.0, after=1000), 4, 5),
     Bracket("BEYOND_ROUNDING", damage, in_steps, 3, 5),
-    Bracket("TURNING", damage, turning, 0.62, 0.5),
+    Bracket("TURNING", damage, turning, 0.62, 0.49),
     Bracket("REPEATED", damage, repeated, 0.5, 0.75),
     Bracket("CALM", damage, calm, 0.03, 0.08),
     Bracket("PIECES", damage, lambda x: damage._parts(np.zeros(int(x))).size == x, 7e4, 1.3e5),
@@ -98,7 +118,343 @@ DAMAGE = (
     Bracket("LONE", damage, lone, 14.0, 10.0),
 )
 
-CASES = DAMAGE
+
+def readings(times: np.ndarray, resolution: float = 0.0, rows: list[str] | None = None) -> Readings:
+    """A column of times; rows that all differ where none are given."""
+    lines = np.arange(1, times.size + 1)
+    return Readings(times, resolution, rows or [str(line) for line in lines], lines, "file", "times")
+
+
+def refused(read: Callable[[], object], saying: str = "") -> bool:
+    """Whether something is refused, with such words."""
+    try:
+        read()
+    except DataError as error:
+        return saying in str(error)
+    return False
+
+
+def off_grid(share: float) -> bool:
+    """Whether times count as even of which such a share lies 0.4 steps to one or the other side."""
+    times = np.arange(1000) / 100.0
+    off = np.arange(5, 995, round(1.0 / share))
+    times[off] += 4e-3 * np.where(np.arange(off.size) % 2, 1.0, -1.0)
+    return from_readings(readings(times)).uniform
+
+
+def standing(share: float) -> bool:
+    """Whether a column holds times of which such a share, with its rows, is there twice."""
+    at = np.arange(100)
+    at[:: round(1.0 / share)] = np.maximum(at[:: round(1.0 / share)] - 1, 0)
+    return not refused(lambda: from_readings(readings(at / 100.0, rows=[str(i) for i in at])))
+
+
+def late(share: float) -> bool:
+    """Whether stamps that wander to and fro by such a share of a step count as those of an even grid."""
+    place = np.arange(400)
+    return from_readings(readings((place + share * np.sin(2.0 * np.pi * place / 20.0)) / 100.0)).uniform
+
+
+def one_short(share: float) -> bool:
+    """Whether every row of an uneven column keeps its time, one step being such a share of the usual one."""
+    steps = np.where(np.arange(300) % 11 == 3, 1.5, 1.0)
+    steps[150] = share
+    return OFF_GRID not in from_readings(readings(np.append(0.0, np.cumsum(steps)) / 100.0)).lost
+
+
+def going_back(step: float) -> bool:
+    """Whether times that go back once, and on in such steps, are those of one recording."""
+    times = np.append(np.arange(20.0), 13.0 + step * np.arange(3))
+    return not refused(lambda: from_readings(readings(times)), "starts again")
+
+
+def last_away(share: float) -> bool:
+    """Whether a last row keeps its time, such a share of the record away from all others."""
+    times = np.append(np.arange(999.0), 998.0 + 1000.0 * share) / 100.0
+    return ALONE not in from_readings(readings(times)).lost
+
+
+def printed(steps: np.ndarray) -> bool:
+    """Whether times tell single samples apart whose steps are so many last digits."""
+    times = np.append(0.0, np.cumsum(steps))
+    return not coarse.too_coarse(times, 1.0, [str(time) for time in times], np.arange(times.size))
+
+
+def mixed(number: int, share: float) -> np.ndarray:
+    """Steps of two digits, and of three in no order."""
+    steps = np.full(number, 2.0)
+    other = number - round(share * number)
+    steps[np.random.default_rng(3).permutation(number)[:other]] = 3.0
+    return steps
+
+
+def ties(turns: float) -> bool:
+    """Whether two hundred ties that go to the other side so many times leave no room for a row more or less."""
+    rows = np.arange(400)
+    late = np.where(rows % 2, 0.5 * (rows // 2 * int(turns) // 200 % 2), 0.0)
+    return coarse._counts_on(rows, late, 2.0)
+
+
+def rate_open(share: float) -> bool:
+    """Whether coarse times count at the round rate next to them, which they tell to such a share."""
+    rows = np.arange(round(5.0 / share) + 1)
+    found = readings(rows // 5 * 0.05, 0.05)
+    return not refused(lambda: coarse.counted_from_coarse(found, rows, None, None))
+
+
+def stamps_alike(share: float) -> bool:
+    """Whether each sample has a stamp of its own, such a share of the stamps being that of the sample before."""
+    times = np.cumsum(np.arange(1000) % round(1.0 / share) > 0).astype(float)
+    return coarse.shared_stamps(readings(times, 0.1), np.arange(1000), times).resolution == 0.1
+
+
+def rows_alike(number: float) -> bool:
+    """Whether samples share stamps, the first of the shared ones being those of rows that are there twice."""
+    times = np.repeat(np.arange(4000.0), 2)
+    rows = [str(i // 2 if i < 2 * number else i) + "r" * (i < 2 * number) for i in range(times.size)]
+    return coarse.shared_stamps(readings(times, 0.1, rows), np.arange(times.size), times).resolution == 1.0
+
+
+def of_century(seconds: float) -> bool:
+    """Whether stamps of such a size are seconds since 1970."""
+    return times._epoch_unit(binary_column("t", "t", None, np.full(5, seconds)), np.full(5, seconds)) == "s"
+
+
+CLOCK = (
+    Bracket("MOST_OFF", timebase, off_grid, 0.03, 0.08),
+    Bracket("MOST_LOST", timebase, standing, 0.15, 0.3),
+    Bracket("JITTER", timebase, late, 0.2, 0.35),
+    Bracket("NO_STEP", timebase, one_short, 0.08, 0.03),
+    Bracket(
+        "CONTRADICTS",
+        timebase,
+        lambda x: not from_readings(readings(np.arange(1000) / 100.0), header_rate=100.0 * (1.0 + x)).notes,
+        0.007,
+        0.013,
+    ),
+    Bracket("RUNS_ON", timebase, going_back, 3.5, 1.8),
+    Bracket("ALONE_BY", timebase, last_away, 0.015, 0.03),
+    Bracket("COARSE", coarse, lambda x: printed(np.tile([x, x, x + 1.0], 20)), 7, 4),
+    Bracket("EVEN", coarse, lambda x: printed(mixed(200, x)), 0.85, 0.7),
+    Bracket("EVEN_OF_FEW", coarse, lambda x: printed(mixed(15, x)), 0.7, 0.53),
+    Bracket("TIES_TURNED", coarse, ties, 14, 7),
+    Bracket("OPEN_RATE", coarse, rate_open, 1.4e-3, 2.8e-3),
+    Bracket("SHARED", coarse, stamps_alike, 0.14, 0.33),
+    Bracket("SHARING", coarse, rows_alike, 400, 700),
+    Bracket("ROUND_DIGITS", rates, lambda x: round_rate(1.0 / int("137924"[: int(x)]), 1e-9 / 10**x) is not None, 4, 6),
+    Bracket("CENTURY_BEGINS", times, of_century, 1.2e9, 0.7e9),
+    Bracket("CENTURY_ENDS", times, of_century, 3e9, 6e9),
+)
+
+
+def column(*texts: str) -> Numbers:
+    """Cells as numbers."""
+    return parse_column(texts, ".", np.arange(1, len(texts) + 1), "column")
+
+
+def short(share: float) -> bool:
+    """Whether numbers of one decimal are told as damaged where such a share has two."""
+    alike = round(100 * share)
+    return digits.oddly_written(column(*["1.50"] * alike, *["1.5"] * (100 - alike))).any()
+
+
+def decade(number: float) -> bool:
+    """Whether so many numbers beyond ten may have a decimal less than sixty below it."""
+    return not digits.oddly_written(column(*["1.50"] * 60, *["15.5"] * int(number))).any()
+
+
+def whole(ratio: float) -> bool:
+    """Whether a whole number this many times the largest decimal of a column is believed."""
+    return not digits._mark_lost(column(*["1.5"] * 20, "2.0", f"{2.0 * ratio:.0f}")).any()
+
+
+def outlier(text: str, swing: str) -> bool:
+    """Whether a reading among some that swing to and fro is told by a character lost or doubled."""
+    cells = [swing, f"-{swing}"] * 20
+    cells[20] = text
+    return digits._outliers_explained(column(*cells)).any()
+
+
+def voted(number: float) -> bool:
+    """Whether the last so many lines, of cells with tabs, tell the dialect."""
+    found = dialect.vote(["1;2;3"] * 1000 + ["1\t2\t3"] * int(number))
+    return found is not None and found[0].delimiter == "\t"
+
+
+def one_table(stray: float, length: int) -> bool:
+    """Whether so many lines of numbers above a table of a length are let pass."""
+    first = int(stray)
+    return not refused(lambda: rows._refuse_second_table(["1 2 3"] * (first + length), first, first + length - 1, ""))
+
+
+def counted(number: float) -> bool:
+    """Whether the first of so many rows is taken for the number of the others."""
+    lines = [str(int(number) - 1), *["7"] * (int(number) - 1)]
+    found = rows._collect(lines, ["full"] * len(lines), range(len(lines)), lambda line: [line], "")
+    return len(found[1]) < len(lines)
+
+
+def above(lines: float) -> bool:
+    """Whether a heading so many lines above the table is found."""
+    said = ["time [s],force [N]", *["remark"] * int(lines)]
+    return find_header(said, Dialect(",", ".", 2), [False, False], ()) is not None
+
+
+def units_of_rows(number: float) -> bool:
+    """Whether so many units of force in a column are a unit that changes."""
+    cells = ["N", "mN", "uN", "kN", "MN", "lbf", "kgf", "gf"][: int(number)]
+    return refused(lambda: unit_told(cells, range(1, len(cells) + 1), ""), "changes")
+
+
+def meant(number: float, unit: str, rate: float) -> bool:
+    """Whether a number in a header may mean such a rate."""
+    said = [one for found in facts._meant([number], unit, "", not unit) for one in found.rates]
+    return any(abs(one / rate - 1.0) < 1e-6 for one in said)
+
+
+GRAMMAR = (
+    Bracket("ALIKE_WRITTEN", digits, short, 0.9, 0.7),
+    Bracket("FEWEST_WRITTEN", digits, decade, 7, 4),
+    Bracket("LOST_MARK", digits, whole, 7, 13),
+    Bracket("FAR_OUT", digits, lambda x: outlier(f"{0.02 * (2 * SCATTER * x - 1):.3f}", "0.020"), 11, 6),
+    Bracket("PUT_BACK", digits, lambda x: outlier({2.5: "122.8", 4: "211.7"}[x], "2.0"), 2.5, 4),
+    Bracket(
+        "OTHER_MARKS",
+        numbers,
+        lambda x: not refused(lambda: column(*["1.5"] * 1000, *["1,5"] * int(x))),
+        8,
+        14,
+    ),
+    Bracket("VOTERS", dialect, voted, 130, 70),
+    Bracket(
+        "FEWEST_TEXTS",
+        dialect,
+        lambda x: dialect._column_kind(Counter(text=round(100 * x), empty=round(100 * (1 - x)))) == "empty",
+        0.2,
+        0.4,
+    ),
+    Bracket("STRAY_ROWS", rows, lambda x: one_table(x, 100), 2, 3),
+    Bracket("STRAY_SHARE", rows, lambda x: one_table(x, 1000), 8, 14),
+    Bracket("DIGITS_OF_A_ROW", rows, lambda x: rows._looks_like_a_row("1" * x + "." * (100 - x)), 50, 30),
+    Bracket("COUNTED_ROWS", rows, counted, 5, 3),
+    Bracket("HEADER_DEPTH", header, above, 300, 600),
+    Bracket("UNITS_OF_ROWS", worth, units_of_rows, 5, 8),
+    Bracket("LONGEST_HEADING", headings, lambda x: split_heading("f" * (x - 4) + " [N]")[1] == "N", 150, 300),
+    Bracket("SLOWEST_RATE", facts, lambda x: meant(x, "Hz", x), 1.4e-3, 0.7e-3),
+    Bracket("FASTEST_RATE", facts, lambda x: meant(x, "Hz", x), 0.7e10, 1.4e10),
+    Bracket("MOST_SAMPLES", facts, lambda x: facts._whole(f"{x:.0f}", ".") == [int(x)], 0.7e12, 1.4e12),
+    Bracket("SLOWEST_LIKELY", facts, lambda x: meant(1.0 / x, "", x), 7.0, 3.5),
+    Bracket("FASTEST_LIKELY", facts, lambda x: meant(1e6 / x, "", x), 3.5e5, 7e5),
+)
+
+
+def table(rows: float) -> bool:
+    """Whether so many rows of numbers are read."""
+    lines = ["time [s],force [N]", *(f"0.{row},1.{row}" for row in range(int(rows)))]
+    return not refused(lambda: text.read_text(Text(lines, "UTF-8", True), "", ReadOptions()))
+
+
+def named(share: float) -> bool:
+    """Whether lines of which such a share names its values make a table."""
+    pairs = round(100 * share)
+    lines = ["t=0.1 F=2.5"] * pairs + ["nothing here"] * (100 - pairs)
+    return "t\tF" in keyed._from_pairs(Text(lines, "UTF-8", True), "").lines
+
+
+def beside(letters: float) -> bool:
+    """Whether pairs make a table beside so many letters a line, of which there are twelve without."""
+    lines = ["t=0.1 F=2.5 " + "x" * int(letters)] * 50
+    return "t\tF" in keyed._from_pairs(Text(lines, "UTF-8", True), "").lines
+
+
+def is_text(sign: bytes, share: float) -> bool:
+    """Whether ten thousand bytes are text of which such a share, at the end, is one sign."""
+    odd = round(10_000 * share)
+    return not refused(lambda: decode.decode(b"1,2\n" * ((10_000 - odd) // 4) + sign * odd, ""))
+
+
+def wide(even: float, odd: float) -> bool:
+    """Whether a sign has two bytes where such shares of them are zero in every other place and in those between."""
+    data = np.full(4000, ord("1"), np.uint8)
+    data[::2][: round(2000 * even)] = 0
+    data[1::2][: round(2000 * odd)] = 0
+    return decode._wide_encoding(data.tobytes()) is not None
+
+
+def cyrillic(share: float) -> bool:
+    """Whether a text is Cyrillic of whose words with high bytes such a share is made of them throughout."""
+    high = round(100 * share)
+    return decode._is_cyrillic(b" ".join([b"\xc0\xc1\xc2\xc3"] * high + [b"ab\xe9c"] * (100 - high)))
+
+
+FILES = (
+    Bracket("FEWEST_ROWS", text, table, 3, 2),
+    Bracket("LAYOUT_LINES", text, lambda x: '"1"' in text._requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
+    Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),
+    Bracket("WORDS_BESIDE", keyed, beside, 2, 5),
+    Bracket("CONTROLS", decode, lambda x: is_text(b"\x01", x), 0.007, 0.013),
+    Bracket("ZEROS", decode, lambda x: is_text(b"\x00", x), 0.2, 0.4),
+    Bracket("WIDE_ZEROS", decode, lambda x: wide(0.0, x), 0.8, 0.4),
+    Bracket("NARROW_ZEROS", decode, lambda x: wide(x, 1.0), 0.07, 0.15),
+    Bracket("WHOLE_WORDS", decode, cyrillic, 0.75, 0.45),
+)
+
+
+def measured(role: str, rate: float, shift: float = 0.0, samples: int = 50, moved: float = 0.0) -> Record:
+    """A noisy channel, sampled from an instant on that is given in steps."""
+    values = np.random.default_rng(2).normal(size=samples)
+    time = (np.arange(samples) + shift) / rate
+    values += moved * float(np.std(np.diff(values)))
+    return Record(role, Path(f"{role}.csv"), "", time, {role: values}, {role: np.ones(samples, bool)}, rate)
+
+
+def beginning(shift: float) -> Record:
+    """A force with the position of another file beside it, whose samples are so many steps late."""
+    return side_by_side(measured("force", 1000.0), measured("position", 1000.0, shift))
+
+
+def same_looks(samples: float) -> bool:
+    """Whether two records of which so many samples are known, and equal, are copies."""
+    looks = Looks(100, {"force": [1.0 if number < samples else None for number in range(20)]}, {"force": 0.1})
+    return bool(copies.copies_by_looks([looks, looks]))
+
+
+def two_valued(number: float) -> bool:
+    """Whether so many readings of two values are a command."""
+    return declared._heading(binary_column("c", "c", None, np.arange(int(number)) % 2)).two_valued
+
+
+WHOLE = (
+    Bracket("TWO_VALUED", declared, two_valued, 25, 15),
+    Bracket(
+        "COUNTS_ON",
+        grouping,
+        lambda x: grouping.counts_by(np.cumsum(1.0 + (np.arange(1001) >= 1000 * x))) > 0,
+        0.9,
+        0.7,
+    ),
+    Bracket("ON_GRID", join, lambda x: join._on_grid(3.0 + x, 1.0), 0.2, 0.35),
+    Bracket(
+        "SAME_RATE",
+        join,
+        lambda x: not refused(lambda: join.joined([measured("force", 1e3), measured("force", 1e3 * (1 + x), 60)])),
+        0.7e-3,
+        1.3e-3,
+    ),
+    Bracket("ON_TIME", join, lambda x: "sample by sample" in beginning(x).history[-1], 0.7e-3, 1.3e-3),
+    Bracket("IN_COMMON", join, lambda x: not refused(lambda: beginning(50 - x)), 3, 2),
+    Bracket(
+        "COPIED",
+        copies,
+        lambda x: copies.first_copy([measured("force", 1e3), measured("force", 1e3, moved=x)]) is not None,
+        0.7e-3,
+        1.3e-3,
+    ),
+    Bracket("SAME_SAMPLES", copies, same_looks, 9, 6),
+)
+
+
+CASES = (*DAMAGE, *CLOCK, *GRAMMAR, *FILES, *WHOLE)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -12,9 +12,6 @@ OFF_GRID = "time is off the grid"
 UNREADABLE = "time is not readable"
 ALONE = "time stands far from all others"
 
-#: Rows off the grid beyond which the sampling counts as uneven, and a record as out of order.
-MOST_OFF, MOST_LOST = 0.05, 0.2
-
 #: What to do where a rate is missing.
 GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files], or in the record.'
 

@@ -11,7 +11,6 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import (
     GIVE_RATE,
-    MOST_OFF,
     OFF_GRID,
     UNREADABLE,
     Readings,
@@ -21,24 +20,25 @@ from fibrefit.records.clock.base import (
 )
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.grammar.neighbours import typical
-
-#: Printed steps this coarse against the step itself do not tell single samples apart.
-_COARSE = 0.2
-
-#: Relative uncertainty beyond which a rate is not guessed from its roundness.
-_OPEN_RATE = 2e-3
-
-#: Share of stamps that equal the one before from which on samples share stamps; how many of them are looked at.
-_SHARED, _LOOKED_AT = 0.2, 1000
+from fibrefit.records.thresholds import (
+    COARSE,
+    EVEN,
+    EVEN_OF_FEW,
+    MOST_OFF,
+    OPEN_RATE,
+    SHARED,
+    SHARING,
+    TIES_TURNED,
+)
 
 
 def shared_stamps(readings: Readings, readable: np.ndarray, times: np.ndarray) -> Readings:
     """Readings whose resolution is the step between stamps, where several samples share one, as on a bus."""
     steps = np.diff(times)
     still = np.flatnonzero(steps == 0)
-    if readings.resolution == 0 or still.size < _SHARED * steps.size:
+    if readings.resolution == 0 or still.size < SHARED * steps.size:
         return readings
-    rows = [readable[i] for i in still[:_LOOKED_AT].tolist()]
+    rows = [readable[i] for i in still[:SHARING].tolist()]
     if sum(readings.rows[i] != readings.rows[i + 1] for i in rows) < 0.5 * len(rows):
         return readings  # doubled rows
     return replace(readings, resolution=max(readings.resolution, float(np.median(steps[steps > 0]))))
@@ -50,9 +50,9 @@ def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str], readab
         return False
     steps = np.round(np.diff(times) / resolution)
     usual = typical(steps[steps > 0])
-    if usual * _COARSE >= 1:
+    if usual * COARSE >= 1:
         return False
-    if np.mean(steps == usual) < 0.8 and not (times.size < 20 and np.mean(steps == usual) >= 0.6):
+    if np.mean(steps == usual) < EVEN and not (times.size < 20 and np.mean(steps == usual) >= EVEN_OF_FEW):
         return True
     still = np.flatnonzero(steps == 0)
     alike = zip(readable[still].tolist(), readable[still + 1].tolist(), strict=True)
@@ -78,7 +78,7 @@ def counted_from_coarse(
     known = rate or header_rate
     # Half a digit more than the ends can be wrong by: with a row lost, the roundest rate must be tried, and fail.
     found = known if known is not None else round_rate(step, 1.5 * res / span)
-    if known is None and res / span > _OPEN_RATE * step:
+    if known is None and res / span > OPEN_RATE * step:
         found = None
     if found is None:
         got = f"{printed}, which leaves the rate open (about {format_number(1 / step)} Hz)"
@@ -129,4 +129,4 @@ def _counts_on(rows: np.ndarray, late: np.ndarray, per_digit: float) -> bool:
         return True
     # A computer rounds a tie up or down at every turn; one that changes its mind once has lost a row.
     turns = int(np.count_nonzero(np.abs(np.diff(wide[0])) > close))
-    return len(wide) == 1 and turns >= max(3, 0.05 * wide[0].size)
+    return len(wide) == 1 and turns >= max(3, TIES_TURNED * wide[0].size)

@@ -8,9 +8,7 @@ import math
 import numpy as np
 
 from fibrefit.records.grammar.neighbours import typical
-
-#: Significant digits up to which a rate counts as one somebody has set.
-_ROUND_DIGITS = 4
+from fibrefit.records.thresholds import ROUND_DIGITS
 
 
 def round_rate(step: float, error: float) -> float | None:
@@ -29,7 +27,7 @@ def round_rate(step: float, error: float) -> float | None:
         Rate in Hz of the fewest digits, or of a step of the fewest digits, or a power of two times one; None where none
         agrees.
     """
-    for digits in range(1, _ROUND_DIGITS + 1):
+    for digits in range(1, ROUND_DIGITS + 1):
         candidates = [float(f"{1 / step:.{digits}g}"), 1 / float(f"{step:.{digits}g}")]
         if digits >= 3:
             # 1024, 51200 or 12800 Hz: rates of frequency analysers.

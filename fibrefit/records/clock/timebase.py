@@ -14,8 +14,6 @@ from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import (
     ALONE,
     BACKWARD,
-    MOST_LOST,
-    MOST_OFF,
     OFF_GRID,
     UNREADABLE,
     Readings,
@@ -27,15 +25,7 @@ from fibrefit.records.clock.base import (
 from fibrefit.records.clock.coarse import counted_from_coarse, shared_stamps, too_coarse
 from fibrefit.records.clock.rates import longest_forward, robust_step, round_rate
 from fibrefit.records.grammar.neighbours import typical
-
-#: Deviation of a stamp from an even grid, as a share of the step, below which it is late and not uneven.
-_JITTER = 0.25
-
-#: A step this much shorter than the usual one is no step: two stamps of one sample, or a first one made up.
-_NO_STEP = 0.05
-
-#: Relative difference beyond which two statements of a rate contradict each other.
-_CONTRADICTS = 0.01
+from fibrefit.records.thresholds import ALONE_BY, CONTRADICTS, JITTER, MOST_LOST, MOST_OFF, NO_STEP, RUNS_ON
 
 
 def counted_times(n: int, rate: float, source: str) -> TimeBase:
@@ -110,7 +100,7 @@ def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray)
         start = int(j) + 1
         overlap = int(np.count_nonzero(times[:start] >= times[start]))
         runs_on = steps[start : start + 2]
-        if overlap < 2 or runs_on.size < 2 or not ((runs_on > 0) & (runs_on < 2.5 * usual)).all():
+        if overlap < 2 or runs_on.size < 2 or not ((runs_on > 0) & (runs_on < RUNS_ON * usual)).all():
             continue
         stop = start + int(np.argmax(np.append(times[start:] > times[:start].max(), True)))
         earlier = {readings.rows[i] for i in readable[:start]}
@@ -141,7 +131,7 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
     uniform = bool(off.sum() <= max(1, MOST_OFF * kept.size))
     notes: tuple[str, ...] = ()
     stamps = times
-    if not uniform and (np.diff(counts) > 0).mean() > 1 - MOST_OFF and np.ptp(late) < 2 * _JITTER / rate:
+    if not uniform and (np.diff(counts) > 0).mean() > 1 - MOST_OFF and np.ptp(late) < 2 * JITTER / rate:
         # Even samples with late stamps: a derivative of these would hold the lateness and not the motion.
         spread = float(np.std(late))
         rate = round_rate(step, 4 * spread / span) or rate
@@ -151,7 +141,7 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
         stamps[kept] = np.median(late) + counts / rate
         notes = (_jitter(spread, rate),)
     elif not uniform:
-        off, rate = np.append(False, steps < _NO_STEP * usual), 1 / usual
+        off, rate = np.append(False, steps < NO_STEP * usual), 1 / usual
         notes = (_uneven(steps),)
     alone = _alone(counts, off)
     good = ~off & ~alone
@@ -202,7 +192,7 @@ def _others(rows: np.ndarray, kept: np.ndarray) -> np.ndarray:
 def _alone(counts: np.ndarray, off: np.ndarray) -> np.ndarray:
     """A first or last row far from all others: its time is more likely wrong than right."""
     alone = np.zeros(counts.size, bool)
-    far = max(10, 0.02 * counts.size)
+    far = max(10, ALONE_BY * counts.size)
     present = np.flatnonzero(~off)
     if present.size > 3:
         alone[present[0]] = counts[present[1]] - counts[present[0]] > far
@@ -229,11 +219,11 @@ def _jitter(spread: float, rate: float) -> str:
 def _checked_against(base: TimeBase, readings: Readings, header_rate: float | None, rate: float | None) -> TimeBase:
     """Compare the column's rate with what header and user say."""
     for said, who in ((rate, "the rate given"), (header_rate if rate is None else None, "the header")):
-        if said is None or abs(said / base.rate - 1) <= _CONTRADICTS:
+        if said is None or abs(said / base.rate - 1) <= CONTRADICTS:
             continue
         got = f"the column runs at {format_number(base.rate, 6)} Hz, {who} says {format_number(said, 6)} Hz"
         ratio = max(said / base.rate, base.rate / said)
-        units_mixed_up = any(abs(ratio / wrong - 1) < _CONTRADICTS for wrong in (1e3, 1e6, 60.0))
+        units_mixed_up = any(abs(ratio / wrong - 1) < CONTRADICTS for wrong in (1e3, 1e6, 60.0))
         if rate is not None or units_mixed_up:
             raise DataError(readings.where, got, "one rate", "Check the unit of the time, or leave the rate out.")
         note = f"{got[0].upper()}{got[1:]}: the column is used."

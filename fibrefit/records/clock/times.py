@@ -19,9 +19,7 @@ from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.words import counts_rows, score
-
-#: Seconds since 1970 from 2001 to 2096: whole stamps in s, ms, us and ns differ by three digits each.
-_CENTURY = (1e9, 4e9)
+from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICTS
 
 #: Units a column of times without one may be in, if only one of them agrees with the rate in the header.
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
@@ -93,7 +91,7 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
     if rate is not None and column.unit is None:
         steps = np.diff(values[np.isfinite(values)])
         step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-        agreeing = [u for u in _POSSIBLE_UNITS if step and abs(step * units.to_si(u, "s") * rate - 1) < 0.01]
+        agreeing = [u for u in _POSSIBLE_UNITS if step and abs(step * units.to_si(u, "s") * rate - 1) < CONTRADICTS]
         if len(agreeing) == 1:
             return units.to_si(agreeing[0], "s"), agreeing[0]
     epoch = _epoch_unit(column, values)
@@ -106,7 +104,8 @@ def _epoch_unit(column: RawColumn, values: np.ndarray) -> str | None:
     if column.unit is not None or not present.size:
         return None
     middle = float(np.median(present))
-    return next((u for u in ("s", "ms", "us", "ns") if _CENTURY[0] < middle * units.to_si(u, "s") < _CENTURY[1]), None)
+    stamps = ((u, middle * units.to_si(u, "s")) for u in ("s", "ms", "us", "ns"))
+    return next((u for u, seconds in stamps if CENTURY_BEGINS < seconds < CENTURY_ENDS), None)
 
 
 def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:

@@ -15,9 +15,7 @@ from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit
-
-#: Readings among which two values only are no accident.
-_ENOUGH = 20
+from fibrefit.records.thresholds import TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
 
@@ -51,7 +49,7 @@ def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[
 def _heading(column: RawColumn) -> Heading:
     present = column.numbers.values[np.isfinite(column.numbers.values)]
     two_valued = False
-    if present.size >= _ENOUGH and len(set(present[:_ENOUGH].tolist())) <= 2:
+    if present.size >= TWO_VALUED and len(set(present[:TWO_VALUED].tolist())) <= 2:
         low, high = present.min(), present.max()
         two_valued = bool(low < high and ((present == low) | (present == high)).all())
     return Heading(column.header, column.name, column.unit, column.clock, column.number, two_valued)

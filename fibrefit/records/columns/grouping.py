@@ -11,9 +11,7 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, is_time
 from fibrefit.records.grammar.numbers import CODE
 from fibrefit.records.grammar.words import counts_rows, score
-
-#: Share of the steps of a column that numbers the rows which are one; the others are missing rows.
-_COUNTS = 0.8
+from fibrefit.records.thresholds import COUNTS_ON
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +99,7 @@ def counts_by(values: np.ndarray) -> int:
     """
     steps = np.diff(values[np.isfinite(values)])
     usual = float(np.median(steps)) if steps.size else 0.0
-    even = usual >= 1 and usual == round(usual) and np.mean(steps == usual) > _COUNTS
+    even = usual >= 1 and usual == round(usual) and np.mean(steps == usual) > COUNTS_ON
     return int(usual) if even else 0
 
 
@@ -120,7 +118,7 @@ def _runs_forward(values: np.ndarray) -> bool:
     """Whether a column grows as times do; a pause or a delay that is only measured in seconds does not."""
     present = values[np.isfinite(values)]
     steps = np.diff(present)
-    return steps.size > 0 and bool(np.mean(steps >= 0) > 0.5 and (steps > 0).any())
+    return steps.size > 0 and bool(2 * np.count_nonzero(steps >= 0) > steps.size and (steps > 0).any())
 
 
 def _best_time(

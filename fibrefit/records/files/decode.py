@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 
 from fibrefit.core.errors import DataError
+from fibrefit.records.thresholds import CONTROLS, NARROW_ZEROS, WHOLE_WORDS, WIDE_ZEROS, ZEROS
 
 #: How files that are no text begin, and what to do with them.
 FOREIGN = {
@@ -27,8 +28,6 @@ _EAST_ASIAN = ("cp932", "gbk", "euc_kr")
 #: Bytes at the start of a file that tell its alphabet.
 _HEAD = 65536
 
-#: A text holds no control bytes. Some may come from damage; blocks of zeros come from a power failure.
-_MOST_CONTROLS, _MOST_ZEROS = 0.01, 0.3
 _CONTROLS = bytes(set(range(1, 32)) - set(b"\t\n\r\x0b\x0c\x1a"))
 
 
@@ -96,7 +95,7 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
     if wide:
         return data.decode(wide, errors="replace"), wide.upper(), ()
     controls = len(data) - len(data.translate(None, _CONTROLS))
-    if controls > max(8, _MOST_CONTROLS * len(data)) or data.count(0) > _MOST_ZEROS * len(data):
+    if controls > max(8, CONTROLS * len(data)) or data.count(0) > ZEROS * len(data):
         raise DataError(where, "binary data, not text", KNOWN, "Export the values as CSV.")
     try:
         return data.decode("utf-8"), "UTF-8", ()
@@ -121,7 +120,7 @@ def _is_cyrillic(data: bytes) -> bool:
     words = re.findall(rb"[A-Za-z\x80-\xff]{3,}", data[:_HEAD])
     high = [word for word in words if max(word) > 0x7F]
     whole = [word for word in high if min(word) >= 0xC0]
-    return len(whole) > 0.6 * len(high) and len(whole) > 0
+    return len(whole) > WHOLE_WORDS * len(high) and len(whole) > 0
 
 
 def _wide_encoding(data: bytes) -> str | None:
@@ -133,8 +132,8 @@ def _wide_encoding(data: bytes) -> str | None:
     head = data[:4096]
     zeros_even, zeros_odd = head[::2].count(0), head[1::2].count(0)
     half = max(1, len(head) // 2)
-    if zeros_odd > 0.6 * half and zeros_even < 0.1 * half:
+    if zeros_odd > WIDE_ZEROS * half and zeros_even < NARROW_ZEROS * half:
         return "utf-16-le"
-    if zeros_even > 0.6 * half and zeros_odd < 0.1 * half:
+    if zeros_even > WIDE_ZEROS * half and zeros_odd < NARROW_ZEROS * half:
         return "utf-16-be"
     return None

@@ -11,9 +11,7 @@ from typing import Any
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
-
-#: Share of the lines that must name their values alike.
-_MOST = 0.9
+from fibrefit.records.thresholds import NAMED_ALIKE, WORDS_BESIDE
 
 #: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
 #: page of letters would be gone through once for each of them.
@@ -136,12 +134,12 @@ def _from_pairs(text: Text, where: str) -> Text:
     keys = [_keys(line) for line in tail]
     names = [tuple(key for key, _, _ in _PAIR.findall(line)) for line in tail]
     called = max(set(names), key=names.count, default=())
-    if len(called) > 1 and names.count(called) >= max(3, _MOST * len(tail)):
+    if len(called) > 1 and names.count(called) >= max(3, NAMED_ALIKE * len(tail)):
         _refuse_ranges(lines, called, where)
     usual = max(set(keys), key=keys.count, default=())
-    if len(usual) < 2 or len(set(usual)) < len(usual) or keys.count(usual) < max(3, _MOST * len(tail)):
+    if len(usual) < 2 or len(set(usual)) < len(usual) or keys.count(usual) < max(3, NAMED_ALIKE * len(tail)):
         return text
-    if any(len(_PAIR.sub("", line).strip(" ,;\t")) > 0.2 * len(line) for line in tail[:20]):
+    if any(len(_PAIR.sub("", line).strip(" ,;\t")) > WORDS_BESIDE * len(line) for line in tail[:20]):
         return text
     body, above, first = [], [], True
     for line in lines:

@@ -12,11 +12,11 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.files.decode import Text
-from fibrefit.records.files.text import FEWEST_ROWS
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.thresholds import FEWEST_ROWS
 
 _MAGIC = "labview measurement"
 _END = "***End_of_Header***"

@@ -12,9 +12,7 @@ from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.files.extras import damage_told, require
-
-#: Rows of numbers that make a table.
-_FEWEST = 3
+from fibrefit.records.thresholds import FEWEST_ROWS
 
 
 def sheet_text(data: bytes, where: str) -> Text:
@@ -43,7 +41,7 @@ def sheet_text(data: bytes, where: str) -> Text:
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
         sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}
     rows_of = {title: sum(_is_row(row) for row in rows) for title, rows in sheets.items()}
-    tables = [title for title, rows in rows_of.items() if rows >= _FEWEST]
+    tables = [title for title, rows in rows_of.items() if rows >= FEWEST_ROWS]
     if len(tables) > 1:
         shown = ", ".join(f'"{title}"' for title in tables[:5])
         raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", "Save the one that is meant as CSV.")

@@ -30,12 +30,10 @@ from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.grammar.worth import unit_told
 from fibrefit.records.options import ReadOptions
+from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES
 
-#: Fewer samples tell neither a rate nor a layout.
-FEWEST_ROWS = 3
-
-#: A cell in single quotes, and the lines that tell whether a file uses them.
-_SINGLE_QUOTED, _LOOKED_AT = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\t|]|$))"), 200
+#: A cell in single quotes.
+_SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\t|]|$))")
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3
@@ -124,8 +122,8 @@ def _unused(header: Header, rows: Rows, empty: Sequence[bool], above: Sequence[s
 
 def _requoted(lines: list[str]) -> list[str]:
     """Lines with double quotes where the file puts its cells in single ones."""
-    framed = sum(_SINGLE_QUOTED.search(line) is not None for line in lines[-_LOOKED_AT:])
-    if framed <= 0.5 * min(len(lines), _LOOKED_AT):
+    framed = sum(_SINGLE_QUOTED.search(line) is not None for line in lines[-LAYOUT_LINES:])
+    if framed <= 0.5 * min(len(lines), LAYOUT_LINES):
         return lines
     return [_SINGLE_QUOTED.sub(r'\1"\2"', line) for line in lines]
 
@@ -147,11 +145,11 @@ def _step_beside(lines: list[str]) -> tuple[list[str], list[str]]:
 
 def _header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
     """Lines without the header that older scopes write to the left of the first rows, and what that header says."""
-    rows = [line.split(",") for line in lines[:_LOOKED_AT]]
+    rows = [line.split(",") for line in lines[:LAYOUT_LINES]]
     told = [",".join(cells[:_BESIDE]) for cells in rows]
     number = next((i for i, text in enumerate(told) if not text.strip(" ,")), 0)
     measured = all(
-        len(cells) > _BESIDE + 1 and all(kind_of_cell(cell.strip(), ".") == "number" for cell in cells[_BESIDE:][:2])
+        cells[_BESIDE + 1 :] and all(kind_of_cell(cell.strip(), ".") == "number" for cell in cells[_BESIDE:][:2])
         for cells in rows
     )
     if not (number and measured and all(kind_of_cell(cells[0], ".") == "text" for cells in rows[:number])):

@@ -7,15 +7,11 @@ from collections import Counter
 from dataclasses import dataclass
 
 from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
+from fibrefit.records.thresholds import FEWEST_TEXTS, VOTERS
 
 WHITESPACE = " "
 NAMES = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", WHITESPACE: "blanks"}
 
-#: Rows at the end of a file that vote: headers of any length do not reach them in a long file.
-VOTERS = 200
-
-#: Share of cells with text below which a column is empty but for remarks, or labels in the header.
-_FEWEST_TEXTS = 0.3
 
 _WORTH = {"number": 1.0, "clock": 1.0, "thousands": 0.5, "not a number": 0.25, "overflow": 0.25, "text": -1.0}
 
@@ -148,7 +144,7 @@ def _column_kinds(tail: Counter[str], dialect: Dialect) -> list[str]:
 def _column_kind(tally: Counter[str]) -> str:
     numbers = tally["number"] + tally["thousands"] + tally["not a number"] + tally["overflow"]
     clocks, texts = tally["clock"], tally["text"]
-    if numbers + clocks == 0 and texts < _FEWEST_TEXTS * tally.total():
+    if numbers + clocks == 0 and texts < FEWEST_TEXTS * tally.total():
         return "empty"
     if clocks > max(numbers, texts):
         return "clock"

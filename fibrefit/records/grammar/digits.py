@@ -15,21 +15,7 @@ import numpy as np
 from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
 from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
-
-#: Share of a column that must be written alike before a number written otherwise counts as damaged.
-_ALIKE = 0.8
-
-#: Fewest numbers that show how a column is written.
-_FEWEST = 5
-
-#: A whole number this many times larger than every decimal of its column has lost its decimal mark.
-_LOST_MARK = 10.0
-
-#: A lone sample this many times further from its neighbours than they scatter is an outlier.
-_FAR = 8.0
-
-#: ... and one that lies this close once a character is put back is explained by it.
-_NEAR = 3.0
+from fibrefit.records.thresholds import ALIKE_WRITTEN, FAR_OUT, FEWEST_WRITTEN, LOST_MARK, PUT_BACK
 
 
 def odd_numbers(numbers: Numbers) -> np.ndarray:
@@ -83,14 +69,14 @@ def oddly_written(numbers: Numbers) -> np.ndarray:
     bare_zero = (numbers.values == 0) & (shapes == 0)
     candidates = present & ~bare_zero
     odd = np.zeros(shapes.size, bool)
-    if candidates.sum() < _FEWEST or np.ptp(shapes[candidates]) == 0:
+    if candidates.sum() < FEWEST_WRITTEN or np.ptp(shapes[candidates]) == 0:
         return odd
     # Numbers of one decade are compared with each other: some instruments, and all programs that print significant
     # digits, spend fewer decimals on larger numbers.
     sizes = np.abs(np.where(candidates & (numbers.values != 0), numbers.values, 1.0))
     decades = np.floor(np.log10(sizes))
     groups = [candidates & (decades == decade) for decade in sorted(set(decades[candidates].tolist()))]
-    groups = [group for group in groups if group.sum() >= _FEWEST]
+    groups = [group for group in groups if group.sum() >= FEWEST_WRITTEN]
     if len({_usual(shapes[group]) for group in groups}) <= 1:
         return _odd_among(numbers, candidates)
     for group in groups:
@@ -103,7 +89,7 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
     shapes = numbers.shapes
     usual = _usual(shapes[rows])
     odd = rows & (shapes != usual)
-    if not odd.any() or odd.sum() > (1 - _ALIKE) * rows.sum():
+    if not odd.any() or odd.sum() > (1 - ALIKE_WRITTEN) * rows.sum():
         return np.zeros(shapes.size, bool)
     # A held weight repeats one number: only different ones show how often a last digit is zero.
     distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
@@ -121,9 +107,9 @@ def _mark_lost(numbers: Numbers) -> np.ndarray:
     shapes, sizes = numbers.shapes, np.abs(numbers.values)
     present = shapes >= 0
     marked = present & (shapes % EMPTY_WHOLE > 0)
-    if marked.sum() < _ALIKE * present.sum() or not marked.any():
+    if marked.sum() < ALIKE_WRITTEN * present.sum() or not marked.any():
         return np.zeros(shapes.size, bool)
-    return present & ~marked & (sizes > _LOST_MARK * sizes[marked].max())
+    return present & ~marked & (sizes > LOST_MARK * sizes[marked].max())
 
 
 def _keeps_zeros(numbers: Numbers, rows: np.ndarray) -> bool:
@@ -150,8 +136,8 @@ def _outliers_explained(numbers: Numbers) -> np.ndarray:
     apart = np.abs(run - middle)
     # A logger with coarse steps that prints more digits than it reads goes over to the next step by chance.
     scatter = np.maximum(spread, max(1.4826 * typical(apart), numbers.resolution, smallest_step(run)))
-    for k in np.flatnonzero(apart > _FAR * scatter):
-        limit = _NEAR * scatter[k]
+    for k in np.flatnonzero(apart > FAR_OUT * scatter):
+        limit = PUT_BACK * scatter[k]
         text = numbers.texts[good[k]]
         found[good[k]] = any(abs(value - middle[k]) <= limit for value in _one_character_away(text, numbers.mark))
     return found

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 from fibrefit.core import units
 from fibrefit.core.units import format_number
+from fibrefit.records.thresholds import FASTEST_LIKELY, FASTEST_RATE, MOST_SAMPLES, SLOWEST_LIKELY, SLOWEST_RATE
 
 _SAMPLING = (
     r"(?:sampl\w*|abtast\w*|mess|measur\w*|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?"
@@ -73,12 +74,6 @@ _BARE_RATE = re.compile(
 )
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 
-#: Rates in Hz and numbers of samples beyond which a header is damaged.
-_SLOWEST, _FASTEST = 1e-3, 1e10
-_MOST_SAMPLES = 1e12
-
-#: Rates in Hz of mechanical records: a step without a unit is read only if one unit alone leads here.
-_LIKELY = (5.0, 5e5)
 
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
 _THINNED = re.compile(
@@ -203,7 +198,7 @@ def _meant(numbers: list[float], unit: str, quoted: str, is_step: bool) -> Itera
     """What a statement means, for each way to read its number."""
     if unit == "" and is_step:
         found = [(1.0 / (n * units.to_si(u, "s")), u) for n in numbers if n > 0 for u in ("s", "ms", "us")]
-        likely = [(rate, u) for rate, u in found if _LIKELY[0] <= rate <= _LIKELY[1]]
+        likely = [(rate, u) for rate, u in found if SLOWEST_LIKELY <= rate <= FASTEST_LIKELY]
         rates = tuple(float(f"{rate:.12g}") for rate, _ in likely)
         note = f'"{quoted}" has no unit: taken as {likely[0][1]}.' if likely else ""
     elif unit == "":
@@ -214,7 +209,7 @@ def _meant(numbers: list[float], unit: str, quoted: str, is_step: bool) -> Itera
         note = ""
     else:
         return
-    rates = tuple(dict.fromkeys(rate for rate in rates if _SLOWEST <= rate <= _FASTEST))
+    rates = tuple(dict.fromkeys(rate for rate in rates if SLOWEST_RATE <= rate <= FASTEST_RATE))
     if rates:
         yield _Said(rates, quoted, note)
 
@@ -259,7 +254,7 @@ def _numbers(text: str, mark: str, *, in_groups: bool) -> list[float]:
 
 def _whole(text: str, mark: str) -> list[int]:
     """Number of samples, where it is one beyond doubt."""
-    found = [n for n in _numbers(text, mark, in_groups=True) if n == int(n) and 0 < n < _MOST_SAMPLES]
+    found = [n for n in _numbers(text, mark, in_groups=True) if n == int(n) and 0 < n < MOST_SAMPLES]
     return [int(found[-1])] if found else []
 
 

@@ -12,6 +12,7 @@ from fibrefit.records.grammar.headings import known_unit, split_heading
 from fibrefit.records.grammar.rows import REMARK
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named
+from fibrefit.records.thresholds import HEADER_DEPTH
 
 #: First cell of a line that names what the line holds.
 _NAME_LABELS = {
@@ -32,9 +33,6 @@ _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky",
 _OF_ABSCISSA = re.compile(r"x[-_ ]?(?:axis[-_ ]?)?(?:unit|einheit|jednotk|dimension)", re.I)
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
-
-#: Lines above a table that are looked at.
-_DEEPEST = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +76,7 @@ def find_header(
     Header or None
         None where no line above the table can be its header.
     """
-    start = max(0, len(above) - _DEEPEST)
+    start = max(0, len(above) - HEADER_DEPTH)
     rows = {}
     for i in range(start, len(above)):
         cells = header_cells(above[i], dialect, empty)

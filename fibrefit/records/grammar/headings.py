@@ -7,6 +7,7 @@ import unicodedata
 
 from fibrefit.core import units
 from fibrefit.records.grammar.words import kinds_named
+from fibrefit.records.thresholds import LONGEST_HEADING
 
 #: Control signs, and what terminals take for colours.
 _CONTROL = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|[\x00-\x08\x0b-\x1f\x7f]")
@@ -18,8 +19,6 @@ _ALSO_WORDS = frozenset(
 
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
 
-#: Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried.
-LONGEST_HEADING = 200
 
 #: A factor by which the numbers below are to be multiplied, or were; a letter that stands for a sign only before a
 #: power of ten, as `x 2` and `Dev/2` are names.

@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.tokens import NUMBER, THOUSANDS, clean, kind_of_cell, shapes_of
+from fibrefit.records.thresholds import OTHER_MARKS
 
 #: Reasons a sample is masked, in the order of their codes; code 0 is a good sample.
 REASONS = (
@@ -27,9 +28,6 @@ REASONS = (
     "stuck",
 )
 CODE = {reason: code for code, reason in enumerate(REASONS)}
-
-#: Cells with the other decimal mark beyond which a file is refused: then it is no accident.
-_MOST_OTHER_MARKS = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +81,7 @@ class Numbers:
             shapes = shapes[shapes >= 0]
         if not shapes.size:
             return 0.0
-        if shapes.max() < EXPONENT:
+        if not (shapes // EXPONENT).any():
             return float(10.0 ** -int((shapes % EMPTY_WHOLE).max()))
         largest = float(np.nanmax(np.abs(self.values)))
         return float(10.0 ** (np.floor(np.log10(largest)) - int((shapes % EMPTY_WHOLE).max()))) if largest else 0.0
@@ -144,7 +142,7 @@ def _one_by_one(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) 
             grouped.append(i)
     _refuse_thousands(cleaned, grouped, values, mark, lines, where)
     other = reasons == CODE["other decimal mark"]
-    if other.sum() > max(2, _MOST_OTHER_MARKS * len(texts)):
+    if other.sum() > max(2, OTHER_MARKS * len(texts)):
         first = int(np.flatnonzero(other)[0])
         got = f'"{texts[first]}" beside numbers with a decimal "{mark}"'
         raise DataError(f"{where}, line {lines[first]}", got, "one decimal mark throughout", "Export the file again.")

@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import WHITESPACE, Dialect
 from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
+from fibrefit.records.thresholds import COUNTED_ROWS, DIGITS_OF_A_ROW, STRAY_ROWS, STRAY_SHARE
 
 #: Marks of a remark at the start of a line.
 REMARK = re.compile(r"\s*(#|%|//|!|\*(?!\*))+\s*")
@@ -23,11 +24,6 @@ _WITH_CELLS = frozenset((FULL, PARTIAL, HOLLOW))
 #: How a line speaks for or against being inside the table. Words alone end a table sooner than a broken row does.
 _WEIGHT = {FULL: 1.0, PARTIAL: -0.5, BLANK: 0.0, HOLLOW: 0.0, OTHER: -1.0, HEADING: -3.0}
 
-#: Rows of numbers above the table that may be part of a header (sample counts, ranges, channel numbers).
-_STRAY_NUMBERS = 2
-
-#: Rows beyond which the first may tell how many follow.
-_FEWEST_ALIKE = 3
 
 #: Words that begin a line of statistics below a table.
 _SUMMARY = re.compile(
@@ -132,7 +128,7 @@ def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str
     """Refuse a file with more lines of numbers outside the table than a header may hold."""
     others = (*range(first), *range(last + 1, len(lines)))
     outside = [i + 1 for i in others if _looks_like_a_row(lines[i])]
-    if len(outside) > max(_STRAY_NUMBERS, 0.01 * (last - first)):
+    if len(outside) > max(STRAY_ROWS, STRAY_SHARE * (last - first)):
         got = (
             f"more than one table of numbers (lines {outside[0]} to {outside[-1]}, and lines {first + 1} to {last + 1})"
         )
@@ -145,7 +141,7 @@ _Found = tuple[list[tuple[str, ...]], list[int], list[int], list[int]]
 def _regular(lines: Sequence[str], classes: list[str], block: range, dialect: Dialect) -> _Found | None:
     """As `_collect`, all lines at once; None where they are not all alike."""
     stretch = lines[block.start : block.stop]
-    if len(stretch) <= _FEWEST_ALIKE or any(kind != FULL for kind in classes[block.start : block.stop]):
+    if len(stretch) <= COUNTED_ROWS or any(kind != FULL for kind in classes[block.start : block.stop]):
         return None
     # A row of fewer cells has fewer separators, and one of more is no row.
     joined, delimiter = "\n".join(stretch), dialect.delimiter
@@ -180,7 +176,7 @@ def _collect(
             raise DataError(f"{where}, line {i + 1}", got, "one table", "Split the file.")
         else:
             unplaced.append(i + 1)
-    if len(rows) > _FEWEST_ALIKE and set(rows[0]) <= {str(len(rows) - 1), ""}:  # how many rows follow
+    if len(rows) > COUNTED_ROWS and set(rows[0]) <= {str(len(rows) - 1), ""}:  # how many rows follow
         skipped.insert(0, numbers.pop(0))
         rows.pop(0)
     return list(zip(*rows, strict=True)), numbers, unplaced, skipped
@@ -190,7 +186,7 @@ def _looks_like_a_row(line: str) -> bool:
     """Whether a line that is no row may be a damaged one: digits, and no word."""
     digits = sum(char.isdigit() for char in line)
     longest = max((len(run) for run in re.findall(r"[^\W\d_]+", line)), default=0)
-    return digits > 0.4 * len(line.replace(" ", "")) and longest <= 1
+    return digits > DIGITS_OF_A_ROW * len(line.replace(" ", "")) and longest <= 1
 
 
 def classify(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str]) -> list[str]:

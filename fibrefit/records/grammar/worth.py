@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.headings import PLAIN_KINDS
+from fibrefit.records.thresholds import UNITS_OF_ROWS
 
 #: Words for what numbers are multiplied by, or moved by; and for what one step of them is, which is as often a mere
 #: remark on numbers that are in their unit already.
@@ -26,10 +27,6 @@ SCALE_LABEL = re.compile(rf"(?:{_FACTOR}|{_STEP})\b.*", re.I)
 
 #: Such a line above numbers of any kind: gains and sensitivities are noted of amplifiers and sensors too.
 _ALWAYS = re.compile(r"(?:scales?|scaling|factor|skalierung|faktor|multiplier)\b.*", re.I)
-
-
-#: Units of one kind that a column of text may hold and still be one of units.
-_MOST_UNITS = 6
 
 
 def may_apply(label: str, *, whole: bool) -> bool:
@@ -91,7 +88,7 @@ def unit_told(cells: Sequence[str], lines: Iterable[int], where: str) -> str | N
     for cell, line in zip(cells, lines, strict=True):
         if cell.strip():
             found.setdefault(cell.strip().strip("[]()"), line)
-            if len(found) > _MOST_UNITS:
+            if len(found) > UNITS_OF_ROWS:
                 return None
     kinds = {units.kind_of(unit) for unit in found}
     if len(kinds) != 1 or not kinds <= set(PLAIN_KINDS):
