@@ -11,6 +11,8 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
+from fibrefit.discovery.engine.effort import first_fit_ends
+from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
@@ -51,7 +53,7 @@ def discover(
         limits.seed,
         How(whiten=False, rivals=False),
         progress=progress,
-        stop=lambda: budget.used > BASE * limits.seconds,
+        stop=lambda: first_fit_ends(budget.used, limits.seconds),
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
@@ -71,19 +73,13 @@ def _started(
     return search, *minima_weighed(search, base, before)
 
 
-BASE = 0.3
-"""Share of the time that the fit of the first model may take."""
-ASTRAY = 0.05
-"""Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
-
-
 def _broken(before: Identification) -> tuple[Check, ...]:
     """Why nothing can be said of what the base model lacks; empty where something can.
 
     A model that lacks much comes to no rest where bounces begin or cease. What it has yet to gain is little beside what
     it lacks, and every candidate is held against a base that is fitted again from where the candidate ended.
     """
-    astray = ASTRAY * before.problem.n_measured
+    astray = AT_A_KINK * before.problem.n_measured
     return tuple(
         check
         for check in before.checks

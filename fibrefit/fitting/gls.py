@@ -15,7 +15,8 @@ import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.search.with_input_errors import MISSED, linearised_in_errors
+from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors
+from fibrefit.fitting.thresholds import MODE_REACHED
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
@@ -30,8 +31,6 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.part import Z_95
 
-ARRIVED = 0.5
-"""Promised fall beyond which the mode was not reached."""
 LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
 ROUNDS = 2
@@ -61,9 +60,9 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | N
         place = apart(unknowns, place, seen, task.horizons)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
-    for look in range(LOOKS):
+    for further in reversed(range(LOOKS)):
         found = _settled(bars, unknowns, place, seen)
-        if found is None or not known or look == LOOKS - 1 or not _bends(task, found):
+        if found is None or not known or not further or not _bends(task, found):
             break
         seen, place = _seen(task, found), found.evidence.mode.place
     return found
@@ -111,7 +110,7 @@ def _weighed(
             found = weigh(unknowns, place, seen.gram(unknowns), sigma)
         except np.linalg.LinAlgError:
             return None
-    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.promised < ARRIVED
+    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.promised < MODE_REACHED
     return found if sound else None
 
 
@@ -128,9 +127,8 @@ def _seen(task: Task, found: GlsEstimate) -> View:
 def _bends(task: Task, gls: GlsEstimate) -> bool:
     """Whether errors of inputs have moved so far that what the readings make of them is not what was predicted."""
     there = np.asarray(problem_at(task, gls).linearised_at(gls.local).residuals)
-    counted = gls.residuals != 0.0
     downweight = 1.0 if gls.seen.raw is None else gls.seen.raw.downweight
-    return not float(np.mean((there * downweight - gls.residuals)[counted] ** 2)) < MISSED
+    return not as_predicted(there * downweight, gls.residuals)
 
 
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:

@@ -85,3 +85,16 @@ SEEN = 1e-2
 """Change of all readings together, in noise rms, below which a parameter's typical size does nothing to them."""
 LOOSE = 0.1
 """Relative standard error below which a value is known well enough, whatever it is tied to."""
+
+MISSED = 0.03
+"""Mean square of what readings linearised in the errors of inputs miss, in units of the noise, from which they are
+linearised again."""
+HOPELESS = 4.0
+"""Variance that even the best errors of the inputs leave, from which they are not what the model lacks: they stay zero
+then, and the values those for inputs as they were measured."""
+ALL_COUNT = 0.99
+"""Share of the samples that count from which no more can be won by looking once more."""
+MORE_COUNT = 0.01
+"""Share of the samples that have to count more for another look."""
+MODE_REACHED = 0.5
+"""Promised fall of the objective beyond which the mode of the likelihood was not reached."""

@@ -25,6 +25,7 @@ def goes_on_after(steps: int) -> bool:
 
 
 CASES = (
+    Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery import comparison, conclusion, forward_selection
+from fibrefit.discovery import discover as search
 from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
 from fibrefit.discovery.residuals import innovations
+from fibrefit.fitting.checks import CONVERGED
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ChannelGap
 from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
@@ -188,7 +191,15 @@ def unremarked(gap: float) -> bool:
     return limits._beyond_noise(fit) == ((), 1.0)
 
 
+def at_a_kink(share: float) -> bool:
+    """Whether a base fit is trusted from which a further step promises such a share of the cost."""
+    check = Check(name="", passed=False, statistic=100.0 * share, fatal=True, identifier=CONVERGED)
+    before: Any = SimpleNamespace(problem=SimpleNamespace(n_measured=100), checks=(check,))
+    return not search._broken(before)
+
+
 CASES = (
+    Bracket("AT_A_KINK", search, at_a_kink, 0.04, 0.07),
     Bracket("ALARM", innovations, steady, 0.2512, 0.2589),
     Bracket("CONTRADICTED", innovations, as_at_rest, 0.0076, 0.0082),
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),

@@ -5,17 +5,20 @@ from __future__ import annotations
 import dataclasses
 import math
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import identifiability, thresholds
+from fibrefit.fitting import gls, identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, misstated, outweighed, structure
 from fibrefit.fitting.misfit.misstated import Misstated
+from fibrefit.fitting.search import with_input_errors
+from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
 from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
@@ -46,6 +49,14 @@ def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float
     """Verdict on ten starts of which some ended in the best minimum."""
     basin = [0] * int(agreeing) + [1] * (10 - int(agreeing))
     return judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise, nats).passed
+
+
+def reached(promised: float) -> bool:
+    """Whether a mode from which such a fall is promised is the estimate."""
+    found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(promised=promised))
+    seen: Any = SimpleNamespace(gram=lambda _: None)
+    with patch.object(gls, "weigh", lambda *_: found):
+        return gls._weighed(cast(Any, None), cast(Any, None), seen, None) is not None
 
 
 def tied(correlation: float, value: float = 4.0) -> list[str]:
@@ -91,6 +102,11 @@ CASES = (
     Bracket("GAP", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("SETTLED", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
+    Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
+    Bracket("MISSED", with_input_errors, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04),
+    Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
+    Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
+    Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("ASTRAY", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
     Bracket(
         "INPUT_ERROR",

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.growth import SURE, growth_and_error, growth_with_load, largest_load, louder_under_load
+from fibrefit.problem.noise.growth import growth_and_error, growth_with_load, largest_load, louder_under_load
+from fibrefit.problem.thresholds import GROWS
 from tests.independent.sensors import Noise, logged
 
 RATE = 2000.0
@@ -31,7 +32,7 @@ def test_growth_is_found_within_its_error(growth: float) -> None:
     away = []
     for seed in range(12):
         found, error = growth_and_error(records(growth, seed), "force")
-        assert found > SURE * error
+        assert found > GROWS * error
         away.append((found - growth) / error)
     assert abs(np.mean(away)) < 3.0 / np.sqrt(12.0) + 0.3
     assert 0.4 < np.std(away) < 1.6

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from fibrefit.problem.diagnose import inverse_dynamics
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.estimate import hausman
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
+from fibrefit.problem.noise import growth, whittle
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -30,7 +33,66 @@ def standing(speed: float) -> bool:
     return bool(inverse_dynamics._asked(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
 
 
+ORDINATES = 100
+"""Of a record of two hundred samples, in steps of one Hz from one on."""
+BANK: Any = SimpleNamespace(rate=np.array([200.0]), corners=np.array([5.0]))
+DRAWS = whittle._Draws(np.ones((1, 1, 200)), np.ones((1, 200), bool), np.array([200]), BANK)
+
+
+def line(power: float, frequency: int = 50) -> bool:
+    """Whether an ordinate of such a power over what is expected is a line."""
+    powers = np.where(np.arange(ORDINATES) == frequency - 1, power, 1e-3)
+    frequencies = 1.0 + np.arange(ORDINATES)
+    whole = whittle.Periodograms(frequencies, powers, np.ones((ORDINATES, 1)), np.zeros(ORDINATES, int))
+    with patch.object(whittle, "_refined", lambda *_: (50.0, 1.0)):
+        return whittle._line(DRAWS, whole, np.ones(1), ()) is not None
+
+
+def clear(distance: float) -> bool:
+    """Whether an ordinate so many others away from a line tells of the rest of the spectrum."""
+    whole = whittle.Periodograms(np.array([50.0 + distance]), np.ones(1), np.ones((1, 1)), np.zeros(1, int))
+    return bool(whittle._clear(whole, [(50.0, 1.0)], DRAWS)[0])
+
+
+def slow_part(variance: float) -> bool:
+    """Whether a first-order part of such a variance beside white noise of one is named."""
+    with (
+        patch.object(whittle, "periodograms", lambda *_: None),
+        patch.object(whittle, "fitted", lambda _: np.array([variance, 0.0, 1.0])),
+    ):
+        return bool(whittle._noise(DRAWS, lines=False).slow)
+
+
+def counting(weight: float) -> bool:
+    """Whether a sample of such a weight tells of the noise beside those of a weight of one."""
+    rig = SimpleNamespace(channels=("force",))
+    data = SimpleNamespace(weight={"force": np.array([[1.0, weight]])})
+    problem: Any = SimpleNamespace(observations=data, model=SimpleNamespace(rig=rig))
+    return bool(whittle.sample_mask(problem)[0, 0, 1])
+
+
+def grows(errors: float) -> bool:
+    """Whether noise that is so many standard errors larger under load is taken to grow with it."""
+    with patch.object(growth, "growth_and_error", lambda *_: (errors, 1.0)):
+        return growth.growth_with_load((), "force") > 0.0
+
+
+def told_by(readings: float) -> bool:
+    """Whether so many readings at each of eight levels of the load tell how its noise grows."""
+    noise = np.random.default_rng(4).normal(size=8 * int(readings))
+    traces: Any = [SimpleNamespace(channels={"force": np.repeat(np.arange(8) * 1e3 + 500.0, int(readings)) + noise})]
+    with patch.object(growth, "coarse_step", lambda *_: None):
+        return bool(np.isfinite(growth.growth_and_error(traces, "force")[1]))
+
+
 CASES = (
+    Bracket("LINE_BY_CHANCE", whittle, line, 18.6, 18.2),
+    Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
+    Bracket("CLEAR", whittle, clear, 4.0, 2.0),
+    Bracket("NEGLIGIBLE", whittle, slow_part, 1.4e-4, 0.7e-4),
+    Bracket("SAMPLE_COUNTS", whittle, counting, 0.4, 0.2),
+    Bracket("GROWS", growth, grows, 4.0, 2.0),
+    Bracket("LEVEL_READINGS", growth, told_by, 75, 35),
     Bracket(
         "UNLIKELY",
         hausman,

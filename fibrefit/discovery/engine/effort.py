@@ -12,6 +12,8 @@ import numpy as np
 
 from fibrefit.problem.estimate.gauss_newton import Effort
 
+FIRST_FIT = 0.3
+"""Share of the time that the fit of the first model may take."""
 NEARLY = 1.1
 """Gap up to which slopes tell where a missing effect leads; beyond it, candidates are searched for in plain squares."""
 WRONG_MINIMUM = 8.0
@@ -42,6 +44,11 @@ GLS_NEEDS = 0.3
 STEADY = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
+
+
+def first_fit_ends(used: float, given: float) -> bool:
+    """Whether the fit of the first model has taken its share of the time given, both in s."""
+    return used > FIRST_FIT * given
 
 
 def slopes_tell(gap: float) -> bool:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, time_left
+from fibrefit.fitting.thresholds import ALL_COUNT, HOPELESS, MISSED, MORE_COUNT
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
@@ -39,17 +40,6 @@ At this scale the cost of a motion that sticks and bounces is rough; a fit is ju
 COARSE = 1e-3
 """Promised fall at which a descent ends, as a share of what the residuals have beyond the noise: a model that lacks
 something has no exact best."""
-MISSED = 0.03
-"""Mean square of what the linearised readings miss, in units of the noise, from which they are linearised again."""
-HOPELESS = 4.0
-"""Variance that even the best errors of the inputs leave, from which they are not what the model lacks.
-
-They stay zero then, and the values those for inputs as they were measured.
-"""
-WHOLE = 0.99
-"""Share of the samples that count from which no more can be won by looking once more."""
-MORE = 0.01
-"""Share of the samples that have to count more for another look."""
 DRAWS = 2
 """Of noise, to see how much of it errors of inputs take up."""
 
@@ -122,26 +112,42 @@ def with_input_errors(
         number = float(counted(problem, sensitivities.downweight).sum())
         end = _descended(unknowns, place, view, number)
         variance = max(1.0, end.normal.cost / number)
-        if not variance < HOPELESS and found is None and coefficients is not None:
+        if not accounted_for(variance) and found is None and coefficients is not None:
             return with_input_errors(task, known, values)  # where it began was a bad place
-        if not variance < HOPELESS:
+        if not accounted_for(variance):
             return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
         remaining, waves = view.residuals(end.local)
         place, there = end.place, corrected(problem, known, waves)
         left = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight
         # What readings linearised elsewhere promised of it may not be there: a motion that bounces is another one then.
-        if float(np.sum(left**2)) < HOPELESS * number:
+        if accounted_for(float(np.sum(left**2)), number):
             found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
-        predicted = float(np.mean((left - remaining[0])[remaining[0] != 0.0] ** 2)) < MISSED * variance
-        # What is learnt from more samples lets still more of them count, until it does not.
         share, before = number / samples, share
-        if predicted and (share > WHOLE or share < before + MORE):
+        if as_predicted(left, remaining[0], variance) and not lets_more_count(share, before):
             break
         # Another look takes as long as this one.
         if time_left() <= time.monotonic() - began:
             break
         roots = sensitivities.roots()
     return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
+
+
+def accounted_for(cost: float, number: float = 1.0) -> bool:
+    """Whether a sum of squares, of so many samples, is small enough for errors of inputs to be what the model lacks."""
+    return cost < HOPELESS * number
+
+
+def as_predicted(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0) -> bool:
+    """Whether residuals are those that linearised readings predict, where they count."""
+    return float(np.mean((left - linearised)[linearised != 0.0] ** 2)) < MISSED * variance
+
+
+def lets_more_count(share: float, before: float) -> bool:
+    """Whether another look may let more of the samples count, of which such shares do and did.
+
+    What is learnt from more samples lets still more of them count, until it does not.
+    """
+    return not (share > ALL_COUNT or share < before + MORE_COUNT)
 
 
 def linearised_in_errors(

@@ -15,29 +15,24 @@ from math import comb
 import numpy as np
 
 from fibrefit.problem.noise.rounding import coarse_step
+from fibrefit.problem.thresholds import GROWS, LEVEL_READINGS
 from fibrefit.rigs.signals.trace import Trace
 
 ORDER = 6
 """Of the differences."""
 LEVELS = 8
 """Of the load, equal parts of its range, at which the noise is looked at."""
-FEWEST = 50
-"""Readings that tell the noise of a level."""
 SPREAD = 2.07
 """Relative error of a median of absolute values of such differences times the square root of their number: 1.16 if they
 were independent, and neighbours are alike (the sum of their squared correlations is 3.2)."""
 LOUDEST = 3.0
 """Noise over that without load, at the most: what is louder still says nothing of the noise."""
-SURE = 3.0
-"""Standard errors from which noise is taken to grow. In 68 series of both rigs with noise that does not grow with the
-load, 20 of them with a hidden effect, it was between -2.3 and 1.9 (some twelve in coarse steps tell nothing); in 12
-with noise that does, 2.0 once and else 3.3 to 11."""
 
 
 def growth_with_load(traces: Sequence[Trace], channel: str) -> float:
     """Share by which noise of a force is larger at the largest load than at none; zero where that is not clear."""
     growth, error = growth_and_error(traces, channel)
-    return growth if growth > SURE * error else 0.0
+    return growth if growth > GROWS * error else 0.0
 
 
 def growth_and_error(traces: Sequence[Trace], channel: str) -> tuple[float, float]:
@@ -49,7 +44,7 @@ def growth_and_error(traces: Sequence[Trace], channel: str) -> tuple[float, floa
     if not load.size or not np.median(size) > 0.0:
         return 0.0, np.inf
     number = np.minimum((LEVELS * load / load.max()).astype(int), LEVELS - 1)
-    seen = [level for level in range(LEVELS) if np.count_nonzero(number == level) >= FEWEST]
+    seen = [level for level in range(LEVELS) if np.count_nonzero(number == level) >= LEVEL_READINGS]
     at = np.array([load[number == level].mean() for level in seen]) / load.max()
     noise = np.array([np.median(size[number == level]) for level in seen])
     if len(seen) < 3 or not np.all(noise > 0.0):

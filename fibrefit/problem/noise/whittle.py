@@ -26,22 +26,13 @@ from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
 from fibrefit.problem.noise.spectrum import Noise, whittle
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.thresholds import CLEAR, LINE_BY_CHANCE, NEGLIGIBLE, SAMPLE_COUNTS, SLOWEST_LINE
 
 BINS_PER_OCTAVE = 12
 """Frequencies of all records are pooled where there are many."""
 STEPS = 400
 ROWS = 64
 """Bands are filled up to a multiple of this."""
-NEGLIGIBLE = 1e-4
-"""Share of the variance below which a first-order part is left out."""
-CLEAR = 3
-"""Ordinates on either side of a line that are left out of the rest of the spectrum."""
-CHANCE = 1e-6
-"""Probability below which the highest ordinate of all is taken for a line."""
-SLOWEST_LINE = 20.0
-"""Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
-LEAST = 0.3
-"""Weight of a sample over the largest below which it tells nothing of the noise; that of a loud one is not so small."""
 FINE = 8
 """Padding of the record where the frequency of a line is looked for."""
 
@@ -173,7 +164,7 @@ def sample_mask(problem: Problem) -> np.ndarray:
     """Which samples count, ``(n_record, n_channel, n_time)``: those that are hardly weighed apart."""
     weights = problem.observations.weight
     weight = np.stack([np.asarray(weights[channel]) for channel in problem.model.rig.channels], axis=1)
-    return weight > LEAST * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
+    return weight > SAMPLE_COUNTS * np.maximum(weight.max(axis=-1, keepdims=True), 1e-300)
 
 
 def _noise(draws: _Draws, lines: bool) -> Noise:
@@ -341,7 +332,7 @@ def _line(
 
     tail = gammaincc(np.maximum(number, 1.0), sums) * len(grid)
     best = int(np.argmin(np.where(number > 0.0, tail, 1.0)))
-    if tail[best] > CHANCE:
+    if tail[best] > LINE_BY_CHANCE:
         return None
     return _refined(draws, float(grid[best]), density, whole)
 
