@@ -139,7 +139,10 @@ def _done(number: int, future: Future[Any]) -> Done:
 def _begin(parent: int) -> None:
     """What a process does first: leave interruptions to its parent, and end when that has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # The programs of one record are small: threads that share them out wait for each other, a quarter of what such a
+    # process does, and take it from the processes beside it. JAX reads the second where it first runs a program.
+    for name in ("OMP_NUM_THREADS", "NPROC"):
+        os.environ.setdefault(name, "1")
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -84,11 +84,16 @@ def fit_of(task: Task) -> Fit:
                 lift=held["lift"],
             )
         )
-    order = [(name, None) for name in SHARED] + [(name, r) for r in range(len(records)) for name in OWN]
-    ours = [(slot.name, record) for slot, record in task.problem.layout.entries]
-    start = np.array([task.start[ours.index(entry)] for entry in order])
+    start = in_their_order(task, task.start)
     scale = np.array([start[0], 10.0, 1.0] + [1e-3, 1e-2] * len(records))
     return Fit(tuple(records), start, scale)
+
+
+def in_their_order(task: Task, values: np.ndarray) -> np.ndarray:
+    """Free values in the order of `Fit`, from those in the order of our layout."""
+    order = [(name, None) for name in SHARED] + [(name, r) for r in range(len(task.traces)) for name in OWN]
+    ours = [(slot.name, record) for slot, record in task.problem.layout.entries]
+    return np.array([values[ours.index(entry)] for entry in order])
 
 
 def in_our_order(task: Task, values: np.ndarray) -> np.ndarray:
