@@ -4,10 +4,11 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.laws.law import GuideLaw, quantity
+from fibrefit.laws.changes.forms import ChangeSince, OfFriction
+from fibrefit.laws.law import quantity
 
 
-class FrictionChange(GuideLaw):
+class FrictionChange(ChangeSince, OfFriction):
     """Friction that is another one from one record on.
 
     Law
@@ -29,9 +30,4 @@ class FrictionChange(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.friction_change"
-    family: ClassVar[str] = "since"
     change: jax.Array = quantity("-", "relative change of Coulomb friction", 0.5, lower=-0.95, upper=20.0)
-
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """A F_c."""
-        return self.change * coulomb

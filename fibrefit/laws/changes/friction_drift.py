@@ -1,14 +1,14 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
-import jax.numpy as jnp
 
-from fibrefit.laws.law import GuideLaw, Moment, quantity
+from fibrefit.laws.changes.forms import OfFriction, SettlingChange
+from fibrefit.laws.law import quantity
 
 
-class FrictionDrift(GuideLaw):
+class FrictionDrift(SettlingChange, OfFriction):
     """Friction that grows or falls while a record lasts, as in a guide that warms up.
 
     Law
@@ -33,14 +33,4 @@ class FrictionDrift(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.friction_drift"
-    timed: ClassVar[bool] = True
     drift: jax.Array = quantity("-", "relative change of Coulomb friction in the end", -0.3, lower=-0.98, upper=20.0)
-    settling_time: jax.Array = quantity("s", "time in which it settles", 1.0, lower=0.01, upper=100.0, log=True)
-
-    def as_of(self, moment: Moment) -> Self:
-        """What has come together by then."""
-        return self.scaled(-jnp.expm1(-moment.time / self.settling_time))
-
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """Change of the level."""
-        return coulomb * self.drift

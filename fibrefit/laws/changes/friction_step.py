@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
 
-from fibrefit.laws.law import INSTANTS, GuideLaw, Moment, quantity
+from fibrefit.laws.changes.forms import ChangeAtInstant, OfFriction
+from fibrefit.laws.law import quantity
 
 
-class FrictionStep(GuideLaw):
+class FrictionStep(ChangeAtInstant, OfFriction):
     """Friction that changes at an instant of one record, as when dirt gets into the guide.
 
     Law
@@ -31,18 +32,4 @@ class FrictionStep(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.friction_step"
-    timed: ClassVar[bool] = True
-    sudden: ClassVar[bool] = True
-    family: ClassVar[str] = "in"
     change: jax.Array = quantity("-", "relative change of Coulomb friction", 0.5, lower=-0.95, upper=20.0)
-    instant: jax.Array = quantity(
-        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS
-    )
-
-    def as_of(self, moment: Moment) -> Self:
-        """Nothing before the instant."""
-        return self.scaled(moment.past)
-
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """A F_c."""
-        return self.change * coulomb

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import LEAST, GuideLaw, quantity
+from fibrefit.laws.changes.forms import ByRecord, OfFriction
+from fibrefit.laws.law import LEAST, quantity
 
 
-class FrictionTrend(GuideLaw):
+class FrictionTrend(ByRecord, OfFriction):
     """Friction that grows or falls from record to record, as in a guide that is run in.
 
     Law
@@ -32,10 +33,6 @@ class FrictionTrend(GuideLaw):
     name: ClassVar[str] = "guide.friction_trend"
     trend: jax.Array = quantity("-", "relative growth of Coulomb friction a record", 0.1, lower=-0.3, upper=5.0)
 
-    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
-        """What has come together by then; the first record is as the base model says."""
-        return self.scaled(number - 1.0)
-
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """F_c (max(0.02, 1 + a (n - 1)) - 1)."""
-        return coulomb * jnp.maximum(LEAST - 1.0, self.trend)
+    def relative(self) -> jax.Array:
+        """max(0.02, 1 + a (n - 1)) - 1."""
+        return jnp.maximum(LEAST - 1.0, self.trend)

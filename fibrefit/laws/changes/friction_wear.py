@@ -6,10 +6,11 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.laws.law import GuideLaw, Moment, quantity
+from fibrefit.laws.changes.forms import OfFriction
+from fibrefit.laws.law import Moment, quantity
 
 
-class FrictionWear(GuideLaw):
+class FrictionWear(OfFriction):
     """Friction that grows or falls with the path travelled, as surfaces run in or wear.
 
     Law
@@ -44,6 +45,6 @@ class FrictionWear(GuideLaw):
         """What has come together by then."""
         return self.scaled(-jnp.expm1(-moment.path / self.path))
 
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """Change of the level."""
-        return coulomb * self.wear
+    def relative(self) -> jax.Array:
+        """The wear."""
+        return self.wear

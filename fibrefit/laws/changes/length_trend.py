@@ -1,14 +1,15 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
 
 from fibrefit.core.capability import Capability
+from fibrefit.laws.changes.forms import ByRecord
 from fibrefit.laws.law import FibreLaw, quantity
 
 
-class LengthTrend(FibreLaw):
+class LengthTrend(ByRecord, FibreLaw):
     """A fibre that lengthens from record to record.
 
     Law
@@ -33,10 +34,6 @@ class LengthTrend(FibreLaw):
     # On the drive rig each record has a zero of its own: nothing would change.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
     trend: jax.Array = quantity("m", "growth of the free length a record", 1e-4, lower=-0.01, upper=0.01)
-
-    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
-        """What has come together by then; the first record is as the base model says."""
-        return self.scaled(number - 1.0)
 
     def initial_slack(self) -> jax.Array:
         """The length x (n - 1)."""

@@ -4,10 +4,11 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.laws.law import FibreLaw, quantity
+from fibrefit.laws.changes.forms import ChangeSince, OfStiffness
+from fibrefit.laws.law import quantity
 
 
-class StiffnessChange(FibreLaw):
+class StiffnessChange(ChangeSince, OfStiffness):
     """A stiffness that is another one from one record on.
 
     Law
@@ -29,9 +30,4 @@ class StiffnessChange(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.stiffness_change"
-    family: ClassVar[str] = "since"
     change: jax.Array = quantity("-", "relative change of the stiffness", -0.05, lower=-0.95, upper=5.0)
-
-    def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
-        """1 + a."""
-        return 1.0 + self.change

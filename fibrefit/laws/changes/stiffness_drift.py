@@ -1,14 +1,14 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
-import jax.numpy as jnp
 
-from fibrefit.laws.law import FibreLaw, Moment, quantity
+from fibrefit.laws.changes.forms import OfStiffness, SettlingChange
+from fibrefit.laws.law import quantity
 
 
-class StiffnessDrift(FibreLaw):
+class StiffnessDrift(SettlingChange, OfStiffness):
     """A stiffness that grows or fades while a record lasts.
 
     Law
@@ -32,14 +32,4 @@ class StiffnessDrift(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.stiffness_drift"
-    timed: ClassVar[bool] = True
     drift: jax.Array = quantity("-", "relative change of the stiffness in the end", -0.05, lower=-0.98, upper=20.0)
-    settling_time: jax.Array = quantity("s", "time in which it settles", 1.0, lower=0.01, upper=100.0, log=True)
-
-    def as_of(self, moment: Moment) -> Self:
-        """What has come together by then."""
-        return self.scaled(-jnp.expm1(-moment.time / self.settling_time))
-
-    def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
-        """1 + a (1 - exp(-t/τ))."""
-        return 1.0 + self.drift

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
 
+from fibrefit.laws.changes.forms import ByRecord
 from fibrefit.laws.law import LEAST, FibreLaw, quantity
 
 
-class StiffnessTrend(FibreLaw):
+class StiffnessTrend(ByRecord, FibreLaw):
     """A stiffness that grows or fades from record to record.
 
     Law
@@ -31,10 +32,6 @@ class StiffnessTrend(FibreLaw):
 
     name: ClassVar[str] = "fibre.stiffness_trend"
     trend: jax.Array = quantity("-", "relative growth of the stiffness a record", -0.01, lower=-0.3, upper=1.0)
-
-    def in_record(self, number: jax.Array, duration: jax.Array) -> Self:
-        """What has come together by then; the first record is as the base model says."""
-        return self.scaled(number - 1.0)
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """max(0.02, 1 + a (n - 1))."""
