@@ -171,22 +171,15 @@ def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:
     return " ".join(flags + [flag for flag in wanted if flag.partition("=")[0] not in decided])
 
 
-def configure_jax(platforms: str = "cpu", xla_flags: Iterable[str] = COMPILER_FLAGS) -> None:
+def configure_jax() -> None:
     """Set double precision, the device and the compile cache; to be called before JAX is imported.
 
     Variables the user has set are left alone, except that precision is always double: the results depend on it.
     The settings stand in the environment, so that worker processes inherit them.
-
-    Parameters
-    ----------
-    platforms : str
-        Value of ``JAX_PLATFORMS`` where the user has set none, e.g. ``"cuda,cpu"``.
-    xla_flags : iterable of str
-        Flags for the compiler, added to the user's own.
     """
     os.environ["JAX_ENABLE_X64"] = "1"
-    os.environ.setdefault("JAX_PLATFORMS", platforms)
-    if flags := merge_xla_flags(xla_flags, os.environ.get("XLA_FLAGS", "")):
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    if flags := merge_xla_flags(COMPILER_FLAGS, os.environ.get("XLA_FLAGS", "")):
         os.environ["XLA_FLAGS"] = flags
     for name, value in _compile_cache().items():
         os.environ.setdefault(name.upper(), value)

@@ -16,7 +16,6 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.table import frozen, frozen_mapping
-from fibrefit.records.thresholds import ON_GRID
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -187,34 +186,6 @@ class Record(Shown):
             history=(*self.history, f"Kept the channels {', '.join(roles)}."),
         )
 
-    def on_grid(self) -> Record:
-        """Record with a row for every tick of its rate: missing samples become rows without valid values.
-
-        Returns
-        -------
-        Record
-            Itself, where nothing is missing. No value is interpolated and no sample is moved to another tick; times
-            are those of the grid, which differ from printed ones by rounding only.
-
-        Raises
-        ------
-        UsageError
-            If the sampling is uneven.
-        """
-        ticks = (self.time - self.time[0]) * self.rate
-        places = np.round(ticks).astype(int)
-        if not self.uniform or np.abs(ticks - places).max() > ON_GRID or (np.diff(places) < 1).any():
-            do = "Export it with a constant rate."
-            raise UsageError(self.name, "its sampling is uneven", "equal steps in time", do)
-        n = int(places[-1]) + 1
-        if n == len(self):
-            return self
-        channels = {role: _spread(values, places, n, np.nan) for role, values in self.channels.items()}
-        valid = {role: _spread(mask, places, n, False) for role, mask in self.valid.items()}
-        said = f"Put on a grid of {format_number(self.rate, 7)} Hz: {n - len(self)} missing samples are empty rows."
-        time = self.time[0] + np.arange(n) / self.rate
-        return replace(self, time=time, channels=channels, valid=valid, gaps=(), history=(*self.history, said))
-
     def _rows(self, keep: np.ndarray, said: str, gaps: tuple[TimeGap, ...]) -> Record:
         return replace(
             self,
@@ -244,9 +215,3 @@ class Record(Shown):
 
 def _rebuilt(plain: dict[str, Any]) -> Record:
     return Record(**plain)
-
-
-def _spread(values: np.ndarray, places: np.ndarray, n: int, empty: float | bool) -> np.ndarray:
-    spread = np.full(n, empty, dtype=values.dtype)
-    spread[places] = values
-    return spread

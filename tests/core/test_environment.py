@@ -41,7 +41,7 @@ def test_merging_flags_twice_changes_nothing() -> None:
 SCRIPT = """
 {first}
 from fibrefit.core.environment import configure_jax
-configure_jax(xla_flags=["--xla_cpu_multi_thread_eigen=false"])
+configure_jax()
 import jax, jax.numpy as jnp
 print(jax.jit(jnp.sin)(jnp.ones(3)).dtype, jax.default_backend(), jax.config.jax_compilation_cache_dir)
 """

@@ -12,7 +12,7 @@ import pytest
 from layouts import N, f, plain, rows, u
 
 from fibrefit.core.errors import UsageError
-from fibrefit.records import Record, TimeGap, read_record, read_table, record_of
+from fibrefit.records import Record, read_record, read_table, record_of
 
 TEXT = "time [s],force [N],position [mm]\n" + rows(plain)
 
@@ -103,36 +103,6 @@ def test_only(record: Record) -> None:
         UsageError, match='no channel "positon"; expected one of force, position.*Did you mean "position"'
     ):
         record.only("positon")
-
-
-def test_on_grid_puts_empty_rows_where_samples_are_missing(write: Callable) -> None:
-    record = with_gap(write)
-    assert record.gaps == (TimeGap(pytest.approx(4 / 2000), 2),)
-    grid = record.on_grid()
-    assert len(grid) == N
-    np.testing.assert_allclose(grid.time, np.arange(N) / 2000, rtol=0, atol=1e-12)
-    missing = [5, 6]
-    assert np.isnan(grid.channels["position"][missing]).all()
-    assert np.flatnonzero(~grid.valid["position"]).tolist() == missing
-    present = grid.valid["position"]
-    np.testing.assert_allclose(
-        grid.channels["position"][present], [float(u(i)) / 1e3 for i in range(N) if i not in missing]
-    )
-    assert int((~grid.valid["force"]).sum()) == 3
-    assert grid.gaps == ()
-    assert grid.history[-1] == "Put on a grid of 2000 Hz: 2 missing samples are empty rows."
-
-
-def test_on_grid_of_a_whole_record_is_itself(record: Record) -> None:
-    assert record.on_grid() is record
-
-
-def test_on_grid_refuses_uneven_sampling(write: Callable) -> None:
-    rng = np.random.default_rng(0)
-    times = np.cumsum(0.0005 * (1 + 0.5 * rng.random(60)))
-    record = read_record(write("t [s],F [N]\n" + "".join(f"{t:.6f},{f(i)}\n" for i, t in enumerate(times))))
-    with pytest.raises(UsageError, match="its sampling is uneven; expected equal steps in time"):
-        record.on_grid()
 
 
 def test_record_of_a_table(write: Callable) -> None:

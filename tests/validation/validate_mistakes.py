@@ -14,6 +14,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tests.validation.cases import RIGS
 from tests.validation.mistakes import MISTAKES, Mistaken, mistakes
@@ -70,11 +71,14 @@ def carry_out(case: Mistaken) -> Told:
         expected = _expected(case, odd)
         verdict, added, alike, says = _searched(Path(name))
     right = SWAPPED in says if not expected else added == expected
+    found = {"verdict": verdict, "added": added, "alike": alike, "says": says, "right": right}
+    return _row(case, seconds=time.perf_counter() - began, expected=expected or SWAPPED, **found)
+
+
+def _row(case: Mistaken, **found: Any) -> Told:
+    """The row of a series, with what was found."""
     facts = {key: getattr(case, key) for key in ("release", "mistake", "rig", "index", "noise", "scatter")}
-    return Told(
-        case=case.name, **facts, expected=expected or SWAPPED, verdict=verdict, added=added, alike=alike,
-        seconds=time.perf_counter() - began, revision=revision(), says=says, right=right,
-    )  # fmt: skip
+    return Told(case=case.name, **facts, revision=revision(), **found)
 
 
 def _expected(case: Mistaken, odd: str) -> str:
@@ -143,11 +147,8 @@ def main() -> None:
 
 def _ended(case: Mistaken, seconds: float) -> Told:
     """A series that took too long, or whose process died."""
-    facts = {key: getattr(case, key) for key in ("release", "mistake", "rig", "index", "noise", "scatter")}
-    return Told(
-        case=case.name, **facts, expected=MISTAKES[case.mistake].named, verdict="too long", added="", alike="",
-        seconds=seconds, revision=revision(), says="its process ended", right=False,
-    )  # fmt: skip
+    found = {"verdict": "too long", "added": "", "alike": "", "says": "its process ended", "right": False}
+    return _row(case, seconds=seconds, expected=MISTAKES[case.mistake].named, **found)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.estimate.view import DRAWS, spread_about
+from fibrefit.problem.estimate.view import DRAWS, drawn_about, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
@@ -61,8 +61,8 @@ def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, dra
     for r, row in enumerate(rows):
         best = sensitivities.inverse[r] @ (sensitivities.rows[r] @ white[r])
         root = np.linalg.cholesky(np.asarray(sensitivities.inverse[r]))
-        drawn = [np.asarray(best) + (i > 0) * root @ random.standard_normal(len(best)) for i in range(draws)]
-        found.append(np.asarray(row) - np.stack(drawn) @ np.asarray(frame.sensitivities.rows[r]))
+        drawn = drawn_about(np.asarray(best), root, draws, random)
+        found.append(np.asarray(row) - drawn @ np.asarray(frame.sensitivities.rows[r]))
     return np.stack(found, axis=1).reshape(draws, *shape)
 
 

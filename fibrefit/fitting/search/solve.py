@@ -106,7 +106,7 @@ def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
 
 
 @kept_program
-def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: int = MAX_STEPS) -> Descent:
+def descend(problem: Problem, start: Any, width: Any, counts: Any) -> Descent:
     """Levenberg-Marquardt from one start, over horizons that grow to the whole record.
 
     A wrong stiffness mistimes every later bounce, and the cost over a whole record has a minimum for each bounce that
@@ -120,8 +120,6 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: in
     width : (n_free,) unit of the steps, see `widths`
     counts : (n_stage, n_record) int
         Number of samples of each horizon.
-    max_steps : int
-        For each horizon.
 
     Returns
     -------
@@ -130,7 +128,7 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any, max_steps: in
     """
 
     def stage(carry: tuple[jax.Array, jax.Array], horizon: tuple[jax.Array, jax.Array]) -> Any:
-        found = _descend(problem, carry[0], width, *horizon, max_steps)
+        found = _descend(problem, carry[0], width, *horizon, MAX_STEPS)
         return (found.free, carry[1] + found.steps), (found.cost, found.success)
 
     near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, NEAR, EXACT)

@@ -104,12 +104,9 @@ class View:
                 np.asarray(self.sensitivities.rows[r], dtype=float),
             )
             best.append(-inverse @ (seen @ white[r].ravel()))
-            root = np.linalg.cholesky(inverse)
-            coefficients = np.stack(
-                [best[-1] + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)]
-            )
-            errors = coefficients @ np.asarray(self.raw.rows[r], dtype=float)
-            found.append(row + errors.reshape(draws, *row.shape))
+            errors = drawn_about(best[-1], np.linalg.cholesky(inverse), draws, random)
+            moved = errors @ np.asarray(self.raw.rows[r], dtype=float)
+            found.append(row + moved.reshape(draws, *row.shape))
         ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
         waves = np.stack([basis @ wave for basis, wave in zip(self.raw.basis, best, strict=True)])
         waves_found = dict(zip(self.raw.coefficients, np.split(waves, ends, axis=1), strict=True))
@@ -132,6 +129,21 @@ class View:
         slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
         moved = np.einsum("rcti,rik->krct", slopes, roots_of_posterior(evidence))
         return spread_about(best, moved)
+
+
+def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:
+    """The best errors of inputs ``(n_wave,)``, and draws of what is not known of them, ``(n_draw, n_wave)``.
+
+    Parameters
+    ----------
+    best : (n_wave,)
+    root : (n_wave, n_wave)
+        Of their covariance.
+    draws : int
+        Rows, the best among them.
+    random : Generator
+    """
+    return np.stack([best + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
 
 
 def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
