@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
-from fibrefit.laws.changes.forms import OfFriction
+from fibrefit.laws.forms_of_change import OfFriction
 from fibrefit.laws.law import Moment, quantity
 
 

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.laws.changes.forms import OfStiffness, SettlingChange
+from fibrefit.laws.forms_of_change import OfStiffness, SettlingChange
 from fibrefit.laws.law import quantity
 
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.changes.forms import ByRecord
+from fibrefit.laws.forms_of_change import ByRecord
 from fibrefit.laws.law import LEAST, FibreLaw, quantity
 
 
