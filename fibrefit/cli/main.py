@@ -187,4 +187,6 @@ def main() -> None:
         # Whoever read our output has stopped reading, or it has no room: what remains is of no use to anybody, and that
         # something is lost has been said.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    # To look through all of them for garbage once more, at the very end, took as long as to load the packages.
+    gc.freeze()
     sys.exit(code)

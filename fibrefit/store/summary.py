@@ -11,7 +11,6 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
-from fibrefit.study.summaries.files import summary_of
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Provenance
 
@@ -65,6 +64,8 @@ def read_summary(result: str | Path) -> Part:
         _refuse_what_has_none(path)
         path = path / NAME
     content = read_plain_file(path, f"a result with its {NAME}", DataError, most=LARGEST_SUMMARY)
+    from fibrefit.study.summaries.files import summary_of  # models of all kinds, which a run does without
+
     return summary_of(content, str(path))
 
 

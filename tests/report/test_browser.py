@@ -162,6 +162,16 @@ def test_a_view_has_an_address(seen: Tab, browser: Any) -> None:
     other.page.close()
 
 
+def test_a_view_without_a_model_has_an_address(seen: Tab, browser: Any) -> None:
+    seen.ask(f"{VIEW}.open(1, 0.5, 0.75)")
+    seen.ask(f"{VIEW}.compare([])")
+    other = Tab(browser.new_page())
+    other.page.goto(seen.page.url)
+    other.ask(f"{VIEW}.ready")
+    assert other.ask(f"[...{VIEW}.at.shown]") == []
+    other.page.close()
+
+
 def test_keys_move_and_zoom(seen: Tab) -> None:
     seen.page.locator(".records").focus()
     seen.page.keyboard.press("+")

@@ -7,8 +7,10 @@ import enum
 import functools
 import hashlib
 import importlib
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from os import PathLike
 from pathlib import Path, PurePath
 from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
@@ -69,20 +71,30 @@ def source_digest(memory: Path | None = None) -> str:
         File that remembers it while no file of the code changes in size or time: to look takes a tenth of reading.
     """
     seen = hashlib.sha256()
-    paths = [path for folder in COMPILED for path in sorted((PACKAGE / folder).rglob("*.py"))]
-    for path in paths:
-        told = path.stat()
-        seen.update(f"{path}\0{told.st_size}\0{told.st_mtime_ns}\0".encode())
+    files = sorted(file for folder in COMPILED for file in _code_in(PACKAGE / folder))
+    for file in files:
+        seen.update("\0".join((*file, "")).encode())
     state = seen.hexdigest()
     if memory is not None and (known := _remembered(memory, state)):
         return known
     digest = hashlib.sha256()
-    for path in paths:
+    for path in (Path(name) for name, _ in files):
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     if memory is not None:
         with suppress(OSError):
             memory.write_text(f"{state} {digest.hexdigest()}\n", encoding="ascii")
     return digest.hexdigest()
+
+
+def _code_in(folder: str | PathLike[str]) -> Iterator[tuple[str, str]]:
+    """Files of code below a folder, each with its size and time; paths as objects took three times as long."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir():
+                yield from _code_in(entry)
+            elif entry.name.endswith(".py"):
+                told = entry.stat()
+                yield entry.path, f"{told.st_size}\0{told.st_mtime_ns}"
 
 
 def _remembered(memory: Path, state: str) -> str | None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.capability import Capability
@@ -105,7 +104,7 @@ def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | Non
     rig = task.problem.model.rig
     if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
         return None
-    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
+    local = np.asarray(task.problem.layout.local(np.asarray(values)))
     contacts = _contacts(task)
 
     def measured(r: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.capability import Capability
@@ -94,7 +93,7 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
     rig = task.problem.model.rig
     if Capability.FALL not in rig.capabilities or POSITION not in rig.channels:
         return None
-    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
+    local = np.asarray(task.problem.layout.local(np.asarray(values)))
     flights = _measured(task, motion)
     measured, simulated = _fitted(task, local, flights), _fitted(task, local, _simulated(task, motion))
     if measured is None or simulated is None:

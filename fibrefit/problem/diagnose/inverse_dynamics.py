@@ -66,7 +66,7 @@ def force_balance(task: Task, values: np.ndarray) -> ForceBalance | None:
     """
     if task.problem.model.rig.anchor is None:
         return None
-    local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
+    local = np.asarray(task.problem.layout.local(np.asarray(values)))
     parts = [_residual(task, trace, local[r], r) for r, trace in enumerate(task.traces)]
     count = sum(len(missing) for missing, _ in parts)
     missing = sum(float(np.sum(missing**2)) for missing, _ in parts)

@@ -6,7 +6,6 @@ import time
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,9 +29,6 @@ from fibrefit.workflow.prediction.known import HasValues, Known, as_known
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import FoundResult
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,7 +71,8 @@ def predict_study(
     Returns
     -------
     Prediction
-        With ``verdict``, ``status``, ``report()``, ``summary()``, ``plot()`` and ``save(folder)``.
+        With ``verdict``, ``status``, ``report()``, ``summary()``, ``to_dataframe()``, ``residuals``, ``plot()`` and
+        ``save(folder)``.
 
     Raises
     ------

@@ -212,8 +212,9 @@ def sample(
     Returns
     -------
     Sampled
-        With ``parameters``, ``draws``, ``status``, ``report()``, ``summary()``, ``plot()``, ``plot_corner()``,
-        ``plot_traces()``, ``plot_bands()``, ``plot_prior()`` and ``save(folder)``.
+        With ``parameters``, ``draws``, ``status``, ``report()``, ``summary()``, ``to_dataframe()``, ``to_datatree()``
+        for ArviZ, ``predict(study)``, ``plot()``, ``plot_corner()``, ``plot_traces()``, ``plot_bands()``,
+        ``plot_prior()`` and ``save(folder)``.
 
     Raises
     ------

@@ -260,7 +260,7 @@ class Records {
     const known = ends.length === 2 && ends.every(Number.isFinite) && ends[1] > ends[0];
     [this.at.from, this.at.to] = known ? ends : [null, null];
     const shown = (told.get("show") ?? "").split(",").filter((key) => this.view.models.some((model) => model.key === key));
-    if (shown.length) this.at.shown = new Set(shown);
+    if (shown.length || told.get("show") === "") this.at.shown = new Set(shown);  // none is a view too
     return true;
   }
 
