@@ -53,10 +53,11 @@ first.plot().only("record drop_20mm_90deg.csv")
 #
 # Every effect of the catalogue that makes sense on this rig is added in turn and everything is fitted again. An
 # effect is named only if it gains more than chance would give to the best of so many, and more than base
-# parameters that differ a little from record to record would.
+# parameters that differ a little from record to record would. It takes two minutes; `seconds` leaves it as long as it
+# needs on a machine that is busy.
 
 # %%
-found = fibrefit.discover(study)
+found = fibrefit.discover(study, seconds=1800.0)
 print(found.report())
 
 # %% [markdown]

@@ -34,13 +34,12 @@ from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 
 CONVERGED = "convergence"
 COMPLETION = "completion"
 EXPLAINED = "explained_share"
-SIZE = "residual_size"
 AGREED = "starts"
 MISSTATED = "misstated"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}

@@ -33,7 +33,7 @@ from fibrefit.plots.style import (
     set_caption,
     title,
 )
-from fibrefit.study.summaries.check import lacking
+from fibrefit.study.summaries.check import lacking, leaves_more
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, ParameterSummary
 
@@ -48,6 +48,7 @@ LINE, BELOW = 4.2, 14.0
 ACROSS = 135
 """Letters in a line over the whole width."""
 
+DOUBTED = "What is left is no larger than the noise; what is to be doubted all the same stands below"
 LACKS = "The error bars allow for what is left, which is more than noise: the model lacks something"
 VERDICTS = {
     "ok": "The model explains these records down to their noise",
@@ -88,7 +89,9 @@ def overview_figure(summary: FitResultSummary, final: Fitted, first: Fitted | No
 
 def _verdict(summary: FitResultSummary) -> str:
     if not isinstance(summary, DiscoverySummary):
-        return LACKS if summary.status == "ok" and lacking(summary.checks) else VERDICTS[summary.status]
+        if summary.status != "ok" or not lacking(summary.checks):
+            return VERDICTS[summary.status]
+        return LACKS if leaves_more(summary.checks) else DOUBTED
     if summary.verdict == "named":
         return f"The model lacked {' and '.join(summary.added)}"
     if summary.verdict == "nothing_missing":
@@ -126,7 +129,8 @@ def _caption(summary: FitResultSummary) -> str:
     lacks = len(lacking(summary.checks))
     failed = sum(not check.passed for check in summary.checks) - lacks
     said = [f"{failed} check{'s' * (failed != 1)} of the numbers failed"] * bool(failed)
-    said += [f"{lacks} say{'s' * (lacks == 1)} that the model lacks something"] * bool(lacks)
+    doubt = "say{} that the model lacks something" if leaves_more(summary.checks) else "leave{} a doubt about the model"
+    said += [f"{lacks} {doubt.format('s' * (lacks == 1))}"] * bool(lacks)
     return f"{gap} {values}. {'; '.join(said) or 'All checks passed'}."
 
 

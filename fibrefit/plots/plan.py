@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from fibrefit.plots.style import (
     BLUE,
     GREEN,
     GREY,
+    LETTER_SMALL,
     SMALL,
     VERMILLION,
     axes_at,
@@ -27,8 +29,15 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Records that are drawn, the most useful first."""
-ROW = 7.0
-"""Height of a row, in mm."""
+ROW, LEFT = 7.0, 68.0
+"""Height of a row, and room for what its record is, in mm."""
+LINES = 2
+"""Of a name, in a row."""
+PURPOSES = {
+    "errors": "how much the standard errors fall",
+    "rivals": "how surely the rivals are told apart",
+    "power": "how much the detection limits fall",
+}
 
 
 @in_own_style
@@ -42,16 +51,16 @@ def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
     if summary.rivals:
         panels.insert(0, ("rivals told apart / %", VERMILLION, [100.0 * (one.told_apart or 0.0) for one in best]))
     panels.append(("detection limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
-    height, left, width = ROW * len(best), 62.0, 112.0 / len(panels) - 5.0
-    figure = new_figure(height + 26.0)
+    height, width = ROW * len(best), 106.0 / len(panels) - 5.0
+    figure = new_figure(height + 30.0)
     heading = f"A record like {_name(best[0])} would add most" if best else "No further record was looked at"
-    title(figure, heading, f"ranked by {summary.purpose}")
+    title(figure, heading, f"ranked by {PURPOSES[summary.purpose]}")
     rows = np.arange(len(best))
     for i, (words, colour, values) in enumerate(panels):
-        axes = axes_at(figure, left + i * (width + 6.0), 12.0, width, height)
+        axes = axes_at(figure, LEFT + i * (width + 6.0), 12.0, width, height)
         axes.barh(rows, values, color=colour, height=0.6)
         axes.set_ylim(len(best) - 0.4, -0.6)
-        axes.set_yticks(rows, [_name(one) for one in best] if i == 0 else [""] * len(best))
+        axes.set_yticks(rows, [_in_lines(_name(one)) for one in best] if i == 0 else [""] * len(best))
         axes.tick_params(axis="y", length=0, labelsize=SMALL)
         label(axes, x=words)
         if summary.rivals and i == 0:
@@ -66,5 +75,10 @@ def _mean(factors: dict[str, float]) -> float:
 
 
 def _name(one: FurtherRecord) -> str:
-    text = one.says.partition(":")[0].removeprefix("A record like ")
-    return text if len(text) < 44 else f"{text[:41]}..."
+    return one.says.partition(":")[0].removeprefix("A record like ")
+
+
+def _in_lines(name: str) -> str:
+    """All of what a record is, in as many lines as a row has room for: neighbours differ in what comes last."""
+    lines = textwrap.wrap(name, int(LEFT / LETTER_SMALL), max_lines=LINES, placeholder="\N{HORIZONTAL ELLIPSIS}")
+    return "\n".join(lines)

@@ -13,7 +13,7 @@ from functools import partial
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
-from fibrefit.study.summaries.check import lacking
+from fibrefit.study.summaries.check import lacking, leaves_more
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
@@ -98,7 +98,7 @@ def _left(summary: FitResultSummary) -> str:
         return ""
     if not found:
         return "What is left is noise." if summary.status == "ok" else ""
-    if "residual_size" not in {check.identifier for check in found}:
+    if not leaves_more(found):
         return f"What is left is no larger than the noise{total}; what is to be doubted all the same stands below."
     return f"What is left is more than the noise{total}: error bars allow for it, and the model lacks something."
 

@@ -84,7 +84,11 @@ def test_a_plan_is_a_result_like_all_others(plan: RecordPlan, tmp_path: Path) ->
     assert max(map(len, text.splitlines())) <= 80
     assert "The next record" in text
     assert summary.further[0].says.split(":")[0] in " ".join(text.split())
-    assert set(plan_figures(summary)) == {"plan"}
+    figures = plan_figures(summary)
+    assert set(figures) == {"plan"}
+    names = [text.get_text() for text in figures["plan"].axes[0].get_yticklabels()]
+    assert len(set(names)) == len(names) == len(summary.further[:12])
+    assert not any("\N{HORIZONTAL ELLIPSIS}" in name for name in names)
 
 
 def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

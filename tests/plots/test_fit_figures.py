@@ -25,6 +25,7 @@ from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import caption_of
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
+from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.workflow.fit_files import _starts_group
 from fibrefit.workflow.simulate import Simulation
 from tests.plots.saved import drawn_fit, fitted_of, saved_fit
@@ -209,14 +210,20 @@ def test_the_overview_tells_failed_numbers_from_what_the_model_lacks(found: Iden
         update={"status": "ok", "checks": tuple(c.model_copy(update={"passed": True}) for c in summary.checks)}
     )
     assert caption_of(fit_figures(right, groups)["overview"]).endswith("All checks passed.")
-    left = [c.model_copy(update={"passed": False, "about": "model"}) for c in right.checks[:2]]
-    lacks = right.model_copy(update={"checks": (*left, *right.checks[2:])})
-    drawn = fit_figures(lacks, groups)["overview"]
-    assert "down to their noise" not in texts(drawn)
-    assert caption_of(drawn).endswith(". 2 say that the model lacks something.")
-    both = right.model_copy(update={"checks": (left[0].model_copy(update={"about": "numbers"}), *left[1:])})
-    said = caption_of(fit_figures(both, groups)["overview"])
+    first, second, *others = right.checks
+    larger = first.model_copy(update={"passed": False, "about": "model", "identifier": SIZE})
+    unknown = second.model_copy(update={"passed": False, "about": "model", "identifier": "noise_level"})
+
+    def drawn(*checks: Check) -> Figure:
+        return fit_figures(right.model_copy(update={"checks": (*checks, *others)}), groups)["overview"]
+
+    assert "which is more than noise" in texts(drawn(larger, unknown))
+    assert caption_of(drawn(larger, unknown)).endswith(". 2 say that the model lacks something.")
+    said = caption_of(drawn(larger, second.model_copy(update={"passed": False})))
     assert said.endswith("1 check of the numbers failed; 1 says that the model lacks something.")
+    # That the noise is not known from a rest does not say that more than noise is left.
+    assert "no larger than the noise" in texts(drawn(first, unknown))
+    assert caption_of(drawn(first, unknown)).endswith(". 1 leaves a doubt about the model.")
 
 
 def test_records_are_cropped_to_their_motion(found: Identification, figures: dict[str, Figure]) -> None:

@@ -18,11 +18,12 @@ from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
-from fibrefit.fitting.checks import AGREED, SIZE, starts_agree, undecided
+from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.check import SIZE
 
 
 def begun(

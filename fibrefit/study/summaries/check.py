@@ -44,9 +44,18 @@ class Check(Part):
     facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)
 
 
+SIZE = "residual_size"
+"""Identifier of the check that what is left is no larger than the noise."""
+
+
 def lacking(checks: Sequence[Check]) -> list[Check]:
-    """Failed checks that only say that the model leaves more than noise."""
+    """Failed checks of the model, which leave the numbers alone."""
     return [check for check in checks if check.about == "model" and not check.passed]
+
+
+def leaves_more(checks: Sequence[Check]) -> bool:
+    """Whether the model leaves more than the noise; that its noise is not known, or not white, does not say so."""
+    return any(check.identifier == SIZE for check in lacking(checks))
 
 
 def status_by(checks: Sequence[Check]) -> Status:
