@@ -316,7 +316,7 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
     gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
-    residual_set = before.residual_set if not parent.effects else what_is_left(search, parent)
+    residual_set = before.residual_set if not parent.effects else remaining_residuals(search, parent)
     residuals_with = tuple(residuals_left(search, one) for one in look.found[:COMPARED])
     summary = Round(
         added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking
@@ -326,7 +326,7 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     return TracedRound(summary, residual_set.residuals, residuals_with, (where.most_of(residual_set), grown))
 
 
-def what_is_left(search: Search, weighed: Weighed) -> ResidualSet:
+def remaining_residuals(search: Search, weighed: Weighed) -> ResidualSet:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
     task, values = search.task_with(weighed)
     problem, sensitivities = task.problem, weighed.frame.sensitivities

@@ -27,7 +27,7 @@ from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
-from fibrefit.fitting.search.around import looked_around, rough_errors
+from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
@@ -121,7 +121,7 @@ def identify(
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     if not input_errors(task) and not stop():
-        found = looked_around(searched.problem, found, task.counts[-1:])
+        found = searched_nearby(searched.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
     tell("uncertainty", 0.9)

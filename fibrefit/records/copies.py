@@ -16,7 +16,7 @@ PLACES, LENGTH = 64, 8
 """Stretches of a record by whose means it is known again, and their samples."""
 
 
-class Looks(NamedTuple):
+class Fingerprint(NamedTuple):
     """What of a record tells it from all others, in few numbers: to be kept beside its result.
 
     Parameters
@@ -33,7 +33,7 @@ class Looks(NamedTuple):
     reach: dict[str, float]
 
 
-def looks_of(record: Record) -> Looks:
+def fingerprint_of(record: Record) -> Fingerprint:
     """What of a record tells it from all others."""
     number = len(record.time)
     first = np.unique(np.linspace(0, max(number - LENGTH, 0), PLACES).astype(int))
@@ -43,10 +43,10 @@ def looks_of(record: Record) -> Looks:
         found = np.asarray(signal)[at].mean(axis=1)
         means[role] = [float(value) if np.isfinite(value) else None for value in found]
         reach[role] = _reach(np.asarray(signal))
-    return Looks(number, means, reach)
+    return Fingerprint(number, means, reach)
 
 
-def copies_by_looks(looks: Sequence[Looks]) -> dict[int, int]:
+def copies_by_fingerprint(looks: Sequence[Fingerprint]) -> dict[int, int]:
     """Numbers of records that are copies, and of the first one that each is a copy of.
 
     Two that are not share all of some hundred means by chance only if nothing in them is noise.
@@ -132,4 +132,4 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(both.any()) and bool(np.max(np.abs(a[both] - b[both])) <= _reach(a))
 
 
-__all__ = ["Looks", "copies_by_looks", "first_copy", "looks_of"]
+__all__ = ["Fingerprint", "copies_by_fingerprint", "fingerprint_of", "first_copy"]

@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, Starts
-from fibrefit.fitting.search.around import looked_around, rough_errors
+from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.task import Task
@@ -48,7 +48,7 @@ def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
     task, truth = led_astray
     alone = searched(task)
     assert alone.agreeing == FEW
-    found = looked_around(task.problem, alone, task.counts[-1:])
+    found = searched_nearby(task.problem, alone, task.counts[-1:])
     best = int(np.argmin(found.cost))
     assert found.cost[best] < alone.cost.min() - 20.0
     assert FEW <= found.agreeing < found.tried
@@ -69,4 +69,4 @@ def test_a_fit_says_that_starts_ended_in_several(led_astray: tuple[Task, dict[st
 
 
 def test_where_nothing_is_lower_all_stays_as_it_is(task: Task, found: Identification) -> None:
-    assert looked_around(task.problem, found.starts, task.counts[-1:]) is found.starts
+    assert searched_nearby(task.problem, found.starts, task.counts[-1:]) is found.starts

@@ -59,7 +59,7 @@ def test_a_copy_is_known_by_how_a_record_looks(change: str) -> None:
     """That little is what a batch keeps of each record."""
     records = measured(np.random.default_rng(1), 300)
     records.insert(11, COPIES[change](records[3]))
-    assert copies.copies_by_looks([copies.looks_of(one) for one in records]) == {11: 3}
+    assert copies.copies_by_fingerprint([copies.fingerprint_of(one) for one in records]) == {11: 3}
 
 
 @pytest.mark.parametrize("change", OTHERS)
@@ -70,7 +70,7 @@ def test_what_is_no_copy_does_not_look_like_one(change: str) -> None:
         for one in measured(np.random.default_rng(2), 300)
     ]
     records.insert(11, OTHERS[change](records[3]))
-    assert copies.copies_by_looks([copies.looks_of(one) for one in records]) == {}
+    assert copies.copies_by_fingerprint([copies.fingerprint_of(one) for one in records]) == {}
 
 
 @pytest.mark.parametrize("change", COPIES)

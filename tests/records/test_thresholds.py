@@ -18,7 +18,7 @@ from fibrefit.records.clock.timebase import from_readings
 from fibrefit.records.columns import damage, declared, grouping
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import binary_column
-from fibrefit.records.copies import Looks
+from fibrefit.records.copies import Fingerprint
 from fibrefit.records.files import decode, keyed, text
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
@@ -415,8 +415,8 @@ def beginning(shift: float) -> Record:
 
 def same_looks(samples: float) -> bool:
     """Whether two records of which so many samples are known, and equal, are copies."""
-    looks = Looks(100, {"force": [1.0 if number < samples else None for number in range(20)]}, {"force": 0.1})
-    return bool(copies.copies_by_looks([looks, looks]))
+    looks = Fingerprint(100, {"force": [1.0 if number < samples else None for number in range(20)]}, {"force": 0.1})
+    return bool(copies.copies_by_fingerprint([looks, looks]))
 
 
 def two_valued(number: float) -> bool:

@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError, UsageError
-from fibrefit.records.copies import Looks
+from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
@@ -56,7 +56,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             left = FIT.checks[0].model_copy(update={"passed": False, "about": "model", "quantity": "residual size"})
             update["checks"] = (left,)
         seen = len(job.name.removeprefix("twice "))
-        looks = Looks(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
+        looks = Fingerprint(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
         return Outcome(FIT.model_copy(update=update).model_dump_json(by_alias=True), 1.0, looks if seen == 3 else None)
 
     monkeypatch.setattr(batch, "identified", outcome)

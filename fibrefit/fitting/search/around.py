@@ -24,7 +24,7 @@ AWAY = 60.0
 beside that of all starts: 60 finds all of them, 25 three and 10 two."""
 
 
-def looked_around(problem: Problem, starts: Starts, whole: np.ndarray) -> Starts:
+def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Starts:
     """Starts with those from around their best minimum, if one of these ended lower; then around that one, too.
 
     Parameters

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.batch import VERDICTS, scatter_sentences
-from fibrefit.report.page.blocks import Block, Items, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import failed_checks, telling, told_gap
+from fibrefit.report.page.blocks import Block, Items, PageContent, Result, TableBlock, Words
+from fibrefit.report.page.common import failed_checks, gap_line, page_content
 from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
 
 
-def told_batch(result: Result) -> Telling:
+def batch_page(result: Result) -> PageContent:
     """A batch: how many ended how, every item with its values."""
     summary = result.summary
     assert isinstance(summary, BatchSummary)
@@ -28,7 +28,7 @@ def told_batch(result: Result) -> Telling:
         _population(summary),
     ]
     said = f"{len(found)} identifications: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
-    return telling(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
+    return page_content(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
 
 
 def _population(summary: BatchSummary) -> TableBlock | None:
@@ -144,7 +144,7 @@ def _detail(item: BatchItem, summary: Part | None) -> list[str]:
         return [item.error]
     if not isinstance(summary, FitResultSummary):
         return []
-    records = [f"{name}: gap {told_gap(one.gap)}." for name, one in summary.records.items()]
+    records = [f"{name}: gap {gap_line(one.gap)}." for name, one in summary.records.items()]
     return [*failed_checks(summary.checks), *records, *summary.advice]
 
 

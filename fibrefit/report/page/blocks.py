@@ -205,7 +205,7 @@ class Items(Block):
 
 
 @dataclass(frozen=True)
-class Telling:
+class PageContent:
     """A result as it is told.
 
     Parameters

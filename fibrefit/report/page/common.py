@@ -8,7 +8,7 @@ from typing import Any
 from fibrefit.core.units import format_quantity
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
-from fibrefit.report.page.blocks import Block, Hidden, Pictures, Result, TableBlock, Telling, Words
+from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words
 from fibrefit.report.text import GAP, earlier_value, parameter_row
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
@@ -80,7 +80,7 @@ def changed(before: float | None, after: float | None) -> str:
     return f"{after:.2f}" if before is None else f"{before:.2f}{ARROW}{after:.2f}"
 
 
-def told_gap(gap: Gap) -> str:
+def gap_line(gap: Gap) -> str:
     """Gap of each channel in a line: ``force 1.02 (0.42 N), position 0.98 (21 um)``."""
     return ", ".join(
         f"{name} {one.ratio:.2f} ({format_quantity(one.rms, one.unit, 2)})"
@@ -89,10 +89,10 @@ def told_gap(gap: Gap) -> str:
     )
 
 
-def telling(
+def page_content(
     result: Result, blocks: Sequence[Block | None], verdict: str,
     opening: str = "", facts: Sequence[tuple[str, str]] = (), status: str = "",
-) -> Telling:  # fmt: skip
+) -> PageContent:  # fmt: skip
     """A result as it is told: its own blocks, its pictures, and what opens when it is asked for; none is empty.
 
     Parameters
@@ -101,14 +101,14 @@ def telling(
     blocks : sequence of Block or None
         Those of its kind, in their order.
     verdict, opening, facts, status
-        As of `Telling`; the status is that of the summary unless said.
+        As of `PageContent`; the status is that of the summary unless said.
     """
     summary: Any = result.summary
     checks = getattr(summary, "checks", ())
     failed = failed_checks(checks)
     pictures = Pictures("Pictures", result.pictures) if result.pictures else None
     shown = [block for block in (*blocks, pictures, *in_full(summary)) if block is not None]
-    return Telling(
+    return PageContent(
         kind=str(getattr(summary, "schema_name", "fibrefit/result")).split("/")[1].capitalize(),
         status=status or str(getattr(summary, "status", "suspect" if failed else "ok")),
         verdict=verdict,

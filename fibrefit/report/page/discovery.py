@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.report.discovery import EVIDENCE, UNFINISHED, left_undone, verdict_line
-from fibrefit.report.page.blocks import Block, Records, Result, Step, Story, TableBlock, Telling, Words
-from fibrefit.report.page.common import ARROW, changed, gaps_table, parameters_table, telling
+from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
+from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
@@ -19,7 +19,7 @@ MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
 
 
-def told_discovery(result: Result) -> Telling:
+def discovery_page(result: Result) -> PageContent:
     """A search: its verdict, the rounds that led there, and the records before and after."""
     summary = result.summary
     assert isinstance(summary, DiscoverySummary)
@@ -45,7 +45,7 @@ def told_discovery(result: Result) -> Telling:
         _detectable(summary),
     ]
     said = summary.reason if summary.verdict != "not_trusted" else ""
-    return telling(result, blocks, verdict_line(summary), said, _facts(summary), STATUS[summary.verdict])
+    return page_content(result, blocks, verdict_line(summary), said, _facts(summary), STATUS[summary.verdict])
 
 
 def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:

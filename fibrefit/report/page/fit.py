@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from fibrefit.report.page.blocks import Block, Records, Result, Telling, Words
-from fibrefit.report.page.common import gaps_table, parameters_table, telling, told_gap
+from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Words
+from fibrefit.report.page.common import gap_line, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import VERDICTS, between_told, priors_told
 from fibrefit.study.summaries.summaries import FitSummary
 
 
-def told_fit(result: Result) -> Telling:
+def fit_page(result: Result) -> PageContent:
     """A fit: its verdict, values, records, pictures."""
     summary = result.summary
     assert isinstance(summary, FitSummary)
@@ -25,7 +25,7 @@ def told_fit(result: Result) -> Telling:
         gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
     ]
     said = " ".join(filter(None, [opening(summary), summary.estimator_says]))
-    return telling(result, blocks, VERDICTS[summary.status], said, facts(summary))
+    return page_content(result, blocks, VERDICTS[summary.status], said, facts(summary))
 
 
 def opening(summary: FitSummary) -> str:
@@ -40,7 +40,7 @@ def facts(summary: FitSummary) -> list[tuple[str, str]]:
     total = summary.gap.total
     expected = 1.0 if summary.expected_gap is None else summary.expected_gap
     told = [] if total is None else [(f"gap: residual RMS over noise, {expected:.2f} expected", f"{total:.2f}")]
-    told.append(("gap by channel", told_gap(summary.gap)))
+    told.append(("gap by channel", gap_line(summary.gap)))
     if summary.starts is not None:
         told.append(("starts that agree", f"{summary.starts.agreeing} of {summary.starts.tried}"))
     return told

@@ -15,8 +15,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from fibrefit.core.environment import versions
-from fibrefit.report.page.blocks import Result, TableBlock, Telling
-from fibrefit.report.page.kinds import told_of
+from fibrefit.report.page.blocks import PageContent, Result, TableBlock
+from fibrefit.report.page.kinds import page_of
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import FitResultSummary, PosteriorSummary
@@ -46,7 +46,7 @@ def page(results: Sequence[Result], title: str) -> str:
     str
         A whole document; names of files and studies are escaped, and its browser is told to fetch nothing.
     """
-    told = [told_of(result) for result in results]
+    told = [page_of(result) for result in results]
     script = _script(needed=any(_is_alive(one) for one in told))
     return (
         _environment()
@@ -67,7 +67,7 @@ def page(results: Sequence[Result], title: str) -> str:
     )
 
 
-def _is_alive(told: Telling) -> bool:
+def _is_alive(told: PageContent) -> bool:
     return any(block.kind in ("records", "items") for block in told.blocks)
 
 

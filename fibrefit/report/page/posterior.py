@@ -7,8 +7,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from fibrefit.report.page.blocks import Block, Records, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import telling
+from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
+from fibrefit.report.page.common import page_content
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.posterior import VERDICTS
 from fibrefit.report.text import with_error
@@ -16,7 +16,7 @@ from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import ChannelGap, Gap, PosteriorSummary
 
 
-def told_posterior(result: Result) -> Telling:
+def posterior_page(result: Result) -> PageContent:
     """A posterior: its verdict, values, chains, records."""
     summary = result.summary
     assert isinstance(summary, PosteriorSummary)
@@ -27,7 +27,7 @@ def told_posterior(result: Result) -> Telling:
         view_of_posterior(result),
     ]
     said = f"{summary.draws} draws of {summary.ensembles} ensembles of {summary.walkers} walkers."
-    return telling(result, blocks, VERDICTS[summary.status], said, _facts(summary))
+    return page_content(result, blocks, VERDICTS[summary.status], said, _facts(summary))
 
 
 def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.units import format_quantity, format_share
-from fibrefit.report.page.blocks import Block, Records, Result, TableBlock, Telling, Words
-from fibrefit.report.page.common import gaps_table, parameters_table, telling
+from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
+from fibrefit.report.page.common import gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
 from fibrefit.study.summaries.part import Z_95
@@ -19,7 +19,7 @@ VERDICTS = {
 }
 
 
-def told_prediction(result: Result) -> Telling:
+def prediction_page(result: Result) -> PageContent:
     """A prediction: its verdict, how well each channel is predicted, the records."""
     summary = result.summary
     assert isinstance(summary, PredictionSummary)
@@ -33,7 +33,7 @@ def told_prediction(result: Result) -> Telling:
     ]
     facts = [(f"{name} explained", _share(one.explained)) for name, one in summary.channels.items()]
     said = f"{summary.says} Values of {summary.result}."
-    return telling(result, blocks, VERDICTS[summary.verdict], said, facts)
+    return page_content(result, blocks, VERDICTS[summary.verdict], said, facts)
 
 
 def _predicted(summary: PredictionSummary) -> TableBlock:

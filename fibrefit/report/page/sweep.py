@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from fibrefit.report.any import report_of
-from fibrefit.report.page.blocks import Result, Telling
-from fibrefit.report.page.common import telling
+from fibrefit.report.page.blocks import PageContent, Result
+from fibrefit.report.page.common import page_content
 
 
-def told_plainly(result: Result) -> Telling:
+def plain_page(result: Result) -> PageContent:
     """A result by its pictures and the report of the terminal."""
     first = report_of(result.summary).partition("=\n")[2].strip().partition("\n\n")[0]
-    return telling(result, (), " ".join(first.split()))
+    return page_content(result, (), " ".join(first.split()))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.records.copies import Looks
+from fibrefit.records.copies import Fingerprint
 from fibrefit.report.checks import quantity_of
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
@@ -182,7 +182,7 @@ def batch_studies(
     places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     folder, *others = (folders,) if isinstance(folders, Path) else folders
     items = {name: BatchItem(error=why) for name, why in (refused or {}).items()}
-    looks: dict[str, Looks] = {}
+    looks: dict[str, Fingerprint] = {}
     todo: list[Job] = []
     for job in [job for job in jobs if job.name not in items]:
         known = _known(folder / ITEMS / places[job], job) or _gathered(folder / ITEMS / places[job], job, others)
@@ -202,11 +202,11 @@ def batch_studies(
     return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
 
 
-Known = tuple[BatchItem, Looks | None]
+Known = tuple[BatchItem, Fingerprint | None]
 """The item of a job that has ended, and by what copies of its record are known."""
 
 
-def _noted(items: dict[str, BatchItem], looks: dict[str, Looks], job: Job, known: Known) -> None:
+def _noted(items: dict[str, BatchItem], looks: dict[str, Fingerprint], job: Job, known: Known) -> None:
     items[job.name] = known[0]
     if known[1] is not None:
         looks[job.name] = known[1]
@@ -218,7 +218,7 @@ def _known(place: Path, job: Job) -> Known | None:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
         # An item that does not say what its model lacks, or how its record looks, was kept by an earlier version.
         same = kept["digest"] == job.digest() and "lacks" in kept["item"] and (place / NAME).exists()
-        looks = None if kept["looks"] is None else Looks(**kept["looks"])
+        looks = None if kept["looks"] is None else Fingerprint(**kept["looks"])
         return (BatchItem.model_validate(kept["item"], strict=False), looks) if same else None
     except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
         return None

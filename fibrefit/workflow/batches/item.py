@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.records.copies import Looks, looks_of
+from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
 from fibrefit.study.summaries.summaries import FitSummary
@@ -111,13 +111,13 @@ class Outcome(NamedTuple):
     summary : str
         Content of ``summary.json`` of the fit.
     seconds : float
-    looks : Looks or None
+    looks : Fingerprint or None
         Of the record, by which copies are known; None where a whole study was identified.
     """
 
     summary: str
     seconds: float
-    looks: Looks | None = None
+    looks: Fingerprint | None = None
 
 
 @one_blas_thread
@@ -145,7 +145,7 @@ def identified(job: Job) -> Outcome:
     except FibrefitError as error:
         raise type(error)(_said(error.where, own), _said(error.got, own), error.expected, error.do) from None
     summary = _named(Fit(study, records, found, job.seed).summary(), own)
-    looks = None if job.record is None else looks_of(records[0])
+    looks = None if job.record is None else fingerprint_of(records[0])
     return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds, looks)
 
 

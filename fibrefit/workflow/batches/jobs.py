@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
-from fibrefit.records.copies import Looks, copies_by_looks
+from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
@@ -143,18 +143,18 @@ def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
     return copies
 
 
-def copies_seen(names: Sequence[str], looks: Mapping[str, Looks]) -> dict[str, str]:
+def copies_seen(names: Sequence[str], looks: Mapping[str, Fingerprint]) -> dict[str, str]:
     """The same of records that hold the data of one before them in other bytes, such as with other digits.
 
     Parameters
     ----------
     names : sequence of str
         Of the jobs, in their order.
-    looks : mapping of str to Looks
+    looks : mapping of str to Fingerprint
         Of the records of those that were carried out.
     """
     known = [name for name in names if name in looks]
-    found = copies_by_looks([looks[name] for name in known])
+    found = copies_by_fingerprint([looks[name] for name in known])
     return {known[copy]: _copy_of(known[copy], known[first]) for copy, first in sorted(found.items())}
 
 
