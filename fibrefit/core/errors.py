@@ -9,6 +9,13 @@ LONGEST = 400
 """Letters of what a message quotes: a file may hold a word of megabytes."""
 
 
+LIKE = 0.6
+"""Likeness from which a word is suggested, where 1 is the same."""
+
+#: Letters from which the beginning of a word tells which word is meant.
+_BEGINNING = 3
+
+
 def _in_short(text: str) -> str:
     half = LONGEST // 2
     return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
@@ -65,7 +72,7 @@ class StudyError(FibrefitError):
     exit_code = 4
 
 
-def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
+def did_you_mean(word: str, known: Iterable[str], likeness: float = LIKE) -> str:
     """Sentence that suggests the nearest known word; empty when none is near.
 
     Parameters
@@ -75,7 +82,7 @@ def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
     known : iterable of str
         The words that would have been; capitals do not count.
     likeness : float
-        How near a word must be, from 0 to 1, where 1 is the same.
+        How near a word must be, from 0 to 1, where 1 is the same; up to `LIKE` its beginning will do.
 
     Returns
     -------
@@ -83,5 +90,9 @@ def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
         ``Did you mean "stiffness"?`` or an empty string.
     """
     spelt = {one.casefold(): one for one in known}
-    near = difflib.get_close_matches(word.casefold(), spelt, n=1, cutoff=likeness)
+    wanted = word.casefold()
+    # What the word begins is meant before what it merely resembles: "guide.visc" and not "guide.spring".
+    begins = likeness <= LIKE and len(wanted) >= _BEGINNING
+    begun = [one for one in spelt if one.startswith(wanted)] if begins else []
+    near = difflib.get_close_matches(wanted, begun or spelt, n=1, cutoff=0.0 if begun else likeness)
     return f'Did you mean "{spelt[near[0]]}"?' if near else ""

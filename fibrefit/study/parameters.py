@@ -19,6 +19,9 @@ from fibrefit.study.table import StudyTable
 FARTHEST = 10.0
 """Standard deviations from its mean beyond which a normal prior allows nothing: less than 1e-23 of it lies there."""
 
+#: What a change of units may add to a limit: pi/2 rad and 90 deg are one.
+_ROUNDED = 1e-9
+
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
 Written = StrictStr | StrictFloat
 
@@ -228,10 +231,20 @@ def check_possible(setting: ParameterSetting, declared: Parameter, place: Callab
     stated = low if setting.lower is None else setting.lower, high if setting.upper is None else setting.upper
     if max(stated[0], low) >= min(stated[1], high):
         raise StudyError(place(".bounds"), f"{stated[0]:g} to {stated[1]:g} {unit}", f"a part of {expected}", CHECK_IT)
+    beyond = [(i, at) for i, at in enumerate(stated) if not (_reaches(low, at) and _reaches(at, high))]
+    if beyond:
+        (side, at), limit = beyond[0], (low, high)[beyond[0][0]]
+        do = f"Write {limit:g} {unit} there, or a value inside." if math.isfinite(limit) else CHECK_IT
+        raise StudyError(place(f".bounds[{side}]"), f"{at:g} {unit}", f"a part of {expected}", do)
     prior = setting.prior
     if prior is not None and (prior.highest < low or prior.lowest > high):
         said = f"{prior.lowest:g} to {prior.highest:g} {unit} at the utmost"
         raise StudyError(place(".prior"), said, f"a part of {expected}", CHECK_IT)
+
+
+def _reaches(low: float, high: float) -> bool:
+    """Whether one number is no higher than another, but for what a change of units rounds off."""
+    return low <= high or math.isclose(low, high, rel_tol=_ROUNDED)
 
 
 def _number(written: Written, unit: str, where: str) -> float:

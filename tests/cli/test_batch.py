@@ -77,5 +77,13 @@ def test_nothing_usable_exits_with_5_and_can_be_gone_on_with(demo: Run, done: li
 
 def test_mistakes_are_told(demo: Run) -> None:
     assert demo("batch", "nothing.toml").code == 4
+    Path("record.csv").write_text("t [s],force [N]\n")
     assert "Add --rig" in demo("batch", "record.csv").err
     assert demo("batch").code == 2
+
+
+def test_a_file_that_is_not_there_is_told_as_such(fibrefit: Run) -> None:
+    found = fibrefit("batch", "nothing.csv")
+    assert found.code == 2
+    assert "nothing.csv: no such file or folder" in found.err
+    assert "--rig" not in found.err

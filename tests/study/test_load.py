@@ -280,6 +280,11 @@ IMPOSSIBLE = {
     "a start beyond all": ("initial='1e9 N/m'", "1e\\+09 N/m; expected 10 to 1e\\+07 N/m, in which stiffness can be"),
     "held where it cannot be": ("fixed='-11 kN/m'", "fixed.*: -11000 N/m; expected 10"),
     "limits outside": ("bounds=['-5 N/m', '-1 N/m']", "-5 to -1 N/m; expected a part of 10 to 1e\\+07"),
+    "limits that reach below": (
+        "bounds=['0 N/m', '20 N/m']",
+        r"bounds.*: 0 N/m; expected a part of 10 to .* Write 10 N/m",
+    ),
+    "limits that reach above": ("bounds=['1 kN/m', '2e7 N/m']", r"bounds.*: 2e\+07 N/m; expected a part of 10"),
     "an even prior outside": (
         "prior={kind='uniform', lower='-2 N/m', upper='-1 N/m'}",
         "-2 to -1 N/m at the utmost; expected a part of 10",
@@ -299,7 +304,7 @@ def test_what_leaves_a_parameter_no_value_is_refused(load: Loader, case: str) ->
         load(FREE, overrides=(f"parameters.stiffness.{written}",)).settings(RANGED)
 
 
-@pytest.mark.parametrize("written", ["initial='10 N/m'", "fixed='1e7 N/m'", "bounds=['0 N/m', '20 N/m']"])
+@pytest.mark.parametrize("written", ["initial='10 N/m'", "fixed='1e7 N/m'", "bounds=['10 N/m', '10 kN/mm']"])
 def test_what_touches_the_range_is_not(load: Loader, written: str) -> None:
     study = load(FREE, overrides=(f"parameters.stiffness.{written}",))
-    assert study.settings(RANGED)["stiffness"].lower in (None, 0.0)
+    assert study.settings(RANGED)["stiffness"].lower in (None, 10.0)

@@ -58,6 +58,8 @@ def _studies(word: str) -> list[str]:
     path = Path(word)
     if path.suffix.lower() == ".toml" or (path / "study.toml").is_file():
         return [word]
+    if not path.exists():
+        raise UsageError(word, "no such file or folder", "a study, or records", "Check the path.")
     if not path.is_dir():
         raise UsageError(word, "a record, and no --rig", "studies, or records and their rig", "Add --rig fibre_mass.")
     found = sorted(file.parent.as_posix() for file in path.glob("*/study.toml"))
