@@ -15,10 +15,10 @@ from fibrefit.core.scale import LARGEST
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
-from fibrefit.records.columns.declared import Declared, Scaled, headings_of
-from fibrefit.records.columns.grouping import Group, grouped
+from fibrefit.records.columns.declared import Declared, Scaled, headings_of, with_factors_beside
+from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles
+from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles, nothing_below
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
@@ -58,18 +58,21 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     """
     where = shown_path(path.name)
     channels = options.declared(where)
+    raw = replace(raw, columns=with_factors_beside(raw.columns))
     headings = headings_of(raw.columns, options.units)
     named = named_roles(channels, headings, raw.aside, where)
     groups = grouped(raw.columns, headings, named)
     notes = [*raw.notes, *raw.facts.notes]
+    refuse_two_clocks(groups, raw.columns, headings, named, where)
     roles, doubts = _roles(named, groups, headings, options.roles, where)
+    if not named.keys() - {"time"}:
+        doubts |= nothing_below(roles, options.roles, raw.aside, where)
     said = {**options.units, **{role: channel.unit for role, channel in channels.items() if channel.unit}}
-    times = [group.time for group in groups if group.time is not None]
-    declared = Declared(headings, roles, times, where)
+    declared = Declared(headings, roles, [group.time for group in groups if group.time is not None], where)
     columns, remarks = declared.with_units(raw.columns, said)
     notes += remarks
     scales = declared.scales(channels, columns, doubts)
-    doubts |= declared.unapplied(columns, scales)
+    doubts |= declared.unapplied(columns, scales, said)
     timed = [time_base(raw, columns, group, options.rate, where) for group in groups]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]

@@ -15,12 +15,36 @@ from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.words import tokens
+from fibrefit.records.grammar.worth import worth_told
 from fibrefit.records.thresholds import TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
 
 #: Scale of a column, its factor to SI, and the SI unit.
 Scaled = tuple[Scale, float, str]
+
+
+def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
+    """Columns beside which another one holds what their numbers may still have to be multiplied by or moved by.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        As read: ``force_N`` and ``force_scale``.
+    """
+    found = list(columns)
+    for beside in columns:
+        words = tokens(beside.name)
+        present = beside.numbers.values[np.isfinite(beside.numbers.values)]
+        for i, column in enumerate(columns) if words and present.size and beside.unit is None else ():
+            same = tokens(column.name)[:1] == words[:1] and len(words) > 1
+            if column is beside or column.worth or column.clock or not same:
+                continue
+            # Where it changes from row to row, one of its values that would change something tells enough.
+            told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, present))), "")
+            found[i] = replace(column, worth=f'column "{beside.header}" ({told})') if told else found[i]
+    return found
 
 
 def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[Heading]:
@@ -140,18 +164,35 @@ class Declared:
             found[self.roles[role]] = (channel.scale, factor, ROLES[role])
         return found
 
-    def unapplied(self, columns: Sequence[RawColumn], scales: Mapping[int, Scaled]) -> dict[str, DataError]:
-        """Doubt about each role whose column may still have to be multiplied, and has no scale that says so."""
+    def unapplied(
+        self, columns: Sequence[RawColumn], scales: Mapping[int, Scaled], said: Mapping[str, str]
+    ) -> dict[str, DataError]:
+        """Doubt about each role whose numbers the file lets mean two things, and the user does not say which.
+
+        Parameters
+        ----------
+        columns : sequence of RawColumn
+            Of the file.
+        scales : mapping of int to Scaled
+            What the user says one number of a column is worth.
+        said : mapping of str to str
+            Units the user declares, by role or heading.
+        """
         found = {}
+        stated = {place for key in said if (place := self.roles.get(key, find_column(key, self.headings))) is not None}
         for role, place in self.roles.items():
             column = columns[place]
-            if not column.worth or place in scales or role not in ROLES:
+            if place in scales or role not in ROLES:
                 continue
             usual = registry.usual(ROLES[role])
-            do = f'Say what one number is worth: {role} = {{ column = "{column.header}", scale = "..." }} under '
-            do += f'[channels]; scale = "1" where the numbers are in {column.unit or usual} already.'
-            got = f"{column.worth} beside numbers that may be before it"
-            found[role] = DataError(self._place(column), got, f"numbers in {column.unit or usual}", do)
+            if column.worth:
+                do = f'Say what one number is worth: {role} = {{ column = "{column.header}", scale = "..." }} under '
+                do += f'[channels]; scale = "1" where the numbers are in {column.unit or usual} already.'
+                got = f"{column.worth} beside numbers that may be before it"
+                found[role] = DataError(self._place(column), got, f"numbers in {column.unit or usual}", do)
+            elif column.contradicted and place not in stated:
+                do = f'Say which it is: {role} = "{column.unit or usual}" under [units].'
+                found[role] = DataError(self._place(column), column.contradicted, "one unit", do)
         return found
 
     def _unit(self, column: RawColumn, scale: Scale, si: str) -> str | None:

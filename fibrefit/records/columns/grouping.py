@@ -7,11 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.core import units
+from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, is_time
+from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import CODE
-from fibrefit.records.grammar.words import counts_rows, score
-from fibrefit.records.thresholds import COUNTS_ON
+from fibrefit.records.grammar.words import counts_rows, score, tokens
+from fibrefit.records.thresholds import COUNTS_ON, SAME_RATE
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +65,14 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], named: Ma
     counters = [
         i for i in range(len(columns)) if i not in times and i not in others and _is_counter(columns[i], headings[i])
     ]
-    spans: list[tuple[list[int], list[int]]] = [([], [])]
-    for i in range(len(columns)):
+    owned = _by_name([i for i in times if i != time], headings, {*times, *counters}) if time is None else {}
+    spans: list[tuple[list[int], list[int]]] = [([], []), *(([i], mine) for i, mine in owned.items())]
+    if owned:
+        rest = [i for i in range(len(columns)) if i not in owned and all(i not in mine for mine in owned.values())]
+        spans[1][0].extend(i for i in rest if i in times)
+        spans[1][1].extend(i for i in rest if i not in times and i not in counters)
+        spans.pop(0)
+    for i in range(len(columns)) if not owned else ():
         here_times, here_members = spans[-1]
         if i in times and here_times and here_members:
             spans.append(([i], []))
@@ -82,6 +91,62 @@ def grouped(columns: Sequence[RawColumn], headings: Sequence[Heading], named: Ma
         rows = _rows_used(columns[chosen]) if several and chosen is not None else _length(columns)
         groups.append(Group(chosen, tuple(here_members), tuple(beside), rows))
     return groups
+
+
+def _by_name(times: Sequence[int], headings: Sequence[Heading], others: set[int]) -> dict[int, list[int]]:
+    """Members of each column of times that is called by theirs, as ``force_time`` is; none where only one is."""
+    words = [set(tokens(heading.name)) for heading in headings]
+    found = {
+        i: [j for j in range(len(headings)) if j not in others and words[j] and words[j] < words[i]] for i in times
+    }
+    owned = {i: mine for i, mine in found.items() if mine}
+    several = len(owned) > 1 and len({j for mine in owned.values() for j in mine}) == sum(map(len, owned.values()))
+    return owned if several else {}
+
+
+def refuse_two_clocks(
+    groups: Sequence[Group],
+    columns: Sequence[RawColumn],
+    headings: Sequence[Heading],
+    named: Mapping[str, int],
+    where: str,
+) -> None:
+    """Refuse times beside those of a group that run at another rate, where the user names none of them.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        As from `grouped`.
+    columns, headings, named
+        As for `grouped`.
+    where : str
+        File to name in the message.
+
+    Raises
+    ------
+    DataError
+        If two columns could each be the time, and are not the same but for where they begin.
+    """
+    for group in groups if "time" not in named else ():
+        clocks = [i for i in (group.time, *group.beside) if i is not None and headings[i].kind == "time"]
+        lasted = [(i, *_lasted(columns[i], headings[i])) for i in clocks]
+        first, *others = [one for one in lasted if one[1] > 0] or [(0, 0.0, 0.0)]
+        for other, seconds, rounding in others:
+            if abs(seconds - first[1]) > SAME_RATE * first[1] + rounding + first[2]:
+                names = f'columns "{headings[first[0]].header}" and "{headings[other].header}"'
+                got = f"{names} could each be the time: from first to last {first[1]:.6g} s and {seconds:.6g} s"
+                do = f'Name it: time = "{headings[first[0]].header}" under [channels].'
+                raise DataError(where, got, "one clock", do)
+
+
+def _lasted(column: RawColumn, heading: Heading) -> tuple[float, float]:
+    """Time from the first row to the last and how far it is rounded, in s; zero for what does not always run on."""
+    values = column.numbers.values
+    if not np.isfinite(values).all() or values.size < 3 or not (np.diff(values) > 0).all():
+        return 0.0, 0.0
+    unit = None if column.clock or heading.unit is None else known_unit(heading.name, heading.unit)
+    factor = 1.0 if unit is None else units.to_si(unit, "s")
+    return factor * float(values[-1] - values[0]), 2 * factor * column.resolution
 
 
 def _is_counter(column: RawColumn, heading: Heading) -> bool:

@@ -38,6 +38,8 @@ class RawColumn:
         Which of the file's columns it is, counted from 1; 0 where a file has no order of columns.
     worth : str
         What the file says of the numbers that may still have to be applied to them, such as ``gain = 0.001``.
+    contradicted : str
+        Units of which the file states more than one, in words.
     """
 
     header: str
@@ -50,6 +52,7 @@ class RawColumn:
     resolution: float = 0.0
     number: int = 0
     worth: str = ""
+    contradicted: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

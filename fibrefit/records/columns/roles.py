@@ -10,7 +10,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
-from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.headings import known_unit, split_heading
 from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
@@ -206,6 +206,35 @@ def guessed_roles(
             del doubts["force"]
             found |= pair
     return found, doubts
+
+
+def nothing_below(
+    found: Mapping[str, int], wanted: Sequence[str], aside: Mapping[int, str], where: str
+) -> dict[str, DataError]:
+    """Doubt about each role that no column has and one is called by, below whose heading no numbers stand.
+
+    Parameters
+    ----------
+    found : mapping of str to int
+        Position by role.
+    wanted : sequence of str
+        Roles to look for.
+    aside : mapping of int to str
+        What the columns without numbers hold, by their number.
+    where : str
+        File to name in messages.
+    """
+    doubts = {}
+    for role in wanted:
+        for place, what in aside.items() if role not in found and role != "drive" and found.keys() - {"time"} else ():
+            name, unit = split_heading(what.split('"')[1])
+            fits = unit is not None and units.kind_of(unit) == KIND_OF_ROLE[role]
+            if score(name, role) > 2 and (fits or (unit is None and " is empty" in what)):
+                other = next(iter(found.keys() - {"time"}))
+                do = f"Save the numbers there, not formulas; or name the channels that are meant: {other} = ... under "
+                got = f"{what}, and no other column is the {role}"
+                doubts[role] = DataError(f"{where}, column {place}", got, f"a measured {role}", f"{do}[channels].")
+    return doubts
 
 
 def _wrong_unit(role: str, headings: Sequence[Heading], where: str) -> dict[str, DataError]:

@@ -14,10 +14,19 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.dialect import Dialect
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.header import Header
-from fibrefit.records.grammar.headings import PLAIN_KINDS
+from fibrefit.records.grammar.headings import LONGEST_HEADING, PLAIN_KINDS
 from fibrefit.records.grammar.tokens import kind_of_cell
-from fibrefit.records.grammar.worth import SCALE_LABEL, may_apply
+from fibrefit.records.grammar.words import kinds_named, score, tokens
+from fibrefit.records.grammar.worth import ALWAYS_APPLIED, COMMON_FACTOR, SCALE_LABEL, TO_DO, contradicted, may_apply
 from fibrefit.records.options import ReadOptions
+
+#: Kinds of quantity that are measured beside the time.
+_MEASURED = ("force", "length", "angle", "voltage", "current")
+#: A sentence on a unit, and a statement of a number.
+_IN_UNIT = re.compile(
+    r"([^\d\W][^\d:=;,\t]{2,40}?)\s+(?:(?:are|is|given|measured|sind|ist)\s+){0,2}in\s+([^\s,;.)]+)", re.I
+)
+_STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
 #: Words of a remark inside a table after which its numbers may mean something else.
 _OF_UNITS = re.compile(
@@ -101,6 +110,76 @@ def refuse_counts(
             do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
             do += 'scale = "1" where the numbers are in their unit already.'
             raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
+
+
+def refuse_told(
+    columns: Sequence[RawColumn], above: Sequence[str], header: Header, options: ReadOptions, where: str
+) -> None:
+    """Refuse numbers of which a line above tells what is still to be done to them, or another unit than their heading.
+
+    Parameters
+    ----------
+    columns, above, header, options, where
+        As for `refuse_counts`.
+
+    Raises
+    ------
+    DataError
+        If there is such a line, and the user does not say what the numbers are.
+    """
+    declared = options.declared(where)
+    said = {c.column for c in declared.values() if c.scale is not None or c.unit is not None} | set(options.units)
+    plain = [c for c in columns if c.unit is not None and units.kind_of(c.unit) in _MEASURED]
+    for number, line in enumerate(above, 1):
+        if number in (header.line, header.unit_line) or len(line) > LONGEST_HEADING:
+            continue
+        if COMMON_FACTOR.search(line):
+            do = "Save the numbers instead of what is shown of them, as writematrix does."
+            raise DataError(f"{where}, line {number}", f'"{line.strip()[:30]}" above a table', "plain numbers", do)
+        about = [c for c in plain if not {c.header, c.name, f"column {c.number}"} & said and not _said_of(c, options)]
+        if TO_DO.search(line) or _is_formula(line, columns):
+            told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about
+        else:
+            told = [c for c in about if _other_unit(c, line) or _own_scale(c, line)]
+        if told and not any(c.scale for c in declared.values()):
+            got = f'"{line.strip()[:60]}" above numbers that may be before it'
+            do = f'Say what one is worth: {{ column = "{told[0].header}", scale = "..." }} under [channels]; '
+            do += 'scale = "1" where the numbers are in the unit of their heading already.'
+            raise DataError(f"{where}, line {number}", got, "numbers in the units of their headings", do)
+
+
+def _said_of(column: RawColumn, options: ReadOptions) -> bool:
+    """Whether the user declares a unit by the role that a column has by its name."""
+    return any(role in options.units and score(column.name, role) > 0 for role in ("force", "position", "angle"))
+
+
+def _is_formula(line: str, columns: Sequence[RawColumn]) -> bool:
+    """Whether a line multiplies a column, by its name, with a number."""
+    return any(
+        re.search(rf"[\d)]\s*[*\u00b7\u00d7]\s*{re.escape(c.name)}(?!\w)|(?<!\w){re.escape(c.name)}\s*[*/]\s*\d", line)
+        for c in columns
+        if c.name
+    )
+
+
+def _other_unit(column: RawColumn, line: str) -> bool:
+    """Whether a line says in a sentence that all quantities of a column's kind are in another unit than it has."""
+    for words, unit in _IN_UNIT.findall(line):
+        if units.kind_of(unit) in kinds_named(words) and contradicted([column.unit, unit]):
+            return units.kind_of(unit) == units.kind_of(column.unit or "")
+    return False
+
+
+def _own_scale(column: RawColumn, line: str) -> bool:
+    """Whether a line states a factor by a name that is that of a column, or of the quantity in it."""
+    match = _STATED.match(line)
+    if match is None or not ALWAYS_APPLIED.search(match[1]):
+        return False
+    value = match[2].replace(",", ".")
+    named = set(tokens(match[1])) & set(tokens(column.name)) or units.kind_of(column.unit or "") in kinds_named(
+        match[1]
+    )
+    return bool(named) and kind_of_cell(value, ".") == "number" and float(value) != 1.0
 
 
 def _is_whole(column: RawColumn) -> bool:

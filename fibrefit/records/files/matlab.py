@@ -20,7 +20,7 @@ from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
-from fibrefit.records.grammar.worth import worth_told
+from fibrefit.records.grammar.worth import contradicted, worth_told
 
 _FORMATS = ("MATLAB", "HDF5")
 
@@ -48,6 +48,8 @@ _IN_NAMES = ("s", "ms", "us", "ns", "hz", "khz")
 _BARE = ("data", "values", "value", "y")
 #: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
 _WORTH = "\0worth"
+#: The same for all that is said of their units.
+_STATED = "\0stated"
 _UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
@@ -180,9 +182,10 @@ class _Hdf5:
                 continue
             item = self._own(group, name)
             tree[name] = self.item(item)
-            unit = next((_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs), "")
-            if unit:
-                units_of[name] = unit
+            stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
+            if stated and stated[0]:
+                units_of[name] = stated[0]
+                tree.setdefault(_STATED, {})[name] = stated
             if isinstance(tree[name], np.ndarray):
                 told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
                 tree.setdefault(_WORTH, {})[name] = worth_told(told, tree[name])
@@ -278,7 +281,9 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             worth = tree.get(_WORTH, {}).get(key, "") or worth_told(
                 _beside(tree, "" if _is_bare(header) else key), value
             )
-            yield replace(_column(_told_name(by_key, prefix, header), unit, value), worth=worth)
+            column = _column(_told_name(by_key, prefix, header), unit, value)
+            twice = contradicted([unit, _named(header)[1], *tree.get(_STATED, {}).get(key, ())])
+            yield replace(column, worth=worth, contradicted=twice)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
             yield from _matrix(header, value, names, given)
 
@@ -324,10 +329,16 @@ def _matrix(header: str, value: np.ndarray, names: list[Any] | None, given: Any)
 
 
 def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:
+    name, found = _named(header)
+    return binary_column(header, name, unit or found, values)
+
+
+def _named(header: str) -> tuple[str, str | None]:
+    """Name and unit of a vector, by its own name."""
     name, found = split_heading(header.rpartition(".")[2] if "." in header else header)
     if found is None and units.expression(name.rpartition("_")[2] or "?") is not None and "_" in name:
         name, _, found = name.rpartition("_")
-    return binary_column(header, name, unit or found, values)
+    return name, found
 
 
 def _facts(tree: Mapping[str, Any]) -> Facts:

@@ -15,7 +15,7 @@ from fibrefit.records.files.extras import damage_told, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
-from fibrefit.records.grammar.worth import worth_told
+from fibrefit.records.grammar.worth import contradicted, worth_told
 
 _UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 
@@ -69,7 +69,8 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     metadata = {
         key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()
     }
-    unit = next((metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit)
+    told = [*(metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit]
+    unit = told[0]
     array = np.asarray(values.to_numpy())
     if array.dtype.kind == "M":
         seconds = (array - array[0]) / np.timedelta64(1, "ns") * 1e-9 if array.size else array.astype(float)
@@ -84,7 +85,7 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     if array.dtype.kind not in "iuf":
         return None
     column = binary_column(field.name, name, unit, array)
-    return replace(column, number=number, worth=worth_told(metadata, array))
+    return replace(column, number=number, worth=worth_told(metadata, array), contradicted=contradicted(told))
 
 
 def _facts(metadata: dict[bytes, bytes]) -> Facts:

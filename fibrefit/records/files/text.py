@@ -15,20 +15,20 @@ from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.files.decode import Text, decode
-from fibrefit.records.files.doubts import refuse_counts, refuse_figures, with_remarks
+from fibrefit.records.files.doubts import refuse_counts, refuse_figures, refuse_told, with_remarks
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
 from fibrefit.records.grammar.header import Header, find_header, header_cells
-from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.headings import bracketed_units, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
-from fibrefit.records.grammar.worth import unit_told
+from fibrefit.records.grammar.worth import contradicted, unit_told
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES
 
@@ -37,6 +37,9 @@ _SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3
+
+#: Words that begin a line of headings; fewer may be a statement, its value and its unit.
+_WORDS = 3
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
@@ -83,9 +86,11 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
     refuse_counts(columns, above, header, options, where)
+    refuse_told(columns, above, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
-    facts = find_facts([*beside, *above, *_unused(header, rows, empty, above)], dialect.mark)
+    said = [*beside, *_statements(above, header, dialect), *_unused(header, rows, empty, above)]
+    facts = find_facts(said, dialect.mark)
     return Raw(
         columns=columns,
         facts=with_remarks(facts, [(i, lines[i - 1]) for i in rows.skipped], above, dialect, where),
@@ -104,6 +109,18 @@ def _lines_of(named: str | Path | None) -> list[str]:
         return []
     path = Path(named)
     return decode(read_plain_file(path, "a file with the header of the records", DataError), path.name).lines
+
+
+def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[str]:
+    """Lines above a table; of lines of headings those cells that say something by themselves: ``tInc = 5e-4``."""
+    found = []
+    for i, line in enumerate(above, 1):
+        cells = dialect.split(line) or []
+        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_WORDS])
+        if i == header.line or (words and dialect.width > _WORDS):
+            line = "; ".join(cell for cell in re.split(r"[,;\t]", line) if re.search(r"[=:]\s*[\d.+-]", cell))
+        found.append(line)
+    return found
 
 
 def _unused(header: Header, rows: Rows, empty: Sequence[bool], above: Sequence[str]) -> list[str]:
@@ -258,6 +275,7 @@ def _columns(
     for i, cells in enumerate(rows.cells):
         title = header.names[i]
         name, unit = split_heading(title)
+        told = contradicted([unit, header.units[i], *bracketed_units(title)])
         unit = unit or header.units[i]
         shown = title or f"column {i + 1}"
         kind = kinds[i] if kinds[i] != "empty" else _kind_of_sparse(cells, rows.dialect.mark)
@@ -269,13 +287,14 @@ def _columns(
             if rows.cut and i == last and cut_short(numbers):
                 end = np.arange(len(cells)) == len(cells) - 1
                 numbers = masked_with(numbers, end, "cut short")
-            columns.append(RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1))
+            own = RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1, contradicted=told)
+            columns.append(own)
         elif title or kind != "empty":
             if kind == "text":
                 refuse_figures(cells, unit, rows.dialect.mark, place)
-                told = unit_told(cells, rows.numbers, place)
-                if told and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
-                    columns[-1] = replace(columns[-1], unit=told)
+                beside = unit_told(cells, rows.numbers, place)
+                if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
+                    columns[-1] = replace(columns[-1], unit=beside)
             what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")

@@ -40,7 +40,7 @@ _COUNT_KEYS = (
 #: Of so many samples one is kept: whether the rate that is named is that before or after is not said.
 _THINNED_KEYS = (
     r"decimation|(?:down|sub|under)[ -]?sampl\w*|(?:rate|clock|sample|sampling)?[ ]?(?:divider|divisor|prescaler)"
-    r"|dezimation|untersetzung|decimation factor|keep every"
+    r"|dezimation|untersetzung|decimation factor|keep every|averag(?:ing|es?)|mittelung|moyenne"
 )
 #: The same in a sentence; and a rate that several channels share.
 _KEPT = re.compile(
@@ -74,6 +74,12 @@ _BARE_RATE = re.compile(
 )
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 
+
+#: What an instrument could do is not what it did.
+_AT_MOST = re.compile(r"\b(?:max(?:imum|imal)?|maximale?r?|highest|up to|bis)\b[^:=;,\t]{0,12}$", re.IGNORECASE)
+
+#: A part of a second, or a number of them: "1/2000 s". A date has two of these signs.
+_FRACTION = re.compile(r"(?<![\d/.,])(\d+)\s*/\s*(\d+)(?=\s*(?:[mun]?s|[mu]?sec|seconds?|hz|khz)\b)", re.IGNORECASE)
 
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
 _THINNED = re.compile(
@@ -174,6 +180,7 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
 def _plain(line: str) -> str:
     """Line without accents, with words set apart by blanks."""
     bare = "".join(c for c in unicodedata.normalize("NFD", line) if not unicodedata.combining(c))
+    bare = _FRACTION.sub(lambda found: repr(int(found[1]) / (int(found[2]) or 1)), bare)
     return re.sub(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})|_", " ", bare).replace("\u03bc", "u").replace("\u00b5", "u")
 
 
@@ -185,7 +192,7 @@ def _said(line: str, mark: str, axis: str) -> Iterator[_Said]:
     for match, is_step in matches:
         unit = _unit(match)
         quoted = " ".join(match.group(0).split()).strip('"')
-        if unit is None:
+        if unit is None or (not is_step and _AT_MOST.search(line[: match.start()])):
             continue
         numbers = _numbers(match.group(3), mark, in_groups=unit in ("", "us", "ns") if is_step else True)
         yield from _meant(numbers, unit or (axis if is_step else ""), quoted, is_step)

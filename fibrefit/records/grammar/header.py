@@ -31,6 +31,8 @@ _NAME_LABELS = {
 _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "y_unit_label", "dimension"}
 #: The same for what the values were taken over: these units are not those of the columns.
 _OF_ABSCISSA = re.compile(r"x[-_ ]?(?:axis[-_ ]?)?(?:unit|einheit|jednotk|dimension)", re.I)
+#: The same in front of each unit: "Unit: N".
+_UNIT_WORD = re.compile(r"(?:units?|einheit)\s*:\s*", re.I)
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -210,8 +212,9 @@ def is_unit_row(cells: Sequence[str]) -> bool:
 
 
 def _bare(cell: str) -> str:
-    cell = cell.strip()
-    return cell[1:-1].strip() if len(cell) > 2 and cell[0] + cell[-1] in ("[]", "()", "<>", "{}") else cell
+    cell = _UNIT_WORD.sub("", cell.strip())
+    cell = cell[1:-1].strip() if len(cell) > 2 and cell[0] + cell[-1] in ("[]", "()", "<>", "{}") else cell
+    return cell[3:] if cell[:3] == "in " else cell
 
 
 def _points(cells: Sequence[str], wanted: Collection[str]) -> float:

@@ -127,6 +127,20 @@ def _bracketed(text: str) -> tuple[str, str | None] | None:
     return None
 
 
+def bracketed_units(text: str) -> list[str]:
+    """All units in brackets of a heading, of which one only can be that of its column.
+
+    Parameters
+    ----------
+    text : str
+        Heading as in the file.
+    """
+    if len(text) > LONGEST_HEADING:
+        return []
+    inside = [match.group(1).strip() for bracket in _BRACKETS for match in bracket.finditer(text)]
+    return [unit for unit in inside if units.expression(unit) is not None]
+
+
 def _is_amount(content: str) -> bool:
     """Whether it is a number with a unit, such as "0.01 mm": what one number is worth, or a range."""
     number = re.match(r"\d+(?:[.,]\d+)?\s*(?=[^\W\d])", content)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
+from fibrefit.records.grammar.phrases import are
 from fibrefit.records.grammar.tokens import kind_of_cell
 
 #: Lines that are looked at.
@@ -51,6 +52,12 @@ def no_table(lines: Sequence[str], where: str) -> DataError:
         if bad is not None:
             return _bad_cell(bad, looked_at, delimiter, where)
     widths = Counter(len(cells) for _, cells in rows)
+    words = [cell.strip() for cell in rows[-1][1] if cell.strip() and not _numbers([cell])]
+    if len(widths) == 1 and width > 1 and words:
+        numbers = _numbers(rows[-1][1])
+        got = f"no table of numbers found: of the {width} cells of its lines {numbers} {are(numbers)} numbers, and "
+        got += ", ".join(f'"{word[:20]}"' for word in words[:3]) + f" {are(len(words))} not"
+        return DataError(f"{where}, line {rows[-1][0]}", got, "rows of numbers, hardly any words among them", export)
     got = "no table of numbers found: its lines have " + ", ".join(
         f"{n} cells {k} times" for n, k in widths.most_common(3)
     )

@@ -127,7 +127,8 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
 def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str) -> None:
     """Refuse a file with more lines of numbers outside the table than a header may hold."""
     others = (*range(first), *range(last + 1, len(lines)))
-    outside = [i + 1 for i in others if _looks_like_a_row(lines[i])]
+    alike = {i for i in others if _looks_like_a_row(lines[i])}
+    outside = sorted(i + 1 for i in alike if alike & {i - 1, i + 1})  # one by itself is a value below its name
     if len(outside) > max(STRAY_ROWS, STRAY_SHARE * (last - first)):
         got = (
             f"more than one table of numbers (lines {outside[0]} to {outside[-1]}, and lines {first + 1} to {last + 1})"

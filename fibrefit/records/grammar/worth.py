@@ -22,11 +22,27 @@ _STEP = r"lsb|sensitivity|resolution|aufl[o\u00f6]sung"
 _WORD = r"(?:^|[\W_\d]){}(?:$|[\W_\d])"
 _FACTORS, _SHIFTS, _STEPS = (re.compile(_WORD.format(f"(?:{words})"), re.I) for words in (_FACTOR, _SHIFT, _STEP))
 
+#: Words for the side from which numbers are counted: below zero they were turned round. And words that say so.
+_SIDES = re.compile(_WORD.format("(?:polarity|sign|direction|polarit[a\u00e4]t|vorzeichen)"), re.I)
+_TURNED = re.compile(_WORD.format("(?:inverted|negated|reversed|invertiert|negiert|flipped)"), re.I)
+
+TO_DO = re.compile(
+    r"\b(?:multipl(?:y|ied|ier)|divided?|multiplizier\w*|dividier\w*|multiplie[rz]?|divise[rz]?)\b[^\n]{0,60}\d",
+    re.I,
+)
+"""Words that tell what is to be done to numbers, or was."""
+
+COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
+"""What MATLAB shows above a matrix whose numbers it shows divided by it."""
+
 SCALE_LABEL = re.compile(rf"(?:{_FACTOR}|{_STEP})\b.*", re.I)
 """First cell of a line that tells what one count is worth."""
 
 #: Such a line above numbers of any kind: gains and sensitivities are noted of amplifiers and sensors too.
-_ALWAYS = re.compile(r"(?:scales?|scaling|factor|skalierung|faktor|multiplier)\b.*", re.I)
+_ALWAYS_WORD = r"scales?|scaling|factor|skalierung|faktor|multiplier"
+ALWAYS_APPLIED = re.compile(_WORD.format(f"(?:{_ALWAYS_WORD})"), re.I)
+"""A factor in the name of a statement."""
+_ALWAYS = re.compile(rf"(?:{_ALWAYS_WORD})\b.*", re.I)
 
 
 def may_apply(label: str, *, whole: bool) -> bool:
@@ -62,9 +78,44 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
     for key, value in said.items():
         number = _number(value)
         idle = 1.0 if _FACTORS.search(key) or (whole and _STEPS.search(key)) else 0.0 if _SHIFTS.search(key) else None
+        if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
+            told.append(f'{key} = "{text[:40]}"')
+        if number is not None and ((number < 0 and _SIDES.search(key)) or (number > 0 and _TURNED.search(key))):
+            told.append(f"{key} = {number:g}")
         if number is not None and idle is not None and number != idle:
             told.append(f"{key} = {number:g}")
     return ", ".join(told[:3])
+
+
+def contradicted(told: Iterable[str | None]) -> str:
+    """What a file states twice and differently of the unit of one column; empty where it does not.
+
+    Parameters
+    ----------
+    told : iterable of str or None
+        Units as written, from all places that tell one.
+
+    Returns
+    -------
+    str
+        Such as ``the unit is "N" in one place and "kN" in another``.
+    """
+    sizes: dict[tuple[str, float], str] = {}
+    for unit in told:
+        size = _size(unit) if unit else None
+        if unit and size is not None:
+            sizes.setdefault(size, unit)
+    if len(sizes) < 2:
+        return ""
+    first, second, *_ = sizes.values()
+    return f'the unit is "{first}" in one place and "{second}" in another'
+
+
+def _size(unit: str) -> tuple[str, float] | None:
+    """Kind of a unit and what one of it is in SI, to nine digits; None for what is no unit of a plain quantity."""
+    kind = units.kind_of(unit)
+    si = units.si_unit(unit) if kind in PLAIN_KINDS else None
+    return None if kind is None or si is None else (kind, float(f"{units.to_si(unit, si):.9g}"))
 
 
 def unit_told(cells: Sequence[str], lines: Iterable[int], where: str) -> str | None:
@@ -99,6 +150,10 @@ def unit_told(cells: Sequence[str], lines: Iterable[int], where: str) -> str | N
         got = f'line {line}: the unit changes from "{first}" to "{second}"'
         raise DataError(where, got, "one unit for all rows", do)
     return next(iter(found))
+
+
+def _text(value: str | bytes) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else value
 
 
 def _number(value: Any) -> float | None:

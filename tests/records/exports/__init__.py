@@ -14,6 +14,7 @@ from tests.records.exports.fresh import FRESH
 from tests.records.exports.further import FURTHER, LAST
 from tests.records.exports.laboratory import LABORATORY
 from tests.records.exports.later import LATER
+from tests.records.exports.rounds import ROUNDS
 from tests.records.exports.scopes import SCOPES
 from tests.records.exports.strangers import STRANGERS
 from tests.records.exports.text import TEXT
@@ -34,4 +35,5 @@ KINDS: dict[str, list[Export]] = {
     "later": LATER,
     "last": LAST,
     "boxes": BOXES,
+    **ROUNDS,
 }

@@ -1,1 +1,14 @@
 """Sets of layouts that were each written whole, with their truth, before the reader saw any of them."""
+
+from __future__ import annotations
+
+from tests.records.exports.base import Export
+from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
+from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
+from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
+
+ROUNDS: dict[str, list[Export]] = {
+    "ninth, programs": NINTH_PROGRAMS,
+    "ninth, habits": NINTH_HABITS,
+    "ninth, boxes": NINTH_BOXES,
+}

@@ -55,7 +55,8 @@ add(
 )
 add(
     "a remark that the load is to be multiplied",
-    "Note: multiply load by 10\ntime [s],load [N],position [mm]\n" + lines(lambda i: f"{t(i)},{FORCE[i] / 10:.4f},{u(i)}"),
+    "Note: multiply load by 10\ntime [s],load [N],position [mm]\n"
+    + lines(lambda i: f"{t(i)},{FORCE[i] / 10:.4f},{u(i)}"),
     refused="multipl|factor|10|scale",
     remedy={"channels": {"force": {"column": "load [N]", "scale": "10"}}},
 )
@@ -76,9 +77,11 @@ add(
     "Tare: 0.35 N (not subtracted)\n" + HEAD + lines(tfu()),
 )
 # Units
-add("units of an upper-case program", "TIME (MSEC),FORCE (KN),POSITION (UM)\n" + lines(
-    lambda i: f"{t(i, 1e3, 1)},{f(i, 1e-3, 6)},{u(i, 1e3, 1)}"
-), refused="unit")
+add(
+    "units of an upper-case program",
+    "TIME (MSEC),FORCE (KN),POSITION (UM)\n" + lines(lambda i: f"{t(i, 1e3, 1)},{f(i, 1e-3, 6)},{u(i, 1e3, 1)}"),
+    refused="unit",
+)
 add("capital S for seconds", "Time [S],Force [N],Position [mm]\n" + lines(tfu()))
 add(
     "hundredths of a mm, as a fraction",
@@ -99,90 +102,186 @@ add(
     "a torque and no force",
     "time [s],torque [Nm],position [mm]\n" + lines(lambda i: f"{t(i)},{FORCE[i] / 10:.4f},{u(i)}"),
     force=None,
+    absent=("force",),
 )
 add(
     "a stress and a stiffness and no force",
     "time [s],stress [N/mm2],stiffness [N/mm],position [mm]\n" + lines(lambda i: f"{t(i)},1.25,3.1,{u(i)}"),
     force=None,
+    absent=("force",),
 )
-add("a wanted place and no other", "time_s,pos_cmd_mm,force_N\n" + lines(lambda i: f"{t(i)},{i // 20},{f(i)}"),
-    position=None, refused="cmd|command|wanted|measured")
-add("a limit beside the force", "time [s],force limit [N],force [N],position limit [mm],position [mm]\n" + lines(
-    lambda i: f"{t(i)},{200 - i % 3},{f(i)},{50 + i % 3},{u(i)}"
-), refused="could each", remedy=BOTH)
-add("the largest force so far", "time [s],force [N],peak force [N],position [mm]\n" + lines(
-    lambda i: f"{t(i)},{f(i)},{FORCE[: i + 1].max():.3f},{u(i)}"
-), refused="could each", remedy=BOTH)
-add("three axes and their length", "time [s],Fx [N],Fy [N],Fz [N],|F| [N],position [mm]\n" + lines(
-    lambda i: f"{t(i)},0.1,0.2,{f(i)},{FORCE[i] * 1.0002:.4f},{u(i)}"
-), refused="could each", remedy={"channels": {"force": "Fz [N]"}})
+add(
+    "a wanted place and no other",
+    "time_s,pos_cmd_mm,force_N\n" + lines(lambda i: f"{t(i)},{i // 20},{f(i)}"),
+    position=None,
+    refused="cmd|command|wanted|measured",
+)
+add(
+    "a limit beside the force",
+    "time [s],force limit [N],force [N],position limit [mm],position [mm]\n"
+    + lines(lambda i: f"{t(i)},{200 - i % 3},{f(i)},{50 + i % 3},{u(i)}"),
+    refused="could each",
+    remedy=BOTH,
+)
+add(
+    "the largest force so far",
+    "time [s],force [N],peak force [N],position [mm]\n"
+    + lines(lambda i: f"{t(i)},{f(i)},{FORCE[: i + 1].max():.3f},{u(i)}"),
+    refused="could each",
+    remedy=BOTH,
+)
+add(
+    "three axes and their length",
+    "time [s],Fx [N],Fy [N],Fz [N],|F| [N],position [mm]\n"
+    + lines(lambda i: f"{t(i)},0.1,0.2,{f(i)},{FORCE[i] * 1.0002:.4f},{u(i)}"),
+    refused="could each",
+    remedy={"channels": {"force": "Fz [N]"}},
+)
 # Numbers
-add("numbers with blanks after their signs", HEAD.replace(",", ";") + lines(
-    lambda i: f"{t(i)};{f(i)};" + (f"- {-POSITION[i]:.4f}" if POSITION[i] < 0 else f"+ {POSITION[i]:.4f}")
-), refused="number")
+add(
+    "numbers with blanks after their signs",
+    HEAD.replace(",", ";")
+    + lines(lambda i: f"{t(i)};{f(i)};" + (f"- {-POSITION[i]:.4f}" if POSITION[i] < 0 else f"+ {POSITION[i]:.4f}")),
+    refused="number",
+)
 add("dashes of typesetters", HEAD + lines(lambda i: f"{t(i)},{f(i)},{u(i)}".replace("-", "\u2013")), refused="number")
 add("raised points", HEAD + lines(lambda i: tfu()(i).replace(".", "\u00b7")), refused="number|decimal|column|heading")
-add("Arabic decimal signs", HEAD.replace(",", ";") + lines(lambda i: tfu(";")(i).replace(".", "\u066b")),
-    refused="number|decimal|column|heading")
+add(
+    "Arabic decimal signs",
+    HEAD.replace(",", ";") + lines(lambda i: tfu(";")(i).replace(".", "\u066b")),
+    refused="number|decimal|column|heading",
+)
 add("hexadecimal floats", HEAD + lines(lambda i: f"{t(i)},{float(FORCE[i]).hex()},{u(i)}"), refused="number|hex")
 add("exponents with D", HEAD + lines(lambda i: f"{i / RATE:.6E},{FORCE[i]:.6E},{POSITION[i]:.6E}".replace("E", "D")))
 add("stars where a number was too wide", HEAD + lines(lambda i: f"{t(i)},{'******' if i in (20, 21) else f(i)},{u(i)}"))
-add("letters for the size, chosen by the meter", HEAD + lines(
-    lambda i: f"{t(i)}," + (f"{FORCE[i] / 1e3:.6f}k" if FORCE[i] > 14 else f(i)) + f",{u(i)}"
-), refused="number|unit")
-add("lakhs", "time [s];force [N];position [nm]\n" + lines(lambda i: f"{t(i)};{f(i)};{lakhs(round(POSITION[i] * 1e6))}"),
-    refused="thousands|number")
-add("French blanks and commas", "temps [µs];effort [mN];course [µm]\n" + lines(
-    lambda i: f"{500 * i:,};{FORCE[i] * 1e3:,.1f};{u(i, 1e3, 1)}".replace(",", "\u202f").replace(".", ",")
-), refused="thousands")
-add("a blank before the unit in each cell, decimal commas", "Zeit;Kraft;Weg\n" + lines(
-    lambda i: de(f"{t(i)} s;{f(i)} N;{u(i)} mm")
-), refused="unit|number")
-add("remarks behind the rows", HEAD + lines(lambda i: tfu()(i) + ("   # bang" if i in (3, 30) else "")),
-    refused="#|number|remark|cells")
+add(
+    "letters for the size, chosen by the meter",
+    HEAD + lines(lambda i: f"{t(i)}," + (f"{FORCE[i] / 1e3:.6f}k" if FORCE[i] > 14 else f(i)) + f",{u(i)}"),
+    refused="number|unit",
+)
+add(
+    "lakhs",
+    "time [s];force [N];position [nm]\n" + lines(lambda i: f"{t(i)};{f(i)};{lakhs(round(POSITION[i] * 1e6))}"),
+    refused="thousands|number",
+)
+add(
+    "French blanks and commas",
+    "temps [µs];effort [mN];course [µm]\n"
+    + lines(lambda i: f"{500 * i:,};{FORCE[i] * 1e3:,.1f};{u(i, 1e3, 1)}".replace(",", "\u202f").replace(".", ",")),
+    refused="thousands",
+)
+add(
+    "a blank before the unit in each cell, decimal commas",
+    "Zeit;Kraft;Weg\n" + lines(lambda i: de(f"{t(i)} s;{f(i)} N;{u(i)} mm")),
+    refused="unit|number",
+)
+add(
+    "remarks behind the rows",
+    HEAD + lines(lambda i: tfu()(i) + ("   # bang" if i in (3, 30) else "")),
+    refused="#|number|remark|cells",
+)
 add("a blank line after each row", HEAD + lines(lambda i: tfu()(i) + "\n"))
 add("carriage returns twice", HEAD + lines(tfu(), end="\r\r\n"))
-add("two signs between cells", "time [s]::force [N]::position [mm]\n" + lines(tfu("::")), refused="delimit|separat|column|heading|table")
-add("tildes between cells", "time [s]~force [N]~position [mm]\n" + lines(tfu("~")), refused="delimit|separat|column|heading|table")
+add(
+    "two signs between cells",
+    "time [s]::force [N]::position [mm]\n" + lines(tfu("::")),
+    refused="delimit|separat|column|heading|table",
+)
+add(
+    "tildes between cells",
+    "time [s]~force [N]~position [mm]\n" + lines(tfu("~")),
+    refused="delimit|separat|column|heading|table",
+)
 # Clocks
 STAMP = datetime(2023, 10, 29, 2, 59, 59, 900000)
 
 
 def zoned(i: int) -> str:
     stamp = STAMP + timedelta(milliseconds=5 * i)
-    return stamp.isoformat(" ", "milliseconds") + " CEST" if i < 20 else (
-        (stamp - timedelta(hours=1)).isoformat(" ", "milliseconds") + " CET"
+    return (
+        stamp.isoformat(" ", "milliseconds") + " CEST"
+        if i < 20
+        else ((stamp - timedelta(hours=1)).isoformat(" ", "milliseconds") + " CET")
     )
 
 
-add("letters of the zone over the end of summer time", "time," + FU + lines(lambda i: f"{zoned(i)},{fu()(i)}"), time=SLOW,
-    refused="time|zone|hour")
-add("zones by their distance from Greenwich", "time," + FU + lines(
-    lambda i: f"2023-11-02 10:00:00.{5 * i:03d} GMT+02:00,{fu()(i)}"
-), time=SLOW, refused="time|rate|zone")
-add("half an hour beside Greenwich", "time," + FU + lines(lambda i: f"2023-11-02T10:00:00.{5 * i:03d}+05:30,{fu()(i)}"), time=SLOW)
-add("minutes and seconds as a spreadsheet shows them", "time," + FU + lines(lambda i: f"00:{i / 10:04.1f},{fu()(i)}"),
-    time=np.arange(N) / 10, refused="time|unit")
-add("clock with full stops", "ora;forza [N];corsa [mm]\n" + lines(lambda i: f"10.00.00,{5 * i:03d};{de(f(i))};{de(u(i))}"),
-    time=SLOW, refused="time|unit|ora")
-add("the day before the month over midnight", "time;" + FU.replace(",", ";") + lines(
-    lambda i: (datetime(2023, 2, 1, 23, 59, 59, 900000) + timedelta(milliseconds=5 * i)).strftime("%d/%m/%Y %H:%M:%S.%f")
-    + f";{fu(';')(i)}"
-), time=SLOW, refused="day|month|date|gap")
-add("two clocks of two devices", "t_daq [s],t_ctrl [s]," + FU + lines(
-    lambda i: f"{t(i)},{TIME[i] * 1.003 + 0.12:.7f},{fu()(i)}"
-), refused="could each|time|two", remedy={"channels": {"time": "t_daq [s]"}})
-add("a number of the sample beside ms", "sample,t_ms,force_N,position_mm\n" + lines(lambda i: f"{i + 1},{t(i, 1e3, 1)},{fu()(i)}"))
-add("a number of the sample called t", "t,time_ms,force_N,position_mm\n" + lines(lambda i: f"{i},{t(i, 1e3, 1)},{fu()(i)}"),
-    refused="could each|time|unit", remedy={"channels": {"time": "time_ms"}})
-add("runs one below the other, numbered", "run," + HEAD + lines(lambda i: f"1,{tfu()(i)}", 30) + "".join(
-    f"2,{t(i - 30)},{fu()(i)}\n" for i in range(30, N)
-), refused="back|again|run|two|anew")
-add("rows in a little disorder", HEAD + lines(lambda i: tfu()(i + (1 if i % 10 == 4 else -1 if i % 10 == 5 else 0))),
-    refused="back|increase|order|time")
-add("a pause told in a line", HEAD + lines(tfu(), 30) + "-- logging paused --\n-- logging resumed --\n" + "".join(
-    f"{TIME[i] + 0.25:.4f},{fu()(i)}\n" for i in range(30, N)
-), time=np.r_[TIME[:30], TIME[30:] + 0.25], refused="gap|paus|line 32")
+add(
+    "letters of the zone over the end of summer time",
+    "time," + FU + lines(lambda i: f"{zoned(i)},{fu()(i)}"),
+    time=SLOW,
+    refused="time|zone|hour",
+)
+add(
+    "zones by their distance from Greenwich",
+    "time," + FU + lines(lambda i: f"2023-11-02 10:00:00.{5 * i:03d} GMT+02:00,{fu()(i)}"),
+    time=SLOW,
+    refused="time|rate|zone",
+)
+add(
+    "half an hour beside Greenwich",
+    "time," + FU + lines(lambda i: f"2023-11-02T10:00:00.{5 * i:03d}+05:30,{fu()(i)}"),
+    time=SLOW,
+)
+add(
+    "minutes and seconds as a spreadsheet shows them",
+    "time," + FU + lines(lambda i: f"00:{i / 10:04.1f},{fu()(i)}"),
+    time=np.arange(N) / 10,
+    refused="time|unit",
+)
+add(
+    "clock with full stops",
+    "ora;forza [N];corsa [mm]\n" + lines(lambda i: f"10.00.00,{5 * i:03d};{de(f(i))};{de(u(i))}"),
+    time=SLOW,
+    refused="time|unit|ora",
+)
+add(
+    "the day before the month over midnight",
+    "time;"
+    + FU.replace(",", ";")
+    + lines(
+        lambda i: (
+            (datetime(2023, 2, 1, 23, 59, 59, 900000) + timedelta(milliseconds=5 * i)).strftime("%d/%m/%Y %H:%M:%S.%f")
+            + f";{fu(';')(i)}"
+        )
+    ),
+    time=SLOW,
+    refused="day|month|date|gap",
+)
+add(
+    "two clocks of two devices",
+    "t_daq [s],t_ctrl [s]," + FU + lines(lambda i: f"{t(i)},{TIME[i] * 1.003 + 0.12:.7f},{fu()(i)}"),
+    refused="could each|time|two",
+    remedy={"channels": {"time": "t_daq [s]"}},
+)
+add(
+    "a number of the sample beside ms",
+    "sample,t_ms,force_N,position_mm\n" + lines(lambda i: f"{i + 1},{t(i, 1e3, 1)},{fu()(i)}"),
+)
+add(
+    "a number of the sample called t",
+    "t,time_ms,force_N,position_mm\n" + lines(lambda i: f"{i},{t(i, 1e3, 1)},{fu()(i)}"),
+    refused="could each|time|unit",
+    remedy={"channels": {"time": "time_ms"}},
+)
+add(
+    "runs one below the other, numbered",
+    "run," + HEAD + lines(lambda i: f"1,{tfu()(i)}", 30) + "".join(f"2,{t(i - 30)},{fu()(i)}\n" for i in range(30, N)),
+    refused="back|again|run|two|anew",
+)
+add(
+    "rows in a little disorder",
+    HEAD + lines(lambda i: tfu()(i + (1 if i % 10 == 4 else -1 if i % 10 == 5 else 0))),
+    refused="back|increase|order|time",
+)
+add(
+    "a pause told in a line",
+    HEAD
+    + lines(tfu(), 30)
+    + "-- logging paused --\n-- logging resumed --\n"
+    + "".join(f"{TIME[i] + 0.25:.4f},{fu()(i)}\n" for i in range(30, N)),
+    time=np.r_[TIME[:30], TIME[30:] + 0.25],
+    refused="gap|paus|line 32",
+)
 for said in (
     "Scan period (usec): 500",
     "Sample rate: 2 kS/s/ch",
@@ -192,4 +291,9 @@ for said in (
     "dt = 5,0E-4 s",
     "Acquisition rate 2000 Hz, decimated from 10000 Hz",
 ):
-    add(f"rate: {said!r}", f"{said}\nforce [N];position [mm]\n" + lines(fu(";")), refused="rate|decimat", remedy={"rate": 2000.0})
+    add(
+        f"rate: {said!r}",
+        f"{said}\nforce [N];position [mm]\n" + lines(fu(";")),
+        refused="rate|decimat",
+        remedy={"rate": 2000.0},
+    )

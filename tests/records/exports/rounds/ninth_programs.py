@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 
-from tests.records.exports.base import FORCE, POSITION, RATE, Kind, N, de, f, fu, lines, t, tfu, u
+from tests.records.exports.base import FORCE, POSITION, RATE, Kind, de, f, fu, lines, t, tfu, u
 from tests.records.exports.benches import SLOW
 
 PROGRAMS = Kind()
@@ -38,7 +38,9 @@ add(
     "logger of a weather station at 200 Hz",
     '"TOA5","Rig","CR6","4120","CR6.Std.12","CPU:drop.CR6","4062","Fast"\n"TIMESTAMP","RECORD","Force_N","Pos"\n'
     '"TS","RN","Newtons","mm"\n"","","Smp","Smp"\n'
-    + lines(lambda i: f'"{(START + timedelta(milliseconds=5 * i)).isoformat(" ", "milliseconds")}",{i + 8120},{fu()(i)}'),
+    + lines(
+        lambda i: f'"{(START + timedelta(milliseconds=5 * i)).isoformat(" ", "milliseconds")}",{i + 8120},{fu()(i)}'
+    ),
     time=SLOW,
 )
 add(
@@ -46,9 +48,7 @@ add(
     "Run 1: Time (s),Run 1: Force (N),Run 1: Position (mm),Run 2: Time (s),Run 2: Force (N),Run 2: Position (mm)\n"
     + lines(lambda i: f"{tfu()(i)},{t(i)},{FORCE[i] * 0.8:.4f},{POSITION[i] * 1.2:.5f}"),
     refused="could each|which|two|twice",
-    remedy={
-        "channels": {"time": "Run 1: Time (s)", "force": "Run 1: Force (N)", "position": "Run 1: Position (mm)"}
-    },
+    remedy={"channels": {"time": "Run 1: Time (s)", "force": "Run 1: Force (N)", "position": "Run 1: Position (mm)"}},
 )
 add(
     "classroom software with definitions",
@@ -76,8 +76,7 @@ add(
 add(
     "logger with a code of time and local time beside",
     "Seq;TimeCode;Local Date;Local Time;Milliseconds;Data quality;F;x\n;Time since 1970;date;time;ms;not used;load cell;laser\n"
-    ";ms;;;ms;;N;mm\n"
-    + lines(lambda i: f"{i};{1698919200000 + 5 * i};02.11.2023;10:00:00;{5 * i};0;{f(i)};{u(i)}"),
+    ";ms;;;ms;;N;mm\n" + lines(lambda i: f"{i};{1698919200000 + 5 * i};02.11.2023;10:00:00;{5 * i};0;{f(i)};{u(i)}"),
     time=SLOW,
     refused="time|could each|Milliseconds",
     remedy={"channels": {"time": "TimeCode"}},
@@ -114,7 +113,8 @@ add(
 add(
     "multibody program, letters for columns",
     "Drop 7\nA. Time (sec)\nB. Force (newton)\nC. Displacement (mm)\n\n"
-    "         A.             B.             C.\n" + lines(lambda i: f"{i / RATE:15.6E}{FORCE[i]:15.6E}{POSITION[i]:15.6E}"),
+    "         A.             B.             C.\n"
+    + lines(lambda i: f"{i / RATE:15.6E}{FORCE[i]:15.6E}{POSITION[i]:15.6E}"),
     suffix=".tab",
     refused="unit|column|time",
     remedy={
@@ -144,7 +144,7 @@ add(
     lines(lambda i: f"$FRC,{5 * i:06d},{fu()(i)},N,mm*{i % 16:02X}"),
     suffix=".nmea",
     time=SLOW,
-    refused="heading|columns",
+    refused="heading|columns|words",
 )
 add(
     "lines of a program's log with commas in the stamps",
@@ -228,7 +228,10 @@ add(
 )
 add(
     "two decks of a recorder at two rates",
-    "[Fast]\nRate=2000 Hz\n" + FU + lines(fu()) + "[Slow]\nRate=10 Hz\ntemperature [C],humidity [%]\n20.1,40\n20.2,41\n",
+    "[Fast]\nRate=2000 Hz\n"
+    + FU
+    + lines(fu())
+    + "[Slow]\nRate=10 Hz\ntemperature [C],humidity [%]\n20.1,40\n20.2,41\n",
     refused="rate|table|heading|Rate",
 )
 add(
