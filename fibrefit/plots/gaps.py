@@ -52,12 +52,10 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     after = {name: one.gap for name, one in summary.records.items()} | {"all records": summary.gap}
     changed = bool(summary.added) and summary.before is not None
     before = {**summary.before.records, "all records": summary.before.gap} if changed and summary.before else after
-    names, channels = list(after), list(summary.gap.channels)
+    names = list(after)
+    channels = [channel for channel in summary.gap.channels if summary.gap.ratio_of(channel) is not None]
     columns: dict[str, dict[str, Pair]] = {
-        channel: {
-            name: (before[name].channels[channel].ratio or 0.0, after[name].channels[channel].ratio or 0.0)
-            for name in names
-        }
+        channel: {name: (before[name].ratio_of(channel) or 0.0, after[name].ratio_of(channel) or 0.0) for name in names}
         for channel in channels
     }
     if summary.held_out:

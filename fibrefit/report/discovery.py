@@ -221,8 +221,8 @@ def _size(summary: DiscoverySummary, before: Before | None, name: str) -> float:
 def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:
     cells = []
     for channel in channels:
-        now = after.channels[channel].ratio
-        then = before.channels[channel].ratio if before else None
+        now = after.ratio_of(channel)
+        then = before.ratio_of(channel) if before else None
         cells.append("" if now is None else f"{now:.2f}" if then is None else _change(then, now))
     return cells
 

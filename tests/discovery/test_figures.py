@@ -10,6 +10,7 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from fibrefit.fitting.result import Identification
+from fibrefit.plots import discovery_figures
 from fibrefit.plots.before_after import SMOOTH, _smooth, averaged_noise
 from fibrefit.plots.curve import curve_figure
 from fibrefit.plots.fitted import Fitted
@@ -18,6 +19,9 @@ from fibrefit.plots.quantities import readable_unit
 from fibrefit.plots.states import _unit
 from fibrefit.plots.style import FINAL, LONGEST_NAME, caption_of
 from fibrefit.problem.task import Task
+from fibrefit.report.discovery import discovery_report
+from fibrefit.report.page.common import gaps_table
+from fibrefit.study.summaries.summaries import ChannelGap, Gap
 from fibrefit.workflow.pages.drawn_groups import motion_group
 from tests.discovery.made import CURVES, FINDINGS, WHERE, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search
@@ -71,6 +75,19 @@ def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
     held = tuple(one.model_copy(update={"gap_before": 60.0}) for one in finding.held_out)
     axes = drawn_search(replace(finding, held_out=held))["gap"].axes
     assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
+
+
+def test_a_channel_that_no_noise_judges_has_no_gap(task: Task) -> None:
+    """As the force that drives an axis: how much of it is explained stands in the gap of all records alone."""
+    summary, groups = saved_search(named(task))
+    explained = ChannelGap(rms=2.0, unit="N", noise=None, ratio=None, explained=0.998)
+    gap = Gap(total=summary.gap.total, **summary.gap.channels, drive=explained)
+    shown = summary.model_copy(update={"gap": gap})
+    figure = discovery_figures(shown, groups)["gap"]
+    assert len(figure.axes) == len(discovery_figures(summary, groups)["gap"].axes)
+    assert discovery_report(shown)
+    table = gaps_table({n: one.gap for n, one in shown.records.items()}, gap, shown.before.records, shown.before.gap)
+    assert all(row[-2] == "" for row in table.rows)
 
 
 def test_averages_leave_out_what_is_missing() -> None:

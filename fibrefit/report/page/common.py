@@ -67,8 +67,8 @@ def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] |
 
 
 def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:
-    now = [after.channels[channel].ratio if channel in after.channels else None for channel in channels]
-    then = [before.channels[channel].ratio if before else None for channel in channels]
+    now = [after.ratio_of(channel) for channel in channels]
+    then = [before.ratio_of(channel) if before else None for channel in channels]
     pairs = [*zip(then, now, strict=True), (before.total if before else None, after.total)]
     return [changed(one, other) for one, other in pairs]
 

@@ -54,7 +54,7 @@ def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
     label = f"gap before{ARROW}after" if before else "gap"
     told = [(f"{label}: residual RMS over noise, {expected:.2f} expected", changed(_total(before), summary.gap.total))]
     told += [
-        (f"gap of the {name}", changed(before.channels[name].ratio if before else None, one.ratio))
+        (f"gap of the {name}", changed(before.ratio_of(name) if before else None, one.ratio))
         for name, one in summary.gap.channels.items()
     ]
     if summary.rounds:

@@ -79,6 +79,11 @@ class Gap(BaseModel):
         """The gap of each channel."""
         return dict(self.__pydantic_extra__)
 
+    def ratio_of(self, channel: str) -> float | None:
+        """The gap of a channel over its noise; None for one that is not judged by its noise, or not told here."""
+        told = self.__pydantic_extra__.get(channel)
+        return None if told is None else told.ratio
+
 
 class RecordSummary(Part):
     """What was found about one record."""
