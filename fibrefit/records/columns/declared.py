@@ -36,10 +36,11 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
     found = list(columns)
     for beside in columns:
         words = tokens(beside.name)
+        if beside.unit is not None or len(words) < 2 or not worth_told({beside.name: -2.0}, np.ones(1)):
+            continue
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
-        for i, column in enumerate(columns) if words and present.size and beside.unit is None else ():
-            same = tokens(column.name)[:1] == words[:1] and len(words) > 1
-            if column is beside or column.worth or column.clock or not same:
+        for i, column in enumerate(columns) if present.size else ():
+            if column is beside or column.worth or column.clock or tokens(column.name)[:1] != words[:1]:
                 continue
             # Where it changes from row to row, one of its values that would change something tells enough.
             told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, present))), "")

@@ -12,19 +12,22 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.dialect import Dialect
+from fibrefit.records.grammar.digits import masked_with
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.headings import LONGEST_HEADING, PLAIN_KINDS
+from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import kinds_named, score, tokens
 from fibrefit.records.grammar.worth import ALWAYS_APPLIED, COMMON_FACTOR, SCALE_LABEL, TO_DO, contradicted, may_apply
 from fibrefit.records.options import ReadOptions
 
-#: Kinds of quantity that are measured beside the time.
-_MEASURED = ("force", "length", "angle", "voltage", "current")
 #: A sentence on a unit, and a statement of a number.
 _IN_UNIT = re.compile(
     r"([^\d\W][^\d:=;,\t]{2,40}?)\s+(?:(?:are|is|given|measured|sind|ist)\s+){0,2}in\s+([^\s,;.)]+)", re.I
+)
+_UNIT_OF = re.compile(
+    r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)", re.I
 )
 _STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
@@ -106,21 +109,23 @@ def refuse_counts(
             c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
         ]
         if worth and counts:
-            got = f'"{above[line].strip()[:60]}" above numbers that may be before it'
+            got = f'"{above[line].strip()[:60]}" beside numbers that may be before it'
             do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
             do += 'scale = "1" where the numbers are in their unit already.'
             raise DataError(f"{where}, line {line + 1}", got, "numbers in the units of their headings", do)
 
 
 def refuse_told(
-    columns: Sequence[RawColumn], above: Sequence[str], header: Header, options: ReadOptions, where: str
+    columns: Sequence[RawColumn], around: Sequence[tuple[int, str]], header: Header, options: ReadOptions, where: str
 ) -> None:
-    """Refuse numbers of which a line above tells what is still to be done to them, or another unit than their heading.
+    """Refuse numbers of which a line tells what is still to be done to them, or another unit than their heading.
 
     Parameters
     ----------
-    columns, above, header, options, where
+    columns, header, options, where
         As for `refuse_counts`.
+    around : sequence of (int, str)
+        Lines above and below the table, with their numbers.
 
     Raises
     ------
@@ -129,8 +134,8 @@ def refuse_told(
     """
     declared = options.declared(where)
     said = {c.column for c in declared.values() if c.scale is not None or c.unit is not None} | set(options.units)
-    plain = [c for c in columns if c.unit is not None and units.kind_of(c.unit) in _MEASURED]
-    for number, line in enumerate(above, 1):
+    plain = [c for c in columns if c.unit is not None and not c.clock and units.kind_of(c.unit) in PLAIN_KINDS]
+    for number, line in around:
         if number in (header.line, header.unit_line) or len(line) > LONGEST_HEADING:
             continue
         if COMMON_FACTOR.search(line):
@@ -138,11 +143,11 @@ def refuse_told(
             raise DataError(f"{where}, line {number}", f'"{line.strip()[:30]}" above a table', "plain numbers", do)
         about = [c for c in plain if not {c.header, c.name, f"column {c.number}"} & said and not _said_of(c, options)]
         if TO_DO.search(line) or _is_formula(line, columns):
-            told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about
+            told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about[-1:]
         else:
             told = [c for c in about if _other_unit(c, line) or _own_scale(c, line)]
         if told and not any(c.scale for c in declared.values()):
-            got = f'"{line.strip()[:60]}" above numbers that may be before it'
+            got = f'"{line.strip()[:60]}" beside numbers that may be before it'
             do = f'Say what one is worth: {{ column = "{told[0].header}", scale = "..." }} under [channels]; '
             do += 'scale = "1" where the numbers are in the unit of their heading already.'
             raise DataError(f"{where}, line {number}", got, "numbers in the units of their headings", do)
@@ -163,8 +168,8 @@ def _is_formula(line: str, columns: Sequence[RawColumn]) -> bool:
 
 
 def _other_unit(column: RawColumn, line: str) -> bool:
-    """Whether a line says in a sentence that all quantities of a column's kind are in another unit than it has."""
-    for words, unit in _IN_UNIT.findall(line):
+    """Whether a line says that all quantities of a column's kind are in another unit than it has."""
+    for words, unit in (*_IN_UNIT.findall(line), *_UNIT_OF.findall(line)):
         if units.kind_of(unit) in kinds_named(words) and contradicted([column.unit, unit]):
             return units.kind_of(unit) == units.kind_of(column.unit or "")
     return False
@@ -217,3 +222,59 @@ def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str
                 return  # both marks in one column: told with the lines, further on
             do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
         raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
+
+
+def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:
+    """Rows that a column of words calls bad, invalid or out of range, where it calls most others something else.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The column.
+    mark : str
+        Decimal mark of the table.
+
+    Returns
+    -------
+    (n_rows,) bool array
+        None of them true where it names no bad rows.
+    """
+    known = {cell: kind_of_cell(cell, mark) for cell in set(cells)}
+    kinds = [known[cell] for cell in cells]
+    bad = np.array(
+        [
+            kind in ("not a number", "overflow") and cell.strip(" -?") != ""
+            for kind, cell in zip(kinds, cells, strict=True)
+        ]
+    )
+    return bad if 2 * int(bad.sum()) < kinds.count("text") + int(bad.sum()) else np.zeros(len(kinds), bool)
+
+
+def without_bad(
+    columns: Sequence[RawColumn], bad: Sequence[tuple[str, np.ndarray]], notes: list[str]
+) -> list[RawColumn]:
+    """Columns of measured values without the rows that a column of states calls bad.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        As read.
+    bad : sequence of (str, (n_rows,) bool array)
+        Name of each column of words, and the rows it calls bad.
+    notes : list of str
+        Where it is told.
+    """
+    found = list(columns)
+    for name, rows in bad:
+        if not rows.any():
+            continue
+        own = [i for i, c in enumerate(found) if tokens(c.name)[:1] == tokens(name)[:1]]
+        for i in own or range(len(found)):
+            if (
+                not found[i].clock
+                and units.kind_of(found[i].unit or "") != "time"
+                and score(found[i].name, "time") == 0
+            ):
+                found[i] = replace(found[i], numbers=masked_with(found[i].numbers, rows, "unreadable"))
+        notes.append(f'{count(int(rows.sum()), "row")} left out of the values: "{name}" calls them bad.')
+    return found

@@ -15,7 +15,14 @@ from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.files.decode import Text, decode
-from fibrefit.records.files.doubts import refuse_counts, refuse_figures, refuse_told, with_remarks
+from fibrefit.records.files.doubts import (
+    refuse_counts,
+    refuse_figures,
+    refuse_told,
+    told_bad,
+    with_remarks,
+    without_bad,
+)
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
@@ -37,9 +44,6 @@ _SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3
-
-#: Words that begin a line of headings; fewer may be a statement, its value and its unit.
-_WORDS = 3
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
@@ -86,7 +90,8 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
     refuse_counts(columns, above, header, options, where)
-    refuse_told(columns, above, header, options, where)
+    around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
+    refuse_told(columns, around, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     said = [*beside, *_statements(above, header, dialect), *_unused(header, rows, empty, above)]
@@ -112,12 +117,15 @@ def _lines_of(named: str | Path | None) -> list[str]:
 
 
 def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[str]:
-    """Lines above a table; of lines of headings those cells that say something by themselves: ``tInc = 5e-4``."""
+    """Lines above a table; of lines of headings those cells that say something by themselves: ``tInc = 5e-4``.
+
+    What a statement says, its value and its unit are not all words.
+    """
     found = []
     for i, line in enumerate(above, 1):
         cells = dialect.split(line) or []
-        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_WORDS])
-        if i == header.line or (words and dialect.width > _WORDS):
+        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_BESIDE])
+        if i == header.line or (words and dialect.width > _BESIDE):
             line = "; ".join(cell for cell in re.split(r"[,;\t]", line) if re.search(r"[=:]\s*[\d.+-]", cell))
         found.append(line)
     return found
@@ -271,6 +279,7 @@ def _columns(
     aside: dict[int, str] = {}
     columns: list[RawColumn] = []
     notes: list[str] = []
+    bad: list[tuple[str, np.ndarray]] = []
     last = len(rows.cells) - 1
     for i, cells in enumerate(rows.cells):
         title = header.names[i]
@@ -292,6 +301,7 @@ def _columns(
         elif title or kind != "empty":
             if kind == "text":
                 refuse_figures(cells, unit, rows.dialect.mark, place)
+                bad.append((name, told_bad(cells, rows.dialect.mark)))
                 beside = unit_told(cells, rows.numbers, place)
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=beside)
@@ -299,7 +309,7 @@ def _columns(
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
-    return columns, notes, aside
+    return without_bad(columns, bad, notes), notes, aside
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

@@ -23,7 +23,7 @@ _SAMPLING = (
 _ONE_SAMPLE = r"(?:sampl\w*|abtast\w*|scan)"
 _RATE_KEYS = (
     rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
-    r"|samples per second|s/s|(?:vzorkovaci )?frekvence(?: vzorkovani)?|frequence d.echantillonnage"
+    r"|samples per second|s/s|vzorkovaci frekvence|frekvence vzorkovani|frequence d.echantillonnage"
     r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )
 _STEP_KEYS = (
@@ -69,8 +69,12 @@ def _pattern(keys: str) -> re.Pattern[str]:
 
 #: A line that begins with the bare word, or consists of it: "Rate: 2 kHz".
 _BARE_RATE = re.compile(
-    rf"[\W_]*(?:rate|frequency|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])])?()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
+    rf"[\W_]*(?:rate|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])])?()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
     re.IGNORECASE,
+)
+#: The same of anything: of the samples, of the motion, of a filter.
+_ANY_RATE = re.compile(
+    rf"[\W_]*(?:frequen(?:cy|z|ce|cia|za)|f|frekvence)\"?\s*{_BREAK}{_NUMBER}\s*(k?hz)\b", re.IGNORECASE
 )
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 
@@ -154,7 +158,9 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     quoted = clear[0].quoted if clear else ""
     facts = Facts(rates, quoted, count, tuple(dict.fromkeys(one.note for one in clear if one.note)))
     if not open_ones:
-        return replace(facts, doubt=_thinned(lines, facts, mark))
+        bare = next((m[0].strip() for line in lines if not rates and (m := _ANY_RATE.match(line))), "")
+        doubt = f'"{bare}", which may be the rate of the samples or of something else' if bare else ""
+        return replace(facts, doubt=doubt or _thinned(lines, facts, mark))
     readings = " or ".join(f"{format_number(rate, 7)} Hz" for rate in open_ones[0].rates)
     return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
 

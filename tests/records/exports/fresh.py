@@ -161,7 +161,7 @@ for said, more in {
     "Sample rate: 2 000,0 Hz": {},
     "Sample rate = 2.000E+03 Hz": {},
     "Measuring rate: 2000 Hz": {},
-    "Frequency: 2000 Hz": {},
+    "Frequency: 2000 Hz": {"refused": "of something else"},
     "DAQ rate;2000;Hz": {},
 }.items():
     add(f"rate: {said!r}", said + "\n" + FU + lines(fu()), remedy={"rate": 2000.0} if more else None, **more)
