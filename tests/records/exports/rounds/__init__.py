@@ -6,9 +6,11 @@ from tests.records.exports.base import Export
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
+from tests.records.exports.rounds.tenth import TENTH
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
     "ninth, habits": NINTH_HABITS,
     "ninth, boxes": NINTH_BOXES,
+    "tenth": TENTH,
 }
