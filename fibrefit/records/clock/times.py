@@ -114,6 +114,8 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate
+    if rate is None and found is not None:
+        _refuse_spectrum(columns, where)
     if found is None and raw.facts.doubt:
         got = f"no column holds the time, and the header says {raw.facts.doubt}"
         raise DataError(where, got, "one reading", GIVE_RATE)
@@ -138,6 +140,16 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         return from_readings(readings, rate=found)
     _refuse_uncertain_count(raw, group, where)
     return counted_times(group.rows, found, source)
+
+
+def _refuse_spectrum(columns: Sequence[RawColumn], where: str) -> None:
+    """Refuse rows that are frequencies and not times, unless the user says at which rate they were sampled."""
+    for column in columns:
+        values = column.numbers.values
+        rises = np.isfinite(values).all() and values.size > 2 and bool((np.diff(values) > 0).all())
+        if column.unit is not None and units.kind_of(column.unit) == "frequency" and rises:
+            got = f'no column holds the time, and "{column.header}" rises from row to row, as in a spectrum'
+            raise DataError(where, got, "a record in time", f"Export the record itself, or: {GIVE_RATE}")
 
 
 def _no_time(raw: Raw, columns: Sequence[RawColumn], where: str) -> DataError:

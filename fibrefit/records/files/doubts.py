@@ -135,6 +135,7 @@ def refuse_told(
     declared = options.declared(where)
     said = {c.column for c in declared.values() if c.scale is not None or c.unit is not None} | set(options.units)
     plain = [c for c in columns if c.unit is not None and not c.clock and units.kind_of(c.unit) in PLAIN_KINDS]
+    listed = _listed([one for one in around if one[0] != header.line], plain)
     for number, line in around:
         if number in (header.line, header.unit_line) or len(line) > LONGEST_HEADING:
             continue
@@ -142,7 +143,9 @@ def refuse_told(
             do = "Save the numbers instead of what is shown of them, as writematrix does."
             raise DataError(f"{where}, line {number}", f'"{line.strip()[:30]}" above a table', "plain numbers", do)
         about = [c for c in plain if not {c.header, c.name, f"column {c.number}"} & said and not _said_of(c, options)]
-        if TO_DO.search(line) or _is_formula(line, columns):
+        if listed is not None and number == listed[0]:
+            told = [c for c in about if c is listed[2]]
+        elif TO_DO.search(line) or _is_formula(line, columns):
             told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about[-1:]
         else:
             told = [c for c in about if _other_unit(c, line) or _own_scale(c, line)]
@@ -151,6 +154,22 @@ def refuse_told(
             do = f'Say what one is worth: {{ column = "{told[0].header}", scale = "..." }} under [channels]; '
             do += 'scale = "1" where the numbers are in the unit of their heading already.'
             raise DataError(f"{where}, line {number}", got, "numbers in the units of their headings", do)
+
+
+def _listed(above: Sequence[tuple[int, str]], columns: Sequence[RawColumn]) -> tuple[int, str, RawColumn] | None:
+    """Line of a list of the channels that tells a factor of one of them, and that channel; None where there is none."""
+    labels: list[str] = []
+    for number, line in above:
+        cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t|]", line)]
+        own = next((c for c in columns if c.name and cells[0] in (c.name, c.header)), None)
+        if own is None or len(cells) != len(labels):
+            labels = cells if any(SCALE_LABEL.fullmatch(cell) for cell in cells) else labels
+            continue
+        for label, cell in zip(labels, cells, strict=True):
+            number_here = kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)
+            if number_here and may_apply(label, whole=_is_whole(own)):
+                return number, line, own
+    return None
 
 
 def _said_of(column: RawColumn, options: ReadOptions) -> bool:

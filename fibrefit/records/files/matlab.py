@@ -190,7 +190,9 @@ class _Hdf5:
                 told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
                 tree.setdefault(_WORTH, {})[name] = worth_told(told, tree[name])
             for key, value in _said(item).items() if not hasattr(item, "items") else ():
-                tree.setdefault(key, value)
+                while key in tree and not np.array_equal(tree[key], value):
+                    key += " "  # the same of another array, and not the same number: told beside the first
+                tree[key] = value
         if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
             tree["units"] = units_of
         return tree
@@ -276,7 +278,7 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
         if isinstance(value, dict):
             yield from _columns(value, f"{header}.")
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
-            unit = given if isinstance(given, str) else _unit_of(given, key)
+            unit = given if isinstance(given, str) and not _is_other(key, given) else _unit_of(given, key)
             unit = unit and _SINCE.sub("", unit)
             worth = tree.get(_WORTH, {}).get(key, "") or worth_told(
                 _beside(tree, "" if _is_bare(header) else key), value
@@ -286,6 +288,11 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             yield replace(column, worth=worth, contradicted=twice)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
             yield from _matrix(header, value, names, given)
+
+
+def _is_other(key: str, unit: str) -> bool:
+    """Whether the unit of a structure is not that of a vector in it: of the times beside the data."""
+    return score(key, "time") > 0 and units.kind_of(unit) not in (None, "time")
 
 
 def _is_bare(header: str) -> bool:

@@ -123,6 +123,7 @@ add("values that end in a semicolon and a blank", HEAD.replace(",", "; ") + line
 add(
     "a single row of headings twice as wide",
     "time [s],,force [N],,position [mm],\n" + lines(lambda i: f"{t(i)},ok,{f(i)},ok,{u(i)},ok"),
+    refused="3 are numbers",
 )
 # Clocks
 add(
@@ -230,7 +231,14 @@ def steps(file: Any) -> None:
         file.create_dataset(name, data=values).attrs.update({"unit": unit, "dt": step})
 
 
-add("HDF5, a step of its own for each", made(steps), suffix=".h5", refused="rate|dt|step|times")
+add(
+    "HDF5, a step of its own for each",
+    made(steps),
+    suffix=".h5",
+    position=None,
+    absent=("position",),
+    refused="rate|dt|step|times",
+)
 
 
 def shared(file: Any) -> None:
