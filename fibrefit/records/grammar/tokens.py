@@ -39,7 +39,7 @@ COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_ ](\d{2})(\d{2})(\d{2}(?:[.,]\d+)
 _NOT_A_NUMBER = (
     r"nan|[+-]?1[.,]#(?:ind|snan|qnan)\w*|[+-]?nan\(.*\)|n/?a|#n/?a|#nv|#wert!|#value!|#num!|#zahl!|#ref!|null|none|nil"
     r"|-+|\?+|x+|missing|invalid|ung[uü]ltig|neplatn\w*|err(?:or)?|#err\w*|fehler|chyba|bad|void|no ?data|burnout|open"
-    r"|fault\w*|fail\w*|stale|time[ -]?out|disconnected|st[oö]rung|gest[oö]rt|ausfall|def[ae]ut|not ?ready|no ?signal|lost"
+    r"|fault\w*|fail\w*|stale|time[ -]?out|disconnected|st[oö]rung|gest[oö]rt|ausfall|def[ae]ut|not ?ready|no ?signal"
 )
 _OVERFLOW = (
     r"[+-]?inf(?:inity)?|[+-]?1[.,]#inf\w*|[+-]?(?:over|under)(?:flow|range|load)?|[+-]?ovl?d?|[+-]?ovfl|[+-]?o\.?l\.?"

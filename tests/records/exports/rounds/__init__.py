@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tests.records.exports.base import Export
+from tests.records.exports.rounds.eleventh import ELEVENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
@@ -13,4 +14,5 @@ ROUNDS: dict[str, list[Export]] = {
     "ninth, habits": NINTH_HABITS,
     "ninth, boxes": NINTH_BOXES,
     "tenth": TENTH,
+    "eleventh": ELEVENTH,
 }
