@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from fibrefit.core import units
@@ -185,6 +185,8 @@ def guessed_roles(
         measured = {i: p for i, p in points.items() if i not in commands}
         best = max(measured.values(), default=0)
         candidates = [i for i, p in measured.items() if p == best and p > 0]
+        if len(candidates) == 1:
+            candidates += _below_the_same(candidates[0], headings, KIND_OF_ROLE[role], used)
         told = is_no_reading(headings[candidates[0]].name) if candidates and role != "drive" else ""
         if len(candidates) == 1 and told:
             unread[role] = _no_reading(role, headings[candidates[0]], told, where)
@@ -206,6 +208,16 @@ def guessed_roles(
             del doubts["force"]
             found |= pair
     return found, doubts
+
+
+def _below_the_same(place: int, headings: Sequence[Heading], kind: str, used: Collection[int]) -> list[int]:
+    """Columns to the right without a name and with a unit of the same kind: one heading spans them."""
+    found = []
+    for i in range(place + 1, len(headings)):
+        if headings[i].header or headings[i].kind != kind or i in used:
+            break
+        found.append(i)
+    return found
 
 
 def nothing_below(
@@ -281,9 +293,11 @@ def _points(heading: Heading, role: str) -> int:
 
 
 def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
-    shown = " and ".join(f'"{h.header}"' for h in candidates[:3])
+    names = [h.header or f"column {h.number}" for h in candidates]
+    first = names[0] if all(h.header for h in candidates) else f"column {candidates[0].number}"
+    shown = " and ".join(f'"{name}"' for name in names[:3])
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
-    return DataError(where, got, "one", f'Name it: {role} = "{candidates[0].header}" under [channels].')
+    return DataError(where, got, "one", f'Name it: {role} = "{first}" under [channels].')
 
 
 def _no_reading(role: str, heading: Heading, told: str, where: str) -> DataError:

@@ -51,6 +51,13 @@ _KEPT = re.compile(
 _SHARED = re.compile(
     r"(?:aggregate|combined|overall|multiplex\w*|gesamt\w*|summen\w*|total)\s+(?:sampl\w*|scan|rate|abtast\w*)", re.I
 )
+_IN_TURN = re.compile(r"\b(?:in turn|alternat\w*|interleav\w*|abwechselnd|nacheinander|sequential\w*)\b", re.IGNORECASE)
+#: A frequency, with the words before it; and words for one that is not of the samples.
+_FREQUENCY = re.compile(r"([^,;()\d]*)(?<![\d.,])(\d[\d.,]*)\s*([kM]?Hz|[kM]?S/s|[kM]?sps)\b", re.IGNORECASE)
+_OF_OTHERS = re.compile(
+    r"filter|cut|pass|band|bessel|butter|excit|carrier|mains|anti|alias|nyquist|displ|refresh|updat|test|signal|resonan|max",
+    re.IGNORECASE,
+)
 #: Keys that say what horizontal numbers without a unit are in.
 _AXIS_KEYS = r"horizontal units?|h ?unit|x ?units?|x.einheit|time units?|zeiteinheit"
 
@@ -172,6 +179,13 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     ):
         if match[0][-2:].strip() and match[0].split()[1].rstrip("ndrsth.") != "1":
             return f'"{facts.quoted}" beside "{match[0]}", which may be a rate of more samples than are here'
+    stated = [line for line in lines if len(facts.rates) == 1 and (_RATE.search(line) or _BARE_RATE.match(line))]
+    for line in stated:
+        turn = _IN_TURN.search(line)
+        others = [m[2] + m[3] for m in _FREQUENCY.finditer(line) if not _OF_OTHERS.search(m[1])]
+        if turn or len(set(others)) > 1:
+            beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
+            return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
         if numbers and len(facts.rates) == 1:

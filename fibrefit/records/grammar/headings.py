@@ -110,7 +110,7 @@ def known_unit(name: str, unit: str) -> str | None:
         return None  # a multiple of gravity, not a gram
     if units.expression(unit) is not None:
         return unit
-    small = _CAPITALS.get(unit)
+    small = _CAPITALS.get(unit) or (unit.casefold() if len(unit) > 2 and units.expression(unit.casefold()) else None)
     return small if small is not None and units.kind_of(small) in kinds_named(name) else None
 
 

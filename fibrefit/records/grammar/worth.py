@@ -22,6 +22,14 @@ _STEP = r"lsb|sensitivity|resolution|aufl[o\u00f6]sung"
 _WORD = r"(?:^|[\W_\d]){}(?:$|[\W_\d])"
 _FACTORS, _SHIFTS, _STEPS = (re.compile(_WORD.format(f"(?:{words})"), re.I) for words in (_FACTOR, _SHIFT, _STEP))
 
+#: What one count is worth, and the numbers of a polynomial.
+_PER = re.compile(r"[a-z]_?per_?[a-z]|coeff|polynom|koeff", re.I)
+#: Numbers noted beside whole numbers that are no factor of them.
+_HARMLESS = re.compile(
+    r"rate|freq|hz|filter|range|min|max|bit|serial|id|number|channel|index|sample|count$|size|length|time|date|t0|dt|start|stop"
+    r"|version|precision|decimals|digits|fill|valid|missing|step|interval|delay|mean|std|rms|level|order|class|type|width",
+    re.I,
+)
 #: Words for the side from which numbers are counted: below zero they were turned round. And words that say so.
 _SIDES = re.compile(_WORD.format("(?:polarity|sign|direction|polarit[a\u00e4]t|vorzeichen)"), re.I)
 _TURNED = re.compile(_WORD.format("(?:inverted|negated|reversed|invertiert|negiert|flipped)"), re.I)
@@ -78,6 +86,11 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
     for key, value in said.items():
         number = _number(value)
         idle = 1.0 if _FACTORS.search(key) or (whole and _STEPS.search(key)) else 0.0 if _SHIFTS.search(key) else None
+        # Beside whole numbers, which may be counts, any number not known to be of something else may be a factor.
+        if idle is None and (_PER.search(key) or (whole and number not in (0.0, -1.0) and not _HARMLESS.search(key))):
+            idle = 1.0
+        if number is None and _PER.search(key) and np.size(value) > 1 and np.asarray(value).dtype.kind in "iuf":
+            told.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")
         if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
             told.append(f'{key} = "{text[:40]}"')
         if number is not None and ((number < 0 and _SIDES.search(key)) or (number > 0 and _TURNED.search(key))):

@@ -139,6 +139,7 @@ add(
     '"timestamp","force","position"\n' + lines(lambda i: f'"{1698919200000 + 5 * i}","{f(i)}","{u(i)}"'),
     time=SLOW,
     options=ALL,
+    atol_time=1e-6,
 )
 add(
     "a board's microseconds and raw values",
