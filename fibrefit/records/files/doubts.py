@@ -29,6 +29,7 @@ _IN_UNIT = re.compile(
 _UNIT_OF = re.compile(
     r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)", re.I
 )
+_UNIT_ALONE = re.compile(r"\W*(?:units?|einheit(?:en)?)\W{1,4}([^\s;,\"]+)\W*", re.I)
 _STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
 #: Words of a remark inside a table after which its numbers may mean something else.
@@ -188,6 +189,9 @@ def _is_formula(line: str, columns: Sequence[RawColumn]) -> bool:
 
 def _other_unit(column: RawColumn, line: str) -> bool:
     """Whether a line says that all quantities of a column's kind are in another unit than it has."""
+    alone = _UNIT_ALONE.fullmatch(line)
+    if alone and contradicted([column.unit, alone[1]]):
+        return units.kind_of(alone[1]) == units.kind_of(column.unit or "")
     for words, unit in (*_IN_UNIT.findall(line), *_UNIT_OF.findall(line)):
         if units.kind_of(unit) in kinds_named(words) and contradicted([column.unit, unit]):
             return units.kind_of(unit) == units.kind_of(column.unit or "")
