@@ -8,6 +8,7 @@ from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
 from tests.records.exports.rounds.tenth import TENTH
+from tests.records.exports.rounds.twelfth import TWELFTH
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
@@ -15,4 +16,5 @@ ROUNDS: dict[str, list[Export]] = {
     "ninth, boxes": NINTH_BOXES,
     "tenth": TENTH,
     "eleventh": ELEVENTH,
+    "twelfth": TWELFTH,
 }
