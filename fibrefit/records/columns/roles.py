@@ -282,8 +282,10 @@ def _points(heading: Heading, role: str) -> int:
     if (kind is not None and kind != KIND_OF_ROLE[role]) or (not heading.name and kind is None):
         return 0
     words = 10 * score(heading.name, role)
-    if role in ("force_1", "force_2"):
-        words += 5 if words and heading.name.rstrip(" )").endswith(role[-1]) else -words
+    if role in PAIR:
+        if not heading.name.rstrip(" )").endswith(role[-1]) or heading.name[-2:-1] == ".":  # pandas counts alike names
+            return 0
+        words += 5 if words else 0
     if role == "drive":
         return words if words > 10 else 0
     if role == "position" and score(heading.name, "drive") > 1:

@@ -29,6 +29,7 @@ _IN_UNIT = re.compile(
 _UNIT_OF = re.compile(
     r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)", re.I
 )
+_BY_LETTER = re.compile(r"(?:^|[\s(\[])[x*\u00d7]\s?(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])")
 _UNIT_ALONE = re.compile(r"\W*(?:units?|einheit(?:en)?)\W{1,4}([^\s;,\"]+)\W*", re.I)
 _STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
@@ -104,11 +105,13 @@ def refuse_counts(
         cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t]", above[line])]
         if not SCALE_LABEL.fullmatch(cells[0]):
             continue
-        worth = [cell for cell in cells[1:] if kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)]
+        worth = [cell for cell in cells[1:] if _changes(cell)]
+        shift = len(cells) - len(header.names)  # of a label that stands before the first column
         counts = [c for c in columns if c.unit is not None and not c.clock and may_apply(cells[0], whole=_is_whole(c))]
         counts = [
             c for c in counts if not {c.header, c.name} & scaled and units.kind_of(c.unit or "") not in ("time", None)
         ]
+        counts = [c for c in counts if not 0 < c.number + shift <= len(cells) or _changes(cells[c.number - 1 + shift])]
         if worth and counts:
             got = f'"{above[line].strip()[:60]}" beside numbers that may be before it'
             do = f'Say what one is worth: {{ column = "{counts[0].header}", scale = "{worth[0]}" }} under [channels]; '
@@ -157,6 +160,11 @@ def refuse_told(
             raise DataError(f"{where}, line {number}", got, "numbers in the units of their headings", do)
 
 
+def _changes(cell: str) -> bool:
+    """Whether a cell holds a number that would change what it is applied to."""
+    return kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)
+
+
 def _listed(above: Sequence[tuple[int, str]], columns: Sequence[RawColumn]) -> tuple[int, str, RawColumn] | None:
     """Line of a list of the channels that tells a factor of one of them, and that channel; None where there is none."""
     labels: list[str] = []
@@ -167,8 +175,7 @@ def _listed(above: Sequence[tuple[int, str]], columns: Sequence[RawColumn]) -> t
             labels = cells if any(SCALE_LABEL.fullmatch(cell) for cell in cells) else labels
             continue
         for label, cell in zip(labels, cells, strict=True):
-            number_here = kind_of_cell(cell, ".") == "number" and float(cell) not in (0.0, 1.0)
-            if number_here and may_apply(label, whole=_is_whole(own)):
+            if _changes(cell) and may_apply(label, whole=_is_whole(own)):
                 return number, line, own
     return None
 
@@ -184,6 +191,9 @@ def _is_formula(line: str, columns: Sequence[RawColumn]) -> bool:
         re.search(rf"[\d)]\s*[*\u00b7\u00d7]\s*{re.escape(c.name)}(?!\w)|(?<!\w){re.escape(c.name)}\s*[*/]\s*\d", line)
         for c in columns
         if c.name
+    ) or any(
+        set(tokens(c.name)) & set(tokens(line)) and bool(c.name) and any(map(_changes, _BY_LETTER.findall(line)))
+        for c in columns
     )
 
 

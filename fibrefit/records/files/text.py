@@ -125,7 +125,7 @@ def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[
     for i, line in enumerate(above, 1):
         cells = dialect.split(line) or []
         words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_BESIDE])
-        if i == header.line or (words and dialect.width > _BESIDE):
+        if i == header.line or (words and cells[_BESIDE:]):
             line = "; ".join(cell for cell in re.split(r"[,;\t]", line) if re.search(r"[=:]\s*[\d.+-]", cell))
         found.append(line)
     return found

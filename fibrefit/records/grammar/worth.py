@@ -38,7 +38,8 @@ TO_DO = re.compile(
     r"\b(?:multipl(?:y|ied|ier)|divided?|multiplizier\w*|dividier\w*|multiplie[rz]?|divise[rz]?)\b[^\n]{0,60}\d"
     r"|\b(?:force|load|channel|signal|position|polarity|sign|kraft|weg|kanal|vorzeichen)\b[^\n]{0,30}"
     r"\b(?:inverted|reversed|negated|flipped|invertiert|umgekehrt|negiert)\b"
-    r"|^\W*(?:(?:scal(?:e|ing)|conversion|calibration)[ _]factor|multiplier|factor|skalierungsfaktor|faktor)\W{1,4}(?!1(?:[.,]0*)?\s*$)\d",
+    r"|^\W*(?:(?:scal(?:e|ing)|conversion|calibration)[ _]factor|multiplier|factor|skalierungsfaktor|faktor)\W{1,4}"
+    r"(?!1(?:[.,]0*)?\s*$)\d",
     re.I,
 )
 """Words that tell what is to be done to numbers, or was: a factor, a turned sign."""
