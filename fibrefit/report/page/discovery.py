@@ -56,6 +56,7 @@ def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
     told += [
         (f"gap of the {name}", changed(before.ratio_of(name) if before else None, one.ratio))
         for name, one in summary.gap.channels.items()
+        if one.ratio is not None
     ]
     if summary.rounds:
         told.append(("rounds of the search", str(len(summary.rounds))))
