@@ -14,8 +14,8 @@ from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.transform import Range
 
 
-def assembled(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
-    """Sum of the records' own matrices in the places of the free values.
+def assembled(local: Any, columns: Any, size: int) -> Any:
+    """Sum of the records' own matrices in the places of the free values; NumPy or JAX.
 
     Parameters
     ----------
@@ -28,8 +28,11 @@ def assembled(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
     -------
     (size, size)
     """
+    places = columns[:, :, None], columns[:, None, :]
+    if (xp := functions_for(local)) is not np:
+        return xp.zeros((size, size)).at[places].add(local, mode="drop")
     whole = np.zeros((max(size, int(columns.max(initial=0)) + 1),) * 2)
-    np.add.at(whole, (columns[:, :, None], columns[:, None, :]), local)
+    np.add.at(whole, places, local)
     return whole[:size, :size]
 
 

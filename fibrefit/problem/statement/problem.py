@@ -14,7 +14,7 @@ from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.products import column_products
 from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.statement.jump_sides import nearest_side
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.steps import Steps, step_residuals
 from fibrefit.simulation.model import Experiment, Model, Response
@@ -194,8 +194,7 @@ class Problem(eqx.Module):
         local = jax.lax.map(one, (self.layout.local(values), self.observations))
         size, index = self.layout.size, self.layout.local_columns
         rows = jnp.concatenate([index, jnp.full((index.shape[0], 1), size)], axis=1)
-        whole = jnp.zeros((size + 2, size + 2)).at[rows[:, :, None], rows[:, None, :]].add(local)
-        return whole[:-1, :-1] + self.layout.prior_gram(values)
+        return assembled(local, rows, size + 1) + self.layout.prior_gram(values)
 
     def until(self, counts: Any) -> Problem:
         """The problem of the first ``counts`` samples ``(n_record,)`` of each record."""

@@ -14,6 +14,7 @@ from fibrefit.core.programs.products import column_products
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.posterior.random_effects import Conditional
+from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
 
@@ -82,7 +83,7 @@ def _curvature(
     weighted = slopes * weight[..., None]
     local = _over_samples(weighted, slopes)
     rows, size = layout.local_columns, layout.size
-    gram = jnp.zeros((size, size)).at[rows[:, :, None], rows[:, None, :]].add(local, mode="drop")
+    gram = assembled(local, rows, size)
     whole = jnp.zeros((density.size, density.size)).at[:size, :size].set(gram * slope[:, None] * slope)
     cross = None
     if density.random_effects is not None:
