@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
-from fibrefit.report.layout import items, names_apart, numbered, paragraph, section, shortened, table, titled
+from fibrefit.report.layout import items, numbered, paragraph, section, shortened, shortened_names, table, titled
 from fibrefit.report.text import GAP, doubts, earlier_value, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
@@ -131,7 +131,7 @@ def _rounds(summary: DiscoverySummary) -> list[str]:
 
 
 def _places(summary: DiscoverySummary) -> list[str]:
-    short = names_apart(dict.fromkeys(place.record for place in summary.places), LONGEST_NAME - 6)
+    short = shortened_names(dict.fromkeys(place.record for place in summary.places), LONGEST_NAME - 6)
     rows = [
         (
             short[place.record],
@@ -188,7 +188,7 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
     held = {item.record: (item.gap_before, item.gap_after) for item in summary.held_out}
     channels = list(summary.gap.channels)
     worst = sorted(summary.records, key=lambda name: -_size(summary, before, name))
-    short = names_apart(worst[:MOST_RECORDS], LONGEST_NAME)
+    short = shortened_names(worst[:MOST_RECORDS], LONGEST_NAME)
     rows = [
         (
             short[name],

@@ -75,7 +75,7 @@ def shortened(name: str, width: int) -> str:
     return f"{name[: kept - kept // 2]}...{name[len(name) - kept // 2 :]}"
 
 
-def names_apart(names: Iterable[str], width: int) -> dict[str, str]:
+def shortened_names(names: Iterable[str], width: int) -> dict[str, str]:
     """Each name in at most `width` letters, cut in its middle where no other has both ends, as far as that can be.
 
     An extension that all have goes first. The later the cut, the more is left of the beginning.

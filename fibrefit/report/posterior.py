@@ -8,7 +8,7 @@ from functools import partial
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
-from fibrefit.report.text import MATTERS, between_told, rows_of, with_error
+from fibrefit.report.text import MATTERS, between_sentence, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
@@ -77,7 +77,7 @@ def _known(summary: PosteriorSummary) -> list[str]:
     lines.append(paragraph(f"{100 * summary.interval_probability:g} % {kind} credible intervals."))
     if summary.effects:
         lines.append(paragraph(f"The model: the base model and {', '.join(summary.effects)}."))
-    lines += [paragraph(said) for said in filter(None, [between_told(summary.between_records)])]
+    lines += [paragraph(said) for said in filter(None, [between_sentence(summary.between_records)])]
     own = sorted({name for found in summary.records.values() for name in found})
     if own:
         lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import items, names_apart, paragraph, section, table, titled
+from fibrefit.report.layout import items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.series import SeriesSummary
@@ -80,7 +80,7 @@ def _laws(summary: SeriesSummary) -> list[str]:
 def _records(summary: SeriesSummary) -> list[str]:
     names = list(next(iter(summary.records.values())).parameters)
     rows, told = [], dict(list(summary.records.items())[:MOST_RECORDS])
-    short = names_apart(told, LONGEST)
+    short = shortened_names(told, LONGEST)
     for record, one in told.items():
         cells = [short[record]]
         speed = max(one.speeds.values(), key=lambda ends: ends[1], default=None)

@@ -136,11 +136,11 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    between = filter(None, [between_told(summary.between_records)])
-    return lines + [paragraph(said) for said in (*priors_told(summary.parameters), *between, *summary.findings)]
+    between = filter(None, [between_sentence(summary.between_records)])
+    return lines + [paragraph(said) for said in (*prior_sentences(summary.parameters), *between, *summary.findings)]
 
 
-def priors_told(parameters: Mapping[str, ParameterSummary]) -> list[str]:
+def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
     """For each parameter with a prior, how much of its error bar the records leave of it."""
     said = []
     for name, one in parameters.items():
@@ -154,7 +154,7 @@ def priors_told(parameters: Mapping[str, ParameterSummary]) -> list[str]:
     return said
 
 
-def between_told(found: Mapping[str, BetweenRecordsSummary]) -> str:
+def between_sentence(found: Mapping[str, BetweenRecordsSummary]) -> str:
     """How much records differ, where they do; that they agree, in a sentence; empty where nothing was asked."""
     said = []
     for name, between in found.items():

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.report.checks import failures, quantity_of
-from fibrefit.report.layout import WIDTH, names_apart
+from fibrefit.report.layout import WIDTH, shortened_names
 from fibrefit.report.pooled import trend_sentences
-from fibrefit.report.text import fit_report, priors_told, with_error
+from fibrefit.report.text import fit_report, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import InputErrorSummary
@@ -150,17 +150,17 @@ def test_a_failed_check_is_listed_by_what_was_tested_and_a_passed_one_by_its_nam
 
 def test_names_of_records_stay_apart_where_they_are_cut() -> None:
     names = ("trapezoid_60mms_60mm.csv", "trapezoid_450mms_60mm.csv", "trapezoid_200mms_80mm_added.csv")
-    assert list(names_apart(names, 18).values()) == ["trap...60mms_60mm", "trap...450mms_60mm", "trap...80mm_added"]
-    assert names_apart(("drop_5mm.csv", "drop_10mm.csv"), 18) == {
+    assert list(shortened_names(names, 18).values()) == ["trap...60mms_60mm", "trap...450mms_60mm", "trap...80mm_added"]
+    assert shortened_names(("drop_5mm.csv", "drop_10mm.csv"), 18) == {
         "drop_5mm.csv": "drop_5mm",
         "drop_10mm.csv": "drop_10mm",
     }
-    assert names_apart(("a.csv", "a.txt"), 18) == {"a.csv": "a.csv", "a.txt": "a.txt"}
+    assert shortened_names(("a.csv", "a.txt"), 18) == {"a.csv": "a.csv", "a.txt": "a.txt"}
 
 
 @given(st.lists(st.text(min_size=1, max_size=60), min_size=1, unique=True), st.integers(6, 40))
 def test_cut_names_keep_to_their_width(names: list[str], width: int) -> None:
-    short = names_apart(names, width)
+    short = shortened_names(names, width)
     assert list(short) == names
     assert all(len(one) <= width for one in short.values())
 
@@ -176,11 +176,11 @@ def test_cut_names_keep_to_their_width(names: list[str], width: int) -> None:
 def test_a_prior_is_told_with_what_the_records_leave_of_it(error: float, says: str) -> None:
     known = {"prior_centre": 1.9, "prior_error": 0.05}
     mass = s.ParameterSummary(value=1.91, std_error=error, interval_95=(1.8, 2.0), unit="kg", **known)
-    assert priors_told({"mass": mass}) == [says]
+    assert prior_sentences({"mass": mass}) == [says]
     told = " ".join(fit_report(FIT.model_copy(update={"parameters": {"mass": mass}})).split())
     assert says in told
     without = mass.model_copy(update={"prior_centre": None, "prior_error": None})
-    assert priors_told({"mass": without, "held": mass.model_copy(update={"std_error": None})}) == []
+    assert prior_sentences({"mass": without, "held": mass.model_copy(update={"std_error": None})}) == []
 
 
 @pytest.mark.parametrize(

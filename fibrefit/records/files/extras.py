@@ -42,7 +42,7 @@ def require(package: str, extra: str, where: str, what: str) -> ModuleType:
 
 
 @contextlib.contextmanager
-def damage_told(
+def damage_as_error(
     where: str, what: str, expected: str = "a complete file", do: str = "Export it again."
 ) -> Iterator[None]:
     """Whatever a library raises while it reads, as an error that says which file is damaged.

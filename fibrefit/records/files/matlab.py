@@ -15,7 +15,7 @@ from fibrefit.core import units
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import damage_told
+from fibrefit.records.files.extras import damage_as_error
 from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
@@ -79,7 +79,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     DataError
         If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
-    with damage_told(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
+    with damage_as_error(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
         tree = _load(path, Allowance(where, DataError))
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import damage_told, require
+from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
@@ -42,7 +42,7 @@ def read_parquet(data: bytes, where: str) -> Raw:
     """
     require("pyarrow", "parquet", where, "a Parquet file")
     parquet = require("pyarrow.parquet", "parquet", where, "a Parquet file")
-    with damage_told(where, "the Parquet file"):
+    with damage_as_error(where, "the Parquet file"):
         _refuse_large(parquet.read_metadata(io.BytesIO(data)), where)
         table = parquet.read_table(io.BytesIO(data))
         named = [(field, table.column(i)) for i, field in enumerate(table.schema)]

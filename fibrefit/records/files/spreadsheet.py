@@ -11,7 +11,7 @@ from typing import Any
 from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
-from fibrefit.records.files.extras import damage_told, require
+from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.thresholds import FEWEST_ROWS
 
 
@@ -36,7 +36,7 @@ def sheet_text(data: bytes, where: str) -> Text:
         If openpyxl is not installed, the file is damaged, or several sheets hold tables.
     """
     openpyxl = require("openpyxl", "xlsx", where, "a spreadsheet")
-    with damage_told(where, "the spreadsheet", do="Save it again."), warnings.catch_warnings():
+    with damage_as_error(where, "the spreadsheet", do="Save it again."), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # styles and extensions it does not know
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
         sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}

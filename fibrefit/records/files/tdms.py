@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import damage_told, require
+from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score
@@ -40,7 +40,7 @@ def read_tdms(path: Path, where: str) -> Raw:
         If npTDMS is not installed, or the file is damaged.
     """
     nptdms = require("nptdms", "tdms", where, "a TDMS file")
-    with damage_told(where, "the TDMS file"), nptdms.TdmsFile.open(path) as file:
+    with damage_as_error(where, "the TDMS file"), nptdms.TdmsFile.open(path) as file:
         channels = [channel for group in file.groups() for channel in group.channels()]
         Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
         columns = [_column(channel) for channel in channels]

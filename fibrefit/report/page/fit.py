@@ -5,7 +5,7 @@ from __future__ import annotations
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Words
 from fibrefit.report.page.common import gap_line, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
-from fibrefit.report.text import VERDICTS, between_told, priors_told
+from fibrefit.report.text import VERDICTS, between_sentence, prior_sentences
 from fibrefit.study.summaries.summaries import FitSummary
 
 
@@ -15,7 +15,9 @@ def fit_page(result: Result) -> PageContent:
     assert isinstance(summary, FitSummary)
     table = parameters_table(summary.parameters)
     notes = " ".join(
-        filter(None, [between_told(summary.between_records), *priors_told(summary.parameters), *summary.findings])
+        filter(
+            None, [between_sentence(summary.between_records), *prior_sentences(summary.parameters), *summary.findings]
+        )
     )
     view = view_of_fit(result)
     blocks: list[Block | None] = [
