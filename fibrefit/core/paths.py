@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fibrefit.core import allowance
@@ -123,12 +123,19 @@ def record_stems(names: Sequence[str]) -> list[str]:
     """
     ends = [without_end(Path(name).name) for name in names]
     common = Counter(end.casefold() for end in ends)
+    whole = (
+        without_end(name).replace("/", "_") if common[end.casefold()] > 1 else end
+        for name, end in zip(names, ends, strict=True)
+    )
+    return numbered_stems(stem.strip(".")[:_LONGEST_STEM] or "record" for stem in whole)
+
+
+def numbered_stems(stems: Iterable[str]) -> list[str]:
+    """Names with a number behind those that an earlier one is like, where case does not count."""
     taken: set[str] = set()
     found = []
-    for name, end in zip(names, ends, strict=True):
-        whole = without_end(name).replace("/", "_") if common[end.casefold()] > 1 else end
-        stem = first = whole.strip(".")[:_LONGEST_STEM] or "record"
-        number = 2
+    for first in stems:
+        stem, number = first, 2
         while stem.casefold() in taken:
             stem, number = f"{first}_{number}", number + 1
         taken.add(stem.casefold())

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from fibrefit.core.formats import formats_asked
-from fibrefit.core.paths import without_end
+from fibrefit.core.paths import numbered_stems, without_end
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of, in_own_style
 
@@ -89,16 +89,7 @@ def _told(kind: str, caption: str) -> dict[str, str | None]:
 
 def file_names(names: list[str]) -> list[str]:
     """Names fit for any file system, one for each of `names` and no two alike, even where case does not count."""
-    taken: set[str] = set()
-    found = []
-    for name in names:
-        stem = first = _plain(name)
-        number = 2
-        while stem.casefold() in taken:
-            stem, number = f"{first}_{number}", number + 1
-        taken.add(stem.casefold())
-        found.append(stem)
-    return found
+    return numbered_stems(_plain(name) for name in names)
 
 
 def _plain(name: str) -> str:

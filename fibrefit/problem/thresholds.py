@@ -31,3 +31,11 @@ GROWS = 3.0
 noise that does, 2.0 once and else 3.3 to 11."""
 LEVEL_READINGS = 50
 """Readings that tell the noise at a level of the load."""
+SHORTEST_CONTACT = 24
+"""Samples of the shortest contact that tells a shape from its noise."""
+SHORTEST_FLIGHT = 8
+"""Samples of the shortest flight that has a curvature."""
+CREEPS = 0.02
+"""Share of its largest rate below which a drive is at rest: the noise of a smoothed drive is a tenth of that."""
+FEWEST_SPANS = 16
+"""Spans of averaged readings below which noise may look smooth by chance."""

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from fibrefit.problem import thresholds
-from fibrefit.problem.diagnose import inverse_dynamics
+from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases
+from fibrefit.problem.diagnose.exchanged import roughness
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
+from fibrefit.problem.diagnose.phases import moves
 from fibrefit.problem.estimate import hausman
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.noise import growth, whittle
@@ -85,7 +87,39 @@ def told_by(readings: float) -> bool:
         return bool(np.isfinite(growth.growth_and_error(traces, "force")[1]))
 
 
+def touching(samples: float) -> bool:
+    """Whether a contact of 40 ms of which so many positions are known tells of a delay."""
+    times = np.arange(400) / 1000.0
+    force = np.where(np.abs(times - 0.2) < 0.02, 100.0, 0.0)
+    trace = SimpleNamespace(times=times, step=1e-3, channels={"force": force})
+    known = np.where(np.abs(np.arange(400) - 200) < samples / 2, 0.0, np.nan)
+    task: Any = SimpleNamespace(traces=[trace])
+    with patch.object(contacts, "measured_positions", lambda *_: known):
+        return len(contacts._contacts(task)) == 1
+
+
+def flying(samples: float) -> bool:
+    """Whether a flight of so many samples has a curvature, a tenth of them being left out at either end."""
+    return bool(free_flight._stretches(np.pad(np.ones(int(samples), bool), 5)))
+
+
+def driven(share: float) -> bool:
+    """Whether a drive moves at such a share of its largest rate."""
+    rates = np.where(np.arange(2000) < 1000, 1.0, share)[None]
+    return bool(moves(rates, np.arange(2000.0)[None] / 1000.0)[0, 1500])
+
+
+def smooth(spans: float) -> bool:
+    """Whether a ramp of so many spans is told to be smooth."""
+    times = np.arange(5 * int(spans)) / 1000.0
+    return bool(np.isfinite(roughness(times, times)))
+
+
 CASES = (
+    Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
+    Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
+    Bracket("CREEPS", phases, driven, 0.03, 0.014),
+    Bracket("FEWEST_SPANS", exchanged, smooth, 20, 12),
     Bracket("LINE_BY_CHANCE", whittle, line, 18.6, 18.2),
     Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
     Bracket("CLEAR", whittle, clear, 4.0, 2.0),

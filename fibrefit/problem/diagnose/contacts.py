@@ -28,12 +28,11 @@ from fibrefit.problem.diagnose.stretches import (
     without_polynomial,
 )
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import SHORTEST_CONTACT
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.trace import Trace
 
-SHORTEST_CONTACT = 24
-"""Samples of the shortest contact that tells a shape from its noise."""
 TOLD_APART = 1e-6
 """Smallest singular value over the largest below which the two integrals are not told apart."""
 

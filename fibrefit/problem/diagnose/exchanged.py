@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fibrefit.problem.thresholds import FEWEST_SPANS
 from fibrefit.rigs.signals.trace import Trace
 
 SPAN = 5e-3
 """Time over which readings are averaged, in s: noise is small then, and impacts are still seen."""
-LEAST = 16
-"""Spans below which noise may look smooth by chance."""
 
 
 def look_exchanged(traces: Sequence[Trace]) -> bool:
@@ -53,7 +52,7 @@ def roughness(times: np.ndarray, values: np.ndarray) -> float:
     blocks = len(times) // number
     whole = np.interp(times, times[there], values[there])
     means = whole[: blocks * number].reshape(blocks, number).mean(axis=1)
-    if blocks < LEAST or not np.ptp(means) > 0.0:
+    if blocks < FEWEST_SPANS or not np.ptp(means) > 0.0:
         return np.nan
     return float(np.sqrt(np.mean(np.diff(means, 2) ** 2)) / np.std(means))
 

@@ -31,6 +31,7 @@ from fibrefit.problem.diagnose.stretches import (
     without_polynomial,
 )
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import SHORTEST_FLIGHT
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
@@ -38,8 +39,6 @@ from fibrefit.rigs.signals.trace import Trace
 
 EDGE = 0.1
 """Share of a flight at either end that is left out: a force may be late, and a contact begins gently."""
-SHORTEST_FLIGHT = 8
-"""Samples of the shortest flight that has a curvature."""
 RESOLVED = 1e-4
 """Smallest singular value over the largest below which gravity and friction are not told apart: flights one way."""
 

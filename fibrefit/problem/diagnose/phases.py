@@ -11,11 +11,10 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.roles import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.statement.problem import Moved, Problem
+from fibrefit.problem.thresholds import CREEPS
 
 AVERAGED = 0.02
 """Length in s over which the rate of a drive is averaged, and of a pause that is none."""
-CREEPS = 0.02
-"""Share of its largest rate below which a drive is at rest: the noise of a smoothed drive is a tenth of that."""
 
 
 @dataclass(frozen=True)
