@@ -179,6 +179,29 @@ def residual_noise(small: tuple[Task, np.ndarray]) -> Linearised:
     return jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(values)))
 
 
+@pytest.mark.parametrize("freedom", [3.0, 15.0])
+def test_the_information_of_tails_is_what_their_curvature_is_on_average(freedom: float) -> None:
+    valid = np.ones((1, 2, 100_000), dtype=bool)
+    one = likelihood(White(jnp.asarray(valid)), valid, (False, False), True)
+    noise = jnp.log(jnp.array([1.3, 0.7, freedom]))
+    draws = np.random.default_rng(5).standard_t(freedom, valid.shape) * np.exp(noise[:2])[:, None]
+    expected = -jax.hessian(lambda x: one.log_density(jnp.asarray(draws), x))(noise)
+    found = one.information(jnp.asarray(draws), noise)
+    unit = np.sqrt(np.diag(found))
+    np.testing.assert_allclose(found / np.outer(unit, unit), expected / np.outer(unit, unit), atol=0.06)
+
+
+def test_it_is_a_curvature_of_a_maximum_where_the_one_at_hand_is_none() -> None:
+    """Noise without tails, and a level that is assumed too small: a search has to find its way from there."""
+    valid = np.ones((1, 2, 4000), dtype=bool)
+    one = likelihood(White(jnp.asarray(valid)), valid, (False, False), True)
+    residuals = jnp.asarray(np.random.default_rng(5).standard_normal(valid.shape))
+    noise = jnp.log(jnp.array([0.7, 0.7, 15.0]))
+    at_hand = -jax.hessian(lambda x: one.log_density(residuals, x))(noise)
+    assert np.linalg.eigvalsh(at_hand).min() < 0.0
+    assert np.linalg.eigvalsh(one.information(residuals, noise)).min() > 0.0
+
+
 @pytest.mark.parametrize(("kind", "heavy"), [("coloured", True)])
 def test_gradient_is_that_of_differences(
     small: tuple[Task, np.ndarray], residual_noise: Linearised, kind: str, heavy: bool

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -99,6 +100,34 @@ class Likelihood(eqx.Module):
             return self.levels(noise) ** -2
         freedom = jnp.exp(noise[-1])
         return (freedom + 1.0) / (freedom + 3.0) * self.levels(noise) ** -2
+
+    def information(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
+        """Curvature of minus the log density in the noise coordinates, ``(n_noise, n_noise)``.
+
+        Parameters
+        ----------
+        residuals : (n_record, n_channel, n_time) in units of the noise
+        noise : (n_noise,)
+
+        Law
+        ---
+        Of a normal law that of the residuals at hand. Of Student's t its expectation, Fisher's information: away from
+        its maximum that at hand may bend the other way. With the scale s and ν degrees of freedom a sample adds
+        ``2 ν / (ν + 3)`` in ln s, ``-2 ν / ((ν + 1) (ν + 3))`` beside ln ν and in ln ν, ψ' being the trigamma function,
+        ``ν² (ψ'(ν/2) - ψ'((ν + 1)/2)) / 4 - ν (ν + 5) / (2 (ν + 1) (ν + 3))``.
+        """
+        if not self.heavy:
+            return -jax.hessian(lambda x: self.log_density(residuals, x))(noise)
+        freedom = jnp.exp(noise[-1])
+        beyond = (freedom + 1.0) * (freedom + 3.0)
+        trigamma = partial(jax.scipy.special.polygamma, 1)
+        of_freedom = 0.25 * freedom**2 * (trigamma(0.5 * freedom) - trigamma(0.5 * freedom + 0.5))
+        of_freedom -= 0.5 * freedom * (freedom + 5.0) / beyond
+        counts = self.counts[jnp.array([i for i, known in enumerate(self.known) if not known], dtype=int)]
+        beside = -2.0 * freedom / beyond * counts
+        levels = jnp.diag(2.0 * freedom / (freedom + 3.0) * counts)
+        last = jnp.append(beside, jnp.sum(self.counts) * of_freedom)
+        return jnp.vstack([jnp.column_stack([levels, beside]), last])
 
     def constant(self, noise: jax.Array) -> jax.Array:
         """The part of the log density that does not depend on the residuals."""

@@ -93,8 +93,7 @@ def _curvature(
         cross = cross.at[:, :size].multiply(slope[:, None]).at[:, size:].set(0.0)
     if not likelihood.size:
         return whole, cross
-    of_noise = -jax.hessian(lambda x: likelihood.log_density(linear.residuals, x))(noise)
-    return whole.at[size:, size:].set(of_noise), cross
+    return whole.at[size:, size:].set(likelihood.information(linear.residuals, noise)), cross
 
 
 def _over_samples(one: jax.Array, other: jax.Array) -> jax.Array:

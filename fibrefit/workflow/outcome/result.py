@@ -141,6 +141,12 @@ class AnyResult(Shown, ABC):
             ``observed_data``, ``predictions``, ``residuals``. A posterior is thinned to the draws whose likelihood is
             known; ``draws`` and ``result.h5`` hold the others too.
 
+        Notes
+        -----
+        ``arviz_stats.loo(tree)`` and ``arviz_stats.compare({"a": tree, "b": other})`` take it as it is, as does
+        ``arviz_plots``; ArviZ before 1.0 takes ``arviz.from_datatree(tree)``. What is left out in turn is a block of
+        samples.
+
         Raises
         ------
         UsageError
