@@ -101,5 +101,5 @@ def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> No
     gaps = np.array([np.nan if item.gap is None else item.gap for item in items.values()])
     axes.axhline(1.0, color="0.5", linewidth=0.4)
     axes.plot(numbers, gaps, ".", color=BLACK, markersize=3)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.1 * max(1.2, *gaps[np.isfinite(gaps)]))
     label(axes, y="residual RMS / noise")

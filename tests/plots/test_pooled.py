@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fibrefit.plots.batch import _parameters
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary, PopulationSummary, TrendSummary
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")
 MEAN = {"stiffness": 14.7e3, "guide.stribeck_friction.stribeck_speed": 0.02}
@@ -27,6 +28,17 @@ VALUES = {
     record: {name: RecordValue(mean * (1.0 + 0.01 * i), 0.01 * mean, mean, 0.005 * mean) for name, mean in MEAN.items()}
     for i, record in enumerate(RECORDS)
 }
+
+
+def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
+    gaps = {"a": 0.98, "b": 1.02, "c": 3.1}
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", std_error=10.0, free=True)}
+    items = {name: BatchItem(status="ok", gap=gap, parameters=value) for name, gap in gaps.items()}
+    for shown in (("a", "b"), ("a", "b", "c")):
+        axes = _parameters({name: items[name] for name in shown})["parameters"].axes[-1]
+        low, high = axes.get_ylim()
+        assert low == 0.0
+        assert high > 1.05 * max(gaps[name] for name in shown)
 
 
 @pytest.mark.parametrize(

@@ -340,6 +340,13 @@ def test_trends_follow_the_filter_and_a_point_leads_to_its_row(listed: Tab) -> N
     assert listed.page.locator(".items tr.chosen th").inner_text() == "run_10"
 
 
+def test_between_items_in_order_there_is_no_number(listed: Tab) -> None:
+    chart = "fibrefit.trend(document.querySelector('.items'))"
+    listed.ask(f"{chart}.setScale('x', {{ min: 76.2, max: 79.4 }})")
+    listed.wait_for(f"{chart}.scales.x.max < 80 && {chart}.axes[0]._splits.length < 10")
+    assert listed.ask(f"{chart}.axes[0]._splits") == [77, 78, 79]
+
+
 def test_what_the_model_does_not_explain_has_a_mark_of_its_own(listed: Tab) -> None:
     listed.page.locator(".items input").fill("lacks")
     key = ".items .phase-key span"

@@ -20,7 +20,7 @@ const near = new IntersectionObserver((seen) => {
 }, { rootMargin: "800px" });
 
 for (const box of document.querySelectorAll(".records")) near.observe(box);
-for (const box of document.querySelectorAll(".items")) new fibrefit.Items(box);
+const tables = new Map([...document.querySelectorAll(".items")].map((box) => [box, new fibrefit.Items(box)]));
 for (const button of document.querySelectorAll(".compare")) {
   const box = button.closest("article").querySelector(".records");
   button.addEventListener("click", () => alive(box).compare(button.dataset.models.split(",")));
@@ -38,3 +38,4 @@ const wanted = target && document.getElementById(target);
 if (wanted) wanted.scrollIntoView({ block: "start" });
 
 fibrefit.view = (id) => alive(document.getElementById(id));
+fibrefit.trend = (box) => tables.get(box).plotted;

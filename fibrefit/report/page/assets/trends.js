@@ -4,6 +4,7 @@
 const { element: make, css, axes } = fibrefit;
 const STATES = { ok: "--ok", suspect: "--suspect", failed: "--failed", "not possible": "--failed" };
 const HEIGHT = 320;
+const PLACES = [0, 1, 2, 3, 4, 5].flatMap((zeros) => [1, 2, 5].map((digit) => digit * 10 ** zeros));  // between items: no half of one
 
 const LACKS = ", model lacks something";
 
@@ -60,10 +61,13 @@ fibrefit.trends = (items) => {
     const reach = rows.map((row, i) => [data[1][i] - 2 * error(row, y), data[1][i] + 2 * error(row, y)]).flat();
     const low = Math.min(...reach), high = Math.max(...reach), margin = 0.06 * (high - low) || 1;
     plot?.destroy();
-    plot = new uPlot({
+    plot = items.plotted = new uPlot({
       width: width(), height: HEIGHT, legend: { show: false }, padding: [10, 14, 0, 0],
       scales: { x: { time: false, range: (u, a, b) => { const slack = 0.03 * (b - a) || 1; return [a - slack, b + slack]; } }, y: { range: () => [low - margin, high + margin] } },
-      axes: [axes.across(across.selectedOptions[0].textContent), axes.upwards(up.selectedOptions[0].textContent)],
+      axes: [
+        { ...axes.across(across.selectedOptions[0].textContent), incrs: x < 0 ? PLACES : undefined },
+        axes.upwards(up.selectedOptions[0].textContent),
+      ],
       cursor: { drag: { x: false, y: false }, points: { show: false } },
       series: [{}, ...states.map((name) => ({ label: name, paths: () => null, points: { show: true, ...mark(name) } }))],
       hooks: {
