@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+import inspect
+from typing import Any, ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +11,27 @@ import jax.numpy as jnp
 from fibrefit.laws.law import INSTANTS, Effect, FibreLaw, GuideLaw, Moment, quantity
 
 
-class Change(Effect):
+class OfOneForm(Effect):
+    """A law that is of one form with others: its docstring holds what is its own, and takes the rest from the form.
+
+    Attributes
+    ----------
+    page : str
+        Sections that all laws of this form share; they stand behind the law.
+    """
+
+    page: ClassVar[str] = ""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        own = inspect.cleandoc(cls.__doc__ or "")
+        # The members of a family have the whole page of the law already.
+        if "name" in vars(cls) and cls.page.strip() not in own:
+            law, title, source = own.partition("Source\n")
+            cls.__doc__ = f"{law.rstrip()}{cls.page}{title}{source}"
+
+
+class Change(OfOneForm):
     """A relative change of something, which a law names and limits."""
 
     def relative(self) -> jax.Array:
@@ -21,6 +42,18 @@ class Change(Effect):
 class ChangeSince(Change):
     """From one record on."""
 
+    page: ClassVar[str] = """
+
+Parameters
+----------
+change : () a pure number
+    a.
+
+Valid range
+-----------
+a > -1.
+
+"""
     family: ClassVar[str] = "since"
     change: jax.Array = quantity("-", "relative change", 0.5)
 
@@ -32,6 +65,20 @@ class ChangeSince(Change):
 class ChangeAtInstant(ChangeSince):
     """At an instant of one record."""
 
+    page: ClassVar[str] = """
+
+Parameters
+----------
+change : () a pure number
+    a.
+instant : () a pure number
+    t_s over the length of the record.
+
+Valid range
+-----------
+a > -1.
+
+"""
     timed: ClassVar[bool] = True
     sudden: ClassVar[bool] = True
     family: ClassVar[str] = "in"
@@ -47,6 +94,20 @@ class ChangeAtInstant(ChangeSince):
 class SettlingChange(Change):
     """While a record lasts, to what it settles at."""
 
+    page: ClassVar[str] = """
+
+Parameters
+----------
+drift : () a pure number
+    a, what it comes to.
+settling_time : () in s
+    τ; long against the record, the change is a steady one.
+
+Valid range
+-----------
+τ from some samples on; of a much longer one, only a/τ is known.
+
+"""
     timed: ClassVar[bool] = True
     drift: jax.Array = quantity("-", "relative change in the end", 0.5)
     settling_time: jax.Array = quantity("s", "time in which it settles", 1.0, lower=0.01, upper=100.0, log=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import Effect, FibreLaw, GuideLaw, quantity
+from fibrefit.laws.forms_of_change import OfOneForm
+from fibrefit.laws.law import FibreLaw, GuideLaw, quantity
 
 SLOW, MEDIUM, TOP = 0.05, 0.2, 0.8
 """Speeds in m/s of the knots of a monotone curve."""
@@ -20,25 +20,12 @@ LEAST = 0.05
 """What a law with an added power leaves of the base law."""
 
 
-class FunctionOfSpeed(Effect):
+class FunctionOfSpeed(OfOneForm):
     """A relative change that goes with speed.
 
     A form of it says how (`relative`), a place what is changed; a law is one of each and has a `change` with limits of
-    its own. The docstring of a law holds what is its own, and takes the rest from its form.
-
-    Attributes
-    ----------
-    page : str
-        Sections that all laws of this form share; they stand behind the law.
+    its own.
     """
-
-    page: ClassVar[str] = ""
-
-    def __init_subclass__(cls, **keywords: Any) -> None:
-        super().__init_subclass__(**keywords)
-        if "name" in vars(cls):
-            law, title, source = inspect.cleandoc(cls.__doc__ or "").partition("Source\n")
-            cls.__doc__ = f"{law.rstrip()}{cls.page}{title}{source}"
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """The relative change at a `speed` in m/s of either sign."""

@@ -15,15 +15,6 @@ class FrictionChange(ChangeSince, OfFriction):
     ---
     Level ``F_c (1 + a)`` in that record and all that follow in the study.
 
-    Parameters
-    ----------
-    change : () a pure number
-        a.
-
-    Valid range
-    -----------
-    a > -1.
-
     Source
     ------
     Coulomb friction, with two levels.

@@ -15,17 +15,6 @@ class FrictionDrift(SettlingChange, OfFriction):
     ---
     Level ``F_c (1 + a (1 - exp(-t/τ)))``, t from the first sample.
 
-    Parameters
-    ----------
-    drift : () a pure number
-        a, what it comes to.
-    settling_time : () in s
-        τ; long against the record, the change is a steady one.
-
-    Valid range
-    -----------
-    τ from some samples on; of a much longer one, only a/τ is known.
-
     Source
     ------
     Approach to a new state; warming lubricants: Bittencourt and Gunnarsson, J. Dyn. Syst. Meas. Control 134

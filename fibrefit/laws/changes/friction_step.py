@@ -15,17 +15,6 @@ class FrictionStep(ChangeAtInstant, OfFriction):
     ---
     Level ``F_c (1 + a)`` from the instant t_s on.
 
-    Parameters
-    ----------
-    change : () a pure number
-        a.
-    instant : () a pure number
-        t_s over the length of the record.
-
-    Valid range
-    -----------
-    a > -1.
-
     Source
     ------
     Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138, on friction that does not repeat.

@@ -15,15 +15,6 @@ class StiffnessChange(ChangeSince, OfStiffness):
     ---
     Elastic tension ``k e (1 + a)`` in that record and all that follow in the study.
 
-    Parameters
-    ----------
-    change : () a pure number
-        a.
-
-    Valid range
-    -----------
-    a > -1.
-
     Source
     ------
     Linear elasticity, with two constants.

@@ -15,17 +15,6 @@ class StiffnessDrift(SettlingChange, OfStiffness):
     ---
     Elastic tension ``k e (1 + a (1 - exp(-t/τ)))``, t from the first sample.
 
-    Parameters
-    ----------
-    drift : () a pure number
-        a, what it comes to.
-    settling_time : () in s
-        τ; long against the record, the change is a steady one.
-
-    Valid range
-    -----------
-    τ from some samples on; of a much longer one, only a/τ is known.
-
     Source
     ------
     Approach to a new state; e.g. heating of polymer fibres under cyclic load.

@@ -15,17 +15,6 @@ class StiffnessStep(ChangeAtInstant, OfStiffness):
     ---
     Elastic tension ``k e (1 + a)`` from the instant t_s on.
 
-    Parameters
-    ----------
-    change : () a pure number
-        a.
-    instant : () a pure number
-        t_s over the length of the record.
-
-    Valid range
-    -----------
-    a > -1.
-
     Source
     ------
     Daniels, Proc. R. Soc. A 183 (1945): a bundle whose threads break one by one.
