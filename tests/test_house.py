@@ -276,7 +276,17 @@ def numbers_compared(tree: ast.Module) -> set[str]:
     return found - {"0.0", "1.0"}
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if not m.endswith("thresholds") and judges(MODULES[m])))
+#: Modules of `records` whose constants are units of time, the form of a file, or how many lines a sentence names.
+FORMS = {"records.clock.wall_clock", "records.files.block", "records.files.matlab_sizes", "records.grammar.phrases"}
+
+
+def decides(module: str) -> bool:
+    """Whether a module is held to the thresholds of its floor; of `records` each is, as nearly all of it decides."""
+    reads = module.startswith("records.") and module not in FORMS
+    return not module.endswith("thresholds") and (reads or judges(MODULES[module]))
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if decides(m)))
 def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None:
     found = numbers_compared(MODULES[module])
     assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
