@@ -8,6 +8,7 @@ from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
 from tests.records.exports.rounds.tenth import TENTH
+from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.twelfth import TWELFTH
 
 ROUNDS: dict[str, list[Export]] = {
@@ -17,4 +18,5 @@ ROUNDS: dict[str, list[Export]] = {
     "tenth": TENTH,
     "eleventh": ELEVENTH,
     "twelfth": TWELFTH,
+    "thirteenth": THIRTEENTH,
 }
