@@ -16,7 +16,7 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import tokens
-from fibrefit.records.grammar.worth import worth_told
+from fibrefit.records.grammar.worth import are_whole, worth_told
 from fibrefit.records.thresholds import TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
@@ -36,14 +36,15 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
     found = list(columns)
     for beside in columns:
         words = tokens(beside.name)
-        if beside.unit is not None or len(words) < 2 or not worth_told({beside.name: -2.0}, np.ones(1)):
-            continue
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
-        for i, column in enumerate(columns) if present.size else ():
+        if beside.unit is not None or len(words) < 2 or not present.size:
+            continue
+        for i, column in enumerate(columns):
             if column is beside or column.worth or column.clock or tokens(column.name)[:1] != words[:1]:
                 continue
+            kind = np.ones(1, np.int64 if are_whole(column.numbers.values) else np.float64)
             # Where it changes from row to row, one of its values that would change something tells enough.
-            told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, present))), "")
+            told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, kind))), "")
             found[i] = replace(column, worth=f'column "{beside.header}" ({told})') if told else found[i]
     return found
 

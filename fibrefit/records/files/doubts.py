@@ -19,7 +19,16 @@ from fibrefit.records.grammar.headings import LONGEST_HEADING, PLAIN_KINDS
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import kinds_named, score, tokens
-from fibrefit.records.grammar.worth import ALWAYS_APPLIED, COMMON_FACTOR, SCALE_LABEL, TO_DO, contradicted, may_apply
+from fibrefit.records.grammar.worth import (
+    ALWAYS_APPLIED,
+    COMMON_FACTOR,
+    OF_COUNTS,
+    SCALE_LABEL,
+    TO_DO,
+    are_whole,
+    contradicted,
+    may_apply,
+)
 from fibrefit.records.options import ReadOptions
 
 #: A sentence on a unit, and a statement of a number.
@@ -30,6 +39,7 @@ _UNIT_OF = re.compile(
     r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)", re.I
 )
 _BY_LETTER = re.compile(r"(?:^|[\s(\[])[x*\u00d7]\s?(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])")
+_NUMBERS = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
 _UNIT_ALONE = re.compile(r"\W*(?:units?|einheit(?:en)?)\W{1,4}([^\s;,\"]+)\W*", re.I)
 _STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
@@ -149,6 +159,8 @@ def refuse_told(
         about = [c for c in plain if not {c.header, c.name, f"column {c.number}"} & said and not _said_of(c, options)]
         if listed is not None and number == listed[0]:
             told = [c for c in about if c is listed[2]]
+        elif OF_COUNTS.search(line) and any(map(_is_whole, about)):
+            told = [c for c in about if _is_whole(c)] if any(map(_changes, _NUMBERS.findall(line))) else []
         elif TO_DO.search(line) or _is_formula(line, columns):
             told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about[-1:]
         else:
@@ -221,8 +233,7 @@ def _own_scale(column: RawColumn, line: str) -> bool:
 
 
 def _is_whole(column: RawColumn) -> bool:
-    values = column.numbers.values[np.isfinite(column.numbers.values)]
-    return values.size > 0 and bool((values == np.round(values)).all()) and bool(np.ptp(values) > 1)
+    return are_whole(column.numbers.values)
 
 
 def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str) -> None:

@@ -36,7 +36,7 @@ _NAMES = (
     "signals",
     "headers",
 )
-_UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit")
+_UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
@@ -190,6 +190,8 @@ class _Hdf5:
                 told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
                 tree.setdefault(_WORTH, {})[name] = worth_told(told, tree[name])
             for key, value in _said(item).items() if not hasattr(item, "items") else ():
+                if isinstance(value, str) and key.casefold().replace("_", "") in _UNITS:
+                    continue
                 while key in tree and not np.array_equal(tree[key], value):
                     key += " "  # the same of another array, and not the same number: told beside the first
                 tree[key] = value
@@ -273,6 +275,7 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
     by_key = {key.casefold().replace("_", ""): value for key, value in tree.items()}
     names = next((by_key[key] for key in _NAMES if isinstance(by_key.get(key), list)), None)
     given = next((by_key[key] for key in _UNITS if key in by_key), None)
+    given = None if isinstance(given, str) and units.expression(given) is None else given
     for key, value in tree.items():
         header = f"{prefix}{key}"
         if isinstance(value, dict):
@@ -368,6 +371,8 @@ def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
             yield from _scalars(value)
         elif isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "iuf":
             words = key.casefold().split("_") if "_" in key else tokens(key)  # tokens would part kHz
-            beside = next((tree[name] for name in (f"{key}_unit", f"{key}_units") if name in tree), None)
+            beside = next(
+                (tree[name] for name in (f"{key}_unit", f"{key}_units", f"{key[:1]}_unit") if name in tree), None
+            )
             named = words[-1] if len(words) > 1 and words[-1] in _IN_NAMES else ""
             yield key, value, beside if isinstance(beside, str) else _unit_of(given, key) or named

@@ -76,7 +76,7 @@ def _pattern(keys: str) -> re.Pattern[str]:
 
 #: A line that begins with the bare word, or consists of it: "Rate: 2 kHz".
 _BARE_RATE = re.compile(
-    rf"[\W_]*(?:rate|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])])?()\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
+    rf"[\W_]*(?:rate|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])]|[ ](k?hz))?\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
     re.IGNORECASE,
 )
 #: The same of anything: of the samples, of the motion, of a filter.

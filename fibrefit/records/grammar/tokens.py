@@ -23,7 +23,8 @@ _DATE = (
     + _MONTH
     + r")[./ -]\d{4}|\d{1,2}[./-]\s?\d{1,2}[./-]\s?(?:\d{4}|\d{2})|\d{4}[./-]\d{1,2}[./-]\d{1,2})"
 )
-_TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,:]\d+)?|[.,]\d+)?"
+# Two digits behind a third colon may be hundredths, or frames of a film: they are no time that can be read in one way.
+_TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,]\d+|:\d{3,})?|[.,]\d+)?"
 _HALF = r"(?:\s?[aApP]\.?[mM]\.?)?"
 _ZONE = r"(?:\s?(?P<zone>Z|[+-]\d{2}:?\d{2}))?"
 

@@ -27,9 +27,11 @@ _PER = re.compile(r"[a-z]_?per_?[a-z]|coeff|polynom|koeff", re.I)
 #: Numbers noted beside whole numbers that are no factor of them.
 _HARMLESS = re.compile(
     r"rate|freq|hz|filter|range|min|max|bit|serial|id|number|channel|index|sample|count$|size|length|time|date|t0|dt|start|stop"
-    r"|version|precision|decimals|digits|fill|valid|missing|step|interval|delay|mean|std|rms|level|order|class|type|width",
+    r"|version|fill|valid|missing|step|interval|delay|mean|std|rms|level|order|class|type|width",
     re.I,
 )
+#: How many decimals are to be counted off.
+_PLACES = re.compile(_WORD.format("(?:decimals?|digits|exponent|power|precision|nachkommastellen)"), re.I)
 #: Words for the side from which numbers are counted: below zero they were turned round. And words that say so.
 _SIDES = re.compile(_WORD.format("(?:polarity|sign|direction|polarit[a\u00e4]t|vorzeichen)"), re.I)
 _TURNED = re.compile(_WORD.format("(?:inverted|negated|reversed|invertiert|negiert|flipped)"), re.I)
@@ -43,6 +45,13 @@ TO_DO = re.compile(
     re.I,
 )
 """Words that tell what is to be done to numbers, or was: a factor, a turned sign."""
+
+OF_COUNTS = re.compile(
+    r"\b(?:resolution|aufl[o\u00f6]sung|lsb|full[ -]?scale|calib\w*|kalibr\w*|sensitivity|gain|slope|quanti[sz]\w*)\b"
+    r"|\bper count\b|/\s?count|\bcounts?\s*=|\by\s*=",
+    re.I,
+)
+"""Words of a line above whole numbers after which these may be counts."""
 
 COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
 """What MATLAB shows above a matrix whose numbers it shows divided by it."""
@@ -93,6 +102,8 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
         # Beside whole numbers, which may be counts, any number not known to be of something else may be a factor.
         if idle is None and (_PER.search(key) or (whole and number not in (0.0, -1.0) and not _HARMLESS.search(key))):
             idle = 1.0
+        if idle is None and whole and _PLACES.search(key):
+            idle = 0.0
         if number is None and _PER.search(key) and np.size(value) > 1 and np.asarray(value).dtype.kind in "iuf":
             told.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")
         if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
@@ -102,6 +113,12 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
         if number is not None and idle is not None and number != idle:
             told.append(f"{key} = {number:g}")
     return ", ".join(told[:3])
+
+
+def are_whole(values: np.ndarray) -> bool:
+    """Whether numbers are whole, and not two neighbours alone, as counts are."""
+    present = values[np.isfinite(values)]
+    return present.size > 0 and bool((present == np.round(present)).all()) and bool(np.ptp(present) > 1)
 
 
 def contradicted(told: Iterable[str | None]) -> str:
