@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tests.records.exports.base import Export
 from tests.records.exports.rounds.eleventh import ELEVENTH
+from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
@@ -19,4 +20,5 @@ ROUNDS: dict[str, list[Export]] = {
     "eleventh": ELEVENTH,
     "twelfth": TWELFTH,
     "thirteenth": THIRTEENTH,
+    "fourteenth": FOURTEENTH,
 }
