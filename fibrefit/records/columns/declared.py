@@ -16,7 +16,7 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import tokens
-from fibrefit.records.grammar.worth import are_whole, worth_told
+from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, worth_told
 from fibrefit.records.thresholds import TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
@@ -26,14 +26,17 @@ Scaled = tuple[Scale, float, str]
 
 
 def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
-    """Columns beside which another one holds what their numbers may still have to be multiplied by or moved by.
+    """Columns beside which another one, or their heading, holds what their numbers may still have to be multiplied by.
 
     Parameters
     ----------
     columns : sequence of RawColumn
-        As read: ``force_N`` and ``force_scale``.
+        As read: ``force_N`` and ``force_scale``, or ``force [N] (LSB 0.001)`` above whole numbers.
     """
-    found = list(columns)
+    found = [
+        replace(c, worth=f'"{c.header}"') if OF_COUNTS.search(c.header) and are_whole(c.numbers.values) else c
+        for c in columns
+    ]
     for beside in columns:
         words = tokens(beside.name)
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]

@@ -215,6 +215,10 @@ def _said(line: str, mark: str, axis: str) -> Iterator[_Said]:
         if unit is None or (not is_step and _AT_MOST.search(line[: match.start()])):
             continue
         numbers = _numbers(match.group(3), mark, in_groups=unit in ("", "us", "ns") if is_step else True)
+        if not is_step and unit[:1] in ("k", "M") and len(numbers) == 1:
+            # "1.024 kHz" above decimal commas: so many thousands are as unlikely as decimals by the other mark.
+            other = _numbers(match.group(3), "," if mark == "." else ".", in_groups=True)
+            numbers = list(dict.fromkeys([*numbers, *other]))
         yield from _meant(numbers, unit or (axis if is_step else ""), quoted, is_step)
     for match in _PER_SAMPLE.finditer(line):
         if units.kind_of(match.group(2)) == "time":
