@@ -15,7 +15,7 @@ from fibrefit.records.grammar.dialect import Dialect
 from fibrefit.records.grammar.digits import masked_with
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.header import Header
-from fibrefit.records.grammar.headings import LONGEST_HEADING, PLAIN_KINDS
+from fibrefit.records.grammar.headings import PLAIN_KINDS
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import kinds_named, score, tokens
@@ -30,6 +30,7 @@ from fibrefit.records.grammar.worth import (
     may_apply,
 )
 from fibrefit.records.options import ReadOptions
+from fibrefit.records.thresholds import LONGEST_HEADING
 
 #: A sentence on a unit, and a statement of a number.
 _IN_UNIT = re.compile(
@@ -164,7 +165,8 @@ def refuse_told(
         elif TO_DO.search(line) or _is_formula(line, columns):
             told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about[-1:]
         else:
-            told = [c for c in about if _other_unit(c, line) or _own_scale(c, line)]
+            said_here = _units_of(line)
+            told = [c for c in about if _other_unit(c, said_here) or _own_scale(c, line)]
         if told and not any(c.scale for c in declared.values()):
             got = f'"{line.strip()[:60]}" beside numbers that may be before it'
             do = f'Say what one is worth: {{ column = "{told[0].header}", scale = "..." }} under [channels]; '
@@ -199,25 +201,33 @@ def _said_of(column: RawColumn, options: ReadOptions) -> bool:
 
 def _is_formula(line: str, columns: Sequence[RawColumn]) -> bool:
     """Whether a line multiplies a column, by its name, with a number."""
-    return any(
-        re.search(rf"[\d)]\s*[*\u00b7\u00d7]\s*{re.escape(c.name)}(?!\w)|(?<!\w){re.escape(c.name)}\s*[*/]\s*\d", line)
-        for c in columns
-        if c.name
-    ) or any(
-        set(tokens(c.name)) & set(tokens(line)) and bool(c.name) and any(map(_changes, _BY_LETTER.findall(line)))
-        for c in columns
-    )
-
-
-def _other_unit(column: RawColumn, line: str) -> bool:
-    """Whether a line says that all quantities of a column's kind are in another unit than it has."""
-    alone = _UNIT_ALONE.fullmatch(line)
-    if alone and contradicted([column.unit, alone[1]]):
-        return units.kind_of(alone[1]) == units.kind_of(column.unit or "")
-    for words, unit in (*_IN_UNIT.findall(line), *_UNIT_OF.findall(line)):
-        if units.kind_of(unit) in kinds_named(words) and contradicted([column.unit, unit]):
-            return units.kind_of(unit) == units.kind_of(column.unit or "")
+    if not any(sign in line for sign in "*/x\u00b7\u00d7"):
+        return False
+    words = set(tokens(line))
+    by_letter = any(map(_changes, _BY_LETTER.findall(line)))
+    for name in {c.name for c in columns if c.name and c.name in line}:
+        own = re.escape(name)
+        if by_letter and set(tokens(name)) & words:
+            return True
+        if re.search(rf"[\d)]\s*[*\u00b7\u00d7]\s*{own}(?!\w)|(?<!\w){own}\s*[*/]\s*\d", line):
+            return True
     return False
+
+
+def _units_of(line: str) -> list[tuple[set[str], str]]:
+    """Units that a line states of all quantities of some kinds; of whatever has it where it names none."""
+    alone = _UNIT_ALONE.fullmatch(line)
+    if alone:
+        return [({units.kind_of(alone[1]) or ""}, alone[1])]
+    return [(kinds_named(words), unit) for words, unit in (*_IN_UNIT.findall(line), *_UNIT_OF.findall(line))]
+
+
+def _other_unit(column: RawColumn, said: Sequence[tuple[set[str], str]]) -> bool:
+    """Whether a line says that a column's quantity is in another unit than it has."""
+    own = units.kind_of(column.unit or "")
+    return any(
+        own == units.kind_of(unit) and own in kinds and bool(contradicted([column.unit, unit])) for kinds, unit in said
+    )
 
 
 def _own_scale(column: RawColumn, line: str) -> bool:

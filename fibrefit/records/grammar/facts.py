@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 
 from fibrefit.core import units
 from fibrefit.core.units import format_number
-from fibrefit.records.thresholds import FASTEST_LIKELY, FASTEST_RATE, MOST_SAMPLES, SLOWEST_LIKELY, SLOWEST_RATE
+from fibrefit.records.thresholds import (
+    FASTEST_LIKELY,
+    FASTEST_RATE,
+    LONGEST_HEADING,
+    MOST_SAMPLES,
+    SLOWEST_LIKELY,
+    SLOWEST_RATE,
+)
 
 _SAMPLING = (
     r"(?:sampl\w*|abtast\w*|mess|measur\w*|scan|data|acquisition|acq\w*|daq|log\w*|record\w*|erfassungs?"
@@ -180,7 +187,7 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
         if match[0][-2:].strip() and match[0].split()[1].rstrip("ndrsth.") != "1":
             return f'"{facts.quoted}" beside "{match[0]}", which may be a rate of more samples than are here'
     stated = [line for line in lines if len(facts.rates) == 1 and (_RATE.search(line) or _BARE_RATE.match(line))]
-    for line in stated:
+    for line in (line for line in stated if len(line) <= LONGEST_HEADING):
         turn = _IN_TURN.search(line)
         others = [m[2] + m[3] for m in _FREQUENCY.finditer(line) if not _OF_OTHERS.search(m[1])]
         if turn or len(set(others)) > 1:
