@@ -11,9 +11,6 @@ import pytest
 
 import fibrefit
 
-#: Examples that take a minute: they run with the long studies.
-LONG = ("series_of",)
-
 
 def examples_of(thing: Any, name: str) -> list[doctest.DocTest]:
     finder = doctest.DocTestFinder(recurse=False)
@@ -28,10 +25,7 @@ def carried_out(tests: list[doctest.DocTest], folder: Path, monkeypatch: pytest.
     return runner.summarize(verbose=False)
 
 
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in fibrefit.__all__]
-
-
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", fibrefit.__all__)
 def test_the_example_is_true(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     offered = getattr(fibrefit, name)
     function = offered if inspect.isfunction(offered) else type(offered).__call__

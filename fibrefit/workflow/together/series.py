@@ -186,9 +186,13 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
 
     Examples
     --------
-    >>> found = fibrefit.series_of(fibrefit.example("drop_series"))
-    >>> found.answer, len(found.to_dataframe())
-    ('constant', 15)
+    >>> found = fibrefit.series_of(fibrefit.example("lubricated_guide"))
+    >>> found.answer
+    'speed_law'
+    >>> found.sentence
+    'One set of parameters does not serve all speeds: friction rises from ...
+    >>> len(found.to_dataframe())  # three parameters of three records
+    9
     """
     began, tell = time.perf_counter(), progress or quiet
     study = as_study(study)
