@@ -31,7 +31,7 @@ from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import descend, widths
+from fibrefit.fitting.search.solve import MAX_STEPS, ROUGH_STEPS, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
@@ -120,7 +120,7 @@ def identify(
     found = _search(searched, starts, seed, tell, stop)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
-    if not input_errors(task) and not stop():
+    if not task.noisy_inputs and not stop():
         found = searched_nearby(searched.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
     values, second = _settled(searched, width, found, stop)
@@ -176,8 +176,9 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
         task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
     )
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
+    steps = ROUGH_STEPS if task.noisy_inputs else MAX_STEPS
     return collected(
-        problem.layout, began, search(problem, problem.layout.free(began), task.horizons, on_progress, stop)
+        problem.layout, began, search(problem, problem.layout.free(began), task.horizons, on_progress, stop, steps)
     )
 
 

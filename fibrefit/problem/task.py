@@ -50,6 +50,12 @@ class Task:
     steps: Mapping[str, Steps] = field(default_factory=dict)
 
     @property
+    def noisy_inputs(self) -> tuple[str, ...]:
+        """Inputs that were measured with noise."""
+        known = {name: self.input_noise.get(name) for name in self.problem.model.rig.inputs}
+        return tuple(name for name, noise in known.items() if noise is not None and not noise.silent)
+
+    @property
     def counts(self) -> np.ndarray:
         """The first way, ``(n_stage, n_record)``; its last stage is the whole of each record."""
         return self.horizons[0]

@@ -95,6 +95,17 @@ def test_blocks_whiten_as_the_filter_does(valid: np.ndarray, longer: int) -> Non
     np.testing.assert_allclose(np.asarray(in_blocks(whitening).whiten(rows[0])), expected[0], rtol=EXACT, atol=EXACT)
 
 
+@pytest.mark.parametrize(("kind", "exact"), [(float, EXACT), (np.float32, 1e-5)])
+def test_many_rows_are_whitened_in_blocks_by_products_of_matrices(valid: np.ndarray, kind: type, exact: float) -> None:
+    whitening = coloured(valid)
+    rows = np.where(valid, np.random.default_rng(5).standard_normal((3, *valid.shape)), 0.0)
+    expected = np.moveaxis(np.asarray(whitening.whiten_rows(jnp.asarray(rows))), 0, 1)
+    found = in_blocks(whitening).whiten_many(np.moveaxis(rows, 0, 1).astype(kind))
+    assert found.dtype == kind
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=exact * np.abs(expected).max())
+    np.testing.assert_array_equal(np.moveaxis(found, 1, 0)[:, ~valid], 0.0)
+
+
 def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
     bank, lags = bank_of([2000.0, 1000.0], 0.15), np.arange(40)
     found = coloured(valid).autocovariance(40) * UNITS[:, :, None] ** 2

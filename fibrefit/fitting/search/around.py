@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.multistart import CHUNK, basins_of
-from fibrefit.fitting.search.solve import EXACT, descend_all, gram_at, widths
+from fibrefit.fitting.search.solve import EXACT, Care, descend_all, gram_at, widths
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.statement.problem import Problem, gram_root
 
@@ -41,7 +41,8 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         values, cost = starts.values[best], float(starts.cost[best])
         places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), look)
         began, width = np.clip(places, low, high), widths(problem, layout.free(values))
-        found = descend_all(problem, layout.free(began), width, counts, np.ones(CHUNK, dtype=bool), np.asarray(EXACT))
+        active, care = np.ones(CHUNK, dtype=bool), Care(np.asarray(EXACT))
+        found = descend_all(problem, layout.free(began), width, counts, active, care)
         ends = np.asarray(found.cost)
         lower = cost - ends.min() > SETTLED
         if not lower and not look:

@@ -6,12 +6,12 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.solve import EXACT, NEAR, Descent, descend_all, widths
+from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, Care, Descent, descend_all, widths
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 
@@ -55,6 +55,10 @@ def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float]
     return starts
 
 
+Run = Callable[[np.ndarray], Descent]
+"""Descents from the starts of these numbers over one horizon."""
+
+
 class Searched(NamedTuple):
     """Where starts ended, and which of them came to an end before someone stopped the search.
 
@@ -75,6 +79,7 @@ def search(
     horizons: np.ndarray,
     on_progress: Callable[[float], None],
     stop: Callable[[], bool] = lambda: False,
+    steps: int = MAX_STEPS,
 ) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
 
@@ -93,12 +98,15 @@ def search(
     stop : callable
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.
+    steps : int
+        Of a start in one horizon, at the most.
 
     Raises
     ------
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
+    follow = partial(_run, problem, steps)
     number, stages = len(starts), horizons.shape[1]
     way = np.arange(number) % len(horizons)
     leader = np.arange(number)
@@ -108,7 +116,7 @@ def search(
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
             width = _widths_at_best(problem, found, horizons[way, stage])
-            run = _run(problem, found, width, horizons[way], stage)
+            run = follow(found, width, horizons[way], stage)
             tell = lambda share, stage=stage: on_progress((stage + share) / stages)  # noqa: E731
             ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
             reached = lost | np.isin(leader, done)
@@ -116,7 +124,7 @@ def search(
                 known = _as_far_as_known(found, ended, leader, reached)
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
-                return _best_alone(problem, known, width, horizons[way], stage, reached)
+                return _best_alone(follow, known, width, horizons[way], stage, reached)
             found = Descent(*(leaf[leader] for leaf in ended))
             if stage < stages - 1:
                 lost |= _are_lost(found.cost / horizons[way, stage].sum(axis=-1))
@@ -131,14 +139,14 @@ def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.
     return widths(problem.until(counts[best]), found.free[best])
 
 
-def _run(problem: Problem, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Any:
+def _run(problem: Problem, steps: int, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Run:
     near = EXACT if stage == counts.shape[1] - 1 else NEAR
-    return partial(_part, problem, found.free, width, counts[:, stage], near)
+    return partial(_part, problem, found.free, width, counts[:, stage], Care(np.asarray(near), steps))
 
 
 def _stage(
     pool: Executor,
-    run: Callable[[np.ndarray], Descent],
+    run: Run,
     found: Descent,
     going: np.ndarray,
     on_progress: Callable[[float], None],
@@ -161,7 +169,7 @@ def _stage(
 
 
 def _best_alone(
-    problem: Problem, known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
+    follow: Callable[..., Run], known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
 ) -> Searched:
     """The best start of all that got as far as any, followed to its end."""
     ahead = reached & np.isfinite(known.cost)
@@ -173,7 +181,7 @@ def _best_alone(
         raise stopped
     best = np.array([int(np.argmin(cost))])
     for later in range(first, counts.shape[1]):
-        end = _run(problem, known, width, counts, later)(best)
+        end = follow(known, width, counts, later)(best)
         end = end._replace(steps=known.steps[best] + end.steps)
         known = Descent(*(_put(old, best, new) for old, new in zip(known, end, strict=True)))
     return Searched(known, np.arange(len(reached)) == best[0])
@@ -195,12 +203,12 @@ def _put(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
 
 
 def _part(
-    problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, near: float, part: np.ndarray
+    problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, care: Care, part: np.ndarray
 ) -> Descent:
     """Descents from the starts `part`; a short part is filled up, since one of another length is another program."""
     rows = np.resize(part, CHUNK)
     active = np.arange(CHUNK) < len(part)
-    ended = descend_all(problem, frees[rows], width, counts[rows], active, np.asarray(near))
+    ended = descend_all(problem, frees[rows], width, counts[rows], active, care)
     return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
 
 

@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -82,7 +81,7 @@ class View:
             check_time()
             steps = targets - local[:, columns]
             linear = self.problem.followed(local)[0]
-            return np.asarray(_products(linear, places, steps, self.whitening, self.sensitivities))
+            return _products(linear, places, steps, self.whitening, self.sensitivities)
 
         return of
 
@@ -164,27 +163,34 @@ def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
     return middle + np.sqrt(number) * np.concatenate([moved, -moved])
 
 
-@kept_program
 def _products(
     linear: Linearised,
     places: np.ndarray,
-    steps: jax.Array,
+    steps: np.ndarray,
     whitening: RowWhitening | None,
     sensitivities: InputSensitivities | None,
-) -> jax.Array:
+) -> np.ndarray:
     """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
-    residuals = linear.residuals
+    residuals = np.asarray(linear.residuals)
     if sensitivities is not None:
-        residuals = jnp.where(residuals != 0.0, residuals + sensitivities.offset.reshape(residuals.shape), 0.0)
-    moved = linear.slopes[..., places] * steps[:, None, None, :]
-    rows = jnp.moveaxis(jnp.concatenate([moved, residuals[..., None]], axis=-1), -1, 0)
-    rows = rows if whitening is None else whitening.whiten_rows(rows)
-    rows = jnp.moveaxis(rows, 0, 1).reshape(rows.shape[1], rows.shape[0], -1)
-    grams = row_products(rows, rows)
+        offset = np.asarray(sensitivities.offset).reshape(residuals.shape)
+        residuals = np.where(residuals != 0.0, residuals + offset, 0.0)
+    moved = np.asarray(linear.slopes)[..., places] * steps[:, None, None, :]
+    rows = np.moveaxis(np.concatenate([moved, residuals[..., None]], axis=-1), -1, 1)
+    rows = rows if whitening is None else np.asarray(_whitened(whitening, rows))
+    rows = rows.reshape(*rows.shape[:2], -1)
+    grams = rows @ np.swapaxes(rows, 1, 2)
     if sensitivities is None:
         return grams
     pulled = pulled_by(sensitivities, rows)
-    return grams - jnp.einsum("riw,rwv,rjv->rij", pulled, sensitivities.inverse, pulled)
+    eliminated: np.ndarray = grams - pulled @ np.asarray(sensitivities.inverse) @ np.swapaxes(pulled, 1, 2)
+    return eliminated
+
+
+@kept_program
+def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
+    """Innovations of ``(n_record, n_row, n_channel, n_time)``."""
+    return jnp.moveaxis(whitening.whiten_rows(jnp.moveaxis(rows, 1, 0)), 0, 1)
 
 
 def apart(unknowns: Unknowns, place: Place, seen: View, horizons: np.ndarray) -> Place:

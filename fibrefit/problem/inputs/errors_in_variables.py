@@ -54,14 +54,13 @@ def input_errors(task: Task) -> dict[str, InputErrors]:
     """What is known of each noisy input of a task; empty where there is none."""
     size = task.problem.observations.experiment.times.shape[1]
     known = {}
-    for name in task.problem.model.rig.inputs:
-        noise = task.input_noise.get(name)
-        if noise is not None and not noise.silent:
-            durations = np.array([float(trace.times[-1] - trace.times[0]) for trace in task.traces])
-            numbers = wave_numbers(noise, durations)
-            sizes = np.array([amplitudes(noise, *of) for of in zip(durations, numbers, strict=True)])
-            weights = stacked_weights([_smoother(trace, name) for trace in task.traces], size)
-            known[name] = InputErrors(numbers, sizes, durations, weights)
+    for name in task.noisy_inputs:
+        noise = task.input_noise[name]
+        durations = np.array([float(trace.times[-1] - trace.times[0]) for trace in task.traces])
+        numbers = wave_numbers(noise, durations)
+        sizes = np.array([amplitudes(noise, *of) for of in zip(durations, numbers, strict=True)])
+        weights = stacked_weights([_smoother(trace, name) for trace in task.traces], size)
+        known[name] = InputErrors(numbers, sizes, durations, weights)
     return known
 
 

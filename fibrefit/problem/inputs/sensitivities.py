@@ -11,14 +11,12 @@ import numpy as np
 
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, expanded, input_errors
 from fibrefit.problem.inputs.linearity_weights import downweights
-from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.coloured import Coloured
-from fibrefit.problem.noise.whitening import Levelled
+from fibrefit.problem.noise.whitening import Levelled, Whitening
 from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.task import Task
 
-CHUNK = 64
-"""Sensitivities that are whitened at once."""
 NEGLIGIBLE = 0.1
 """Power an error of the inputs adds to the readings, in units of their noise, below which it is left to the noise: it
 would lower a sum of squares by less than a tenth of what noise adds to it in that direction."""
@@ -176,26 +174,26 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
     return left, np.array(waves)
 
 
-def whitened_sensitivities(
-    sensitivities: InputSensitivities, whitening: Coloured | BlockFilter | Levelled
-) -> InputSensitivities:
+def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Whitening | BlockFilter) -> InputSensitivities:
     """Sensitivities seen through a whitening; what they are before it is not changed."""
-    rows = _whitened_rows(whitening, sensitivities.rows, sensitivities.downweight.shape[1])
-    return sensitivities._replace(rows=rows, inverse=_inverses(rows))
+    rows = np.asarray(sensitivities.rows)
+    channels = rows.reshape(*rows.shape[:2], sensitivities.downweight.shape[1], -1)
+    white = jnp.asarray(_whitened(whitening, channels).reshape(rows.shape), dtype=rows.dtype)
+    return sensitivities._replace(rows=white, inverse=_inverses(white))
 
 
-def _whitened_rows(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array, channels: int) -> jax.Array:
-    parts = []
-    for first in range(0, rows.shape[1], CHUNK):
-        some = rows[:, first : first + CHUNK].astype(float)
-        split = jnp.moveaxis(some.reshape(*some.shape[:2], channels, -1), 1, 0)
-        parts.append(jnp.moveaxis(_whitened(whitening, split), 0, 1).reshape(some.shape).astype(rows.dtype))
-    return jnp.concatenate(parts, axis=1)
+def _whitened(whitening: Any, rows: np.ndarray) -> np.ndarray:
+    """Innovations of ``(n_record, n_row, n_channel, n_time)``, which are many."""
+    if isinstance(whitening, Levelled):
+        return _whitened(whitening.whitening, rows) / np.asarray(whitening.level)[:, None]
+    if isinstance(whitening, Coloured):
+        return in_blocks(whitening).whiten_many(rows)
+    return whitening.whiten_many(rows) if isinstance(whitening, BlockFilter) else np.asarray(_each(whitening, rows))
 
 
 @jax.jit
-def _whitened(whitening: Coloured | BlockFilter | Levelled, rows: jax.Array) -> jax.Array:
-    return whitening.whiten_rows(rows)
+def _each(whitening: Whitening, rows: jax.Array) -> jax.Array:
+    return jnp.moveaxis(jax.lax.map(whitening.whiten, jnp.moveaxis(rows, 1, 0)), 0, 1)
 
 
 __all__ = [

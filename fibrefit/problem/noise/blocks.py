@@ -16,6 +16,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.noise.coloured import Coloured, swapped
@@ -67,6 +68,28 @@ class BlockFilter(eqx.Module):
         _, before = jax.lax.scan(on, nothing, (self.carry, self.drive @ blocks))
         innovations = self.taps @ blocks + self.onto @ before
         return jnp.transpose(innovations, (4, 1, 2, 0, 3)).reshape(*rows.shape[:3], number * BLOCK)[..., :time]
+
+    def whiten_many(self, rows: np.ndarray) -> np.ndarray:
+        """Innovations of so many residuals ``(n_record, n_row, n_channel, n_time)`` that products of matrices pay.
+
+        NumPy's are several times as fast as those of a compiled program, in the precision of the rows.
+        """
+        number, time = len(self.taps), rows.shape[-1]
+        taps, onto, drive, carry = (np.asarray(part, dtype=rows.dtype) for part in jax.tree.leaves(self))
+        white = np.empty_like(rows)
+        for r, some in enumerate(rows):
+            padded = np.pad(some, [(0, 0)] * 2 + [(0, number * BLOCK - time)])
+            blocks = np.ascontiguousarray(padded.reshape(*some.shape[:2], number, BLOCK).transpose(2, 1, 3, 0))
+            before = drive[:, r] @ blocks
+            state = np.zeros_like(before[0])
+            for block, after in zip(carry[:, r], before, strict=True):
+                driven = after.copy()
+                after[:] = state
+                state = block @ state + driven
+            innovations = taps[:, r] @ blocks
+            innovations += onto[:, r] @ before
+            white[r] = innovations.transpose(3, 1, 0, 2).reshape(padded.shape)[..., :time]
+        return white
 
 
 @kept_program
