@@ -242,6 +242,17 @@ def test_the_readout_tells_the_sample_under_the_cursor(seen: Tab) -> None:
     assert ("slack", "taut, loading", "taut, unloading")[phase[0, at] - 1] in said
 
 
+def test_a_point_is_marked_only_where_it_is_the_sample_that_is_told(seen: Tab) -> None:
+    widths = "[...document.querySelectorAll('.panel .u-cursor-pt')].map((one) => one.offsetWidth)"
+    for act, level, width in (("whole()", 1, 0), ("zoom(1.0, 1.1)", 0, 6)):
+        seen.ask(f"{VIEW}.{act}")
+        box = seen.box(".panel .u-over")
+        seen.page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 40)
+        seen.page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 40)
+        assert seen.ask(f"{VIEW}.level") == level
+        assert max(seen.ask(widths)) == width
+
+
 def test_numbers_of_the_readout_keep_their_size_and_the_digits_that_count(seen: Tab) -> None:
     values = [1230.0, 1000.0, -120.0, 0.0153142, 20000.0, 3.0]
     assert seen.ask(f"{values}.map(fibrefit.written.number)") == ["1230", "1000", "-120", "0.01531", "20000", "3"]

@@ -106,7 +106,8 @@ function panel(element, options, levels, own) {
     cursor: {
       // The others follow the cursor; only the panel that was dragged over zooms.
       sync: { key: own.key, filters: { sub: (what) => what === "mousemove" || what === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, y: false,
-      points: { size: 6 }, bind: { dblclick: () => () => own.whole() },
+      // Of a thinned line the point at hand is an extreme near by, not the sample that the readout tells.
+      points: { size: () => (own.exact() ? 6 : 0) }, bind: { dblclick: () => () => own.whole() },
     },
     hooks: {
       drawClear: [(u) => { if (options.residual) fillNoise(u); fillTimes(u, own.marks(options.channel), css("--place")); }],

@@ -88,7 +88,7 @@ class Records {
     this.panel.replaceChildren();
     this.drawn = fibrefit.panels(this.panel, this.view, mine, samples, {
       key: this.box.id, shown: this.at.shown, band: this.band, width: () => this.width, whole: () => this.whole(),
-      zoom: (from, to) => this.zoom(from, to), hover: (instant) => this.hover(instant), marks: (channel) => this.marks(channel),
+      exact: () => this.level === 0, zoom: (from, to) => this.zoom(from, to), hover: (instant) => this.hover(instant), marks: (channel) => this.marks(channel),
     });
     const there = [...new Set(samples.phase ?? [])].sort();
     this.key.replaceChildren(...there.map((phase) => {
