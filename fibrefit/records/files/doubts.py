@@ -41,6 +41,11 @@ _UNIT_OF = re.compile(
 )
 _BY_LETTER = re.compile(r"(?:^|[\s(\[])[x*\u00d7]\s?(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?![\w.])")
 _NUMBERS = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
+_FAULT = re.compile(
+    r"\b(?:fault\w*|errors?|invalid|bad|fail\w*|over(?:load|flow|range)\w*|disconnected|fehler\w*|st[o\u00f6]rung)\b",
+    re.I,
+)
+_NO_FAULT = re.compile(r"\b(?:no|not|none|without|kein\w*|ohne|0)\b", re.I)
 _UNIT_ALONE = re.compile(r"\W*(?:units?|einheit(?:en)?)\W{1,4}([^\s;,\"]+)\W*", re.I)
 _STATED = re.compile(r"\W*([^=:;,\t]{2,60}?)\s*[=:;,\t]\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)(?![\d.,:/-])")
 
@@ -163,7 +168,8 @@ def refuse_told(
         elif OF_COUNTS.search(line) and any(map(_is_whole, about)):
             told = [c for c in about if _is_whole(c)] if any(map(_changes, _NUMBERS.findall(line))) else []
         elif TO_DO.search(line) or _is_formula(line, columns):
-            told = [c for c in about if set(tokens(c.name)) & set(tokens(line))] or about[-1:]
+            told = [c for c in about if set(tokens(c.name)) & set(tokens(line))]
+            told = told or [c for c in about if units.kind_of(c.unit or "") in kinds_named(line)] or about[-1:]
         else:
             said_here = _units_of(line)
             told = [c for c in about if _other_unit(c, said_here) or _own_scale(c, line)]
@@ -293,7 +299,7 @@ def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:
     (n_rows,) bool array
         None of them true where it names no bad rows.
     """
-    known = {cell: kind_of_cell(cell, mark) for cell in set(cells)}
+    known = {cell: _state(cell, mark) for cell in set(cells)}
     kinds = [known[cell] for cell in cells]
     bad = np.array(
         [
@@ -302,6 +308,11 @@ def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:
         ]
     )
     return bad if 2 * int(bad.sum()) < kinds.count("text") + int(bad.sum()) else np.zeros(len(kinds), bool)
+
+
+def _state(cell: str, mark: str) -> str:
+    """Kind of a cell of a column of states: one that speaks of a fault, and of no lack of one, is no number."""
+    return "not a number" if _FAULT.search(cell) and not _NO_FAULT.search(cell) else kind_of_cell(cell, mark)
 
 
 def without_bad(

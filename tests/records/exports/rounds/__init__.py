@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tests.records.exports.base import Export
 from tests.records.exports.rounds.eleventh import ELEVENTH
+from tests.records.exports.rounds.fifteenth import FIFTEENTH
 from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
@@ -21,4 +22,5 @@ ROUNDS: dict[str, list[Export]] = {
     "twelfth": TWELFTH,
     "thirteenth": THIRTEENTH,
     "fourteenth": FOURTEENTH,
+    "fifteenth": FIFTEENTH,
 }
