@@ -193,8 +193,9 @@ def _verdict(
     if alarms or readings:
         gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in readings[:1]]
         told = [alarm.statement for alarm in alarms] or gains
-        unsaid = Statement("none_tried" if tried else "all_untried")
-        return "unexplained", (unsaid if cut else Statement("no_effect"), *told)
+        if cut and not (tried or best.effects):
+            return "not_trusted", (Statement("all_untried"), *told)
+        return "unexplained", (Statement("none_tried" if cut else "no_effect"), *told)
     if cut and not best.effects:
         return "not_trusted", (Statement("time_ended"),)
     # Innovations are noise, and no curve explains more than what was named.

@@ -242,14 +242,19 @@ def test_slopes_that_are_no_numbers_tell_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cut", "tried", "said"), [(True, False, "all_untried"), (True, True, "none_tried"), (False, True, "no_effect")]
+    ("cut", "tried", "said"),
+    [
+        (True, False, ("not_trusted", "all_untried")),
+        (True, True, ("unexplained", "none_tried")),
+        (False, True, ("unexplained", "no_effect")),
+    ],
 )
 def test_a_gap_of_which_nothing_was_tried_is_not_told_as_one_that_nothing_accounts_for(
-    cut: bool, tried: bool, said: str
+    cut: bool, tried: bool, said: tuple[str, str]
 ) -> None:
     alarm = Alarm("rest", 1e-9, 1e-4)
     verdict, reason = conclusion._verdict(cast(Any, SimpleNamespace(effects=())), [alarm], [], cut, tried)
-    assert (verdict, reason[0].identifier) == ("unexplained", said)
+    assert (verdict, reason[0].identifier) == said
 
 
 @pytest.mark.parametrize("cut", [True, False])

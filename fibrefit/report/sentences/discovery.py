@@ -229,7 +229,9 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "none_tried": lambda facts: (
         "A gap is left that no effect that was tried accounts for, and the time ended before all was tried."
     ),
-    "all_untried": lambda facts: "A gap is left, and the time ended before any effect was tried.",
+    "all_untried": lambda facts: (
+        "A gap is left, and the time ended before any effect was tried; more is given by --time."
+    ),
     "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
     "curve_left": _curve_left,
     "event": _event,
