@@ -26,7 +26,7 @@ positive = st.floats(1e-9, 1e9)
     angle=st.floats(-6.28, 6.28),
     zero=st.floats(-1e3, 1e3),
     stiffness=positive,
-    name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), min_size=1),
+    name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs"], exclude_characters="\0"), min_size=1),
     shared=st.booleans(),
 )
 def test_resolved_studies(
