@@ -320,8 +320,12 @@ def test_an_unreadable_study_among_many_is_one_failed_job(series: Path, tmp_path
 def test_words_that_name_no_study_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="a folder without studies"):
         origins_of([str(tmp_path)], None, ())
+    bare = tmp_path / "drop.csv"
+    with pytest.raises(UsageError, match="no such file"):
+        origins_of([str(bare)], None, ())
+    bare.write_text("time [s],force [N]\n0,0\n")
     with pytest.raises(UsageError, match="Add --rig fibre_mass"):
-        origins_of(["drop.csv"], None, ())
+        origins_of([str(bare)], None, ())
 
 
 def test_one_identification_is_that_of_the_fit(study: Study, folder: Path) -> None:
