@@ -28,10 +28,10 @@ from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
-from fibrefit.fitting.search.multistart import collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import collected, most_steps, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import MAX_STEPS, ROUGH_STEPS, descend, widths
+from fibrefit.fitting.search.solve import descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
@@ -176,10 +176,8 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
         task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
     )
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
-    steps = ROUGH_STEPS if task.noisy_inputs else MAX_STEPS
-    return collected(
-        problem.layout, began, search(problem, problem.layout.free(began), task.horizons, on_progress, stop, steps)
-    )
+    free, steps = problem.layout.free(began), most_steps(task)
+    return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, steps))
 
 
 def _rate(task: Task) -> float:

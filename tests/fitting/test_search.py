@@ -67,6 +67,13 @@ def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
     assert found.descent.steps[2] < np.delete(found.descent.steps, 2).min()
 
 
+def test_starts_take_no_more_steps_than_they_are_given(task: Task, found: Identification) -> None:
+    began = task.problem.layout.free(found.starts.values[:1] * 1.3)
+    few = search(task.problem, began, task.horizons, lambda _: None, steps=2).descent
+    enough = search(task.problem, began, task.horizons, lambda _: None).descent
+    assert few.steps[0] <= 2 * task.horizons.shape[1] < enough.steps[0]
+
+
 def test_the_cost_of_a_descent_is_that_of_its_end(task: Task, found: Identification) -> None:
     for values, cost in zip(found.starts.values, found.starts.cost, strict=True):
         assert cost == pytest.approx(gram_at(task.problem, values)[-1, -1], rel=1e-6)

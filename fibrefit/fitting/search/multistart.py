@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, Care, Descent, descend_all, widths
+from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, ROUGH_STEPS, Care, Descent, descend_all, widths
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
 
 LOST = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
@@ -53,6 +54,11 @@ def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float]
         value = centre[i] * spread[slot.name] ** (2.0 * share - 1.0)
         starts[1:, i] = np.clip(value, slot.range.lower, slot.range.upper)
     return starts
+
+
+def most_steps(task: Task) -> int:
+    """Steps of a start in one horizon, see `ROUGH_STEPS`."""
+    return ROUGH_STEPS if task.noisy_inputs else MAX_STEPS
 
 
 Run = Callable[[np.ndarray], Descent]
