@@ -9,7 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
+from fibrefit.discovery.engine.secant import SecantGram, Seed
+from fibrefit.discovery.engine.slopes import Slopes
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.problem.estimate.gauss_newton import SETTLED, mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
@@ -46,6 +48,9 @@ class Bench:
             moved[:, column] = targets[:, i]
             rows.append(self.residuals(moved) - here)
         return jnp.asarray(np.stack(rows, axis=1))
+
+    def slopes(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> Slopes:
+        return Supermodel.slopes(self, local, columns, targets, counts)  # type: ignore[arg-type]
 
 
 def found_with(gram: Any) -> PosteriorMode:
@@ -94,7 +99,7 @@ def test_a_wrong_seed_leads_to_the_same_mode() -> None:
     exact, seeds = found_with(gram_of(bench.residuals)), []
 
     def keep(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        seeds.append(slopes_at(other, local, columns, targets, COUNTS))  # type: ignore[arg-type]
+        seeds.append(other.slopes(local, columns, targets, COUNTS))
         return seeds[0].grams(None)
 
     local_grams(unknowns(), begun(unknowns()), keep)
@@ -108,7 +113,7 @@ def test_a_seed_saves_the_simulations_it_stands_for() -> None:
     bench, seeds, of = Bench(linear), [], unknowns()
 
     def keep(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        seeds.append(slopes_at(bench, local, columns[:2], targets[:, :2], COUNTS))  # type: ignore[arg-type]
+        seeds.append(bench.slopes(local, columns[:2], targets[:, :2], COUNTS))
         return gram_of(bench.residuals)(local, columns, targets)
 
     whole = local_grams(of, begun(of), keep)
@@ -141,7 +146,7 @@ def test_errors_of_inputs_are_eliminated() -> None:
     inverse = np.linalg.inv(np.eye(2) + pulls @ np.swapaxes(pulls, 1, 2))
     bench = Bench(Linear.drawn(1, TRUTH), 0.0, SimpleNamespace(rows=pulls.astype(np.float32), inverse=inverse))
     local, columns = begun(unknowns()).rest, np.arange(2)
-    slopes = slopes_at(bench, local, columns, local[:, :2] + 1e-3, COUNTS)  # type: ignore[arg-type]
+    slopes = bench.slopes(local, columns, local[:, :2] + 1e-3, COUNTS)
     left = np.eye(40) - np.swapaxes(pulls, 1, 2) @ inverse @ pulls
     expected = slopes.rows @ left @ np.swapaxes(slopes.rows, 1, 2)
     keep = [1, 2, 0]

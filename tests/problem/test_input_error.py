@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.formulate.formulate import formulate
-from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines
+from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines, stacked_weights
 from fibrefit.problem.inputs.errors_in_variables import (
     CHUNK,
     corrected,
@@ -72,6 +72,24 @@ def test_the_weights_are_those_of_the_smoother() -> None:
     parabola = 0.01 + 0.3 * times - 2.0 * times**2
     found = smoothed(parabola, times, "made")
     np.testing.assert_allclose(found, np.column_stack([parabola, 0.3 - 4.0 * times]), atol=1e-9)
+
+
+def test_weights_that_recur_are_kept_once() -> None:
+    random = np.random.default_rng(0)
+    times = np.arange(900) / 2000.0
+    values = 0.05 * np.abs(np.sin(20.0 * times)) + 1e-5 * random.standard_normal(900)
+    values[37] = np.nan
+    records = [smoother(values[:800], times[:800], "made"), smoother(values, times, "made")]
+    kinds, kind = stacked_weights(records, 1000)
+    for r, weights in enumerate(records):
+        np.testing.assert_allclose(kinds[r][kind[r, : len(weights)]], weights, atol=1e-10 * np.abs(weights).max())
+        # What is beyond the end of a record is nothing.
+        assert not np.any(kinds[r][kind[r, len(weights) :]])
+        assert len(np.unique(kind[r])) < 0.5 * len(weights)
+    # Weights that all differ are all kept.
+    apart = random.standard_normal((300, 7, 2))
+    kinds, kind = stacked_weights([apart], 300)
+    np.testing.assert_array_equal(kinds[0][kind[0]], apart)
 
 
 def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: dict[str, InputErrors]) -> None:

@@ -13,7 +13,8 @@ from fibrefit.discovery.engine.effort import astray, descent, first_steps
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
-from fibrefit.discovery.engine.secant import SecantGram, Seed, Slopes, slopes_at
+from fibrefit.discovery.engine.secant import SecantGram, Seed
+from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
@@ -179,7 +180,7 @@ class Scales:
         seen, kept = self.yardstick.on(parent.frame), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(slopes_at(seen, local, columns, targets, self.context.whole))
+            kept.append(seen.slopes(local, columns, targets, self.context.whole))
             return kept[0].grams(seen.sensitivities)
 
         local_grams(unknowns, found.place, gram)
@@ -322,7 +323,7 @@ class Scales:
         seen, number = self.yardstick.on(frame), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            further = slopes_at(seen, local, columns[number:], targets[:, number:], self.context.whole)
+            further = seen.slopes(local, columns[number:], targets[:, number:], self.context.whole)
             return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.sensitivities)
 
         return gram

@@ -18,10 +18,11 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
+from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted
-from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
@@ -158,10 +159,17 @@ class Supermodel:
         OutOfTimeError
             If there is no time left, see `time_limit`.
         """
+        return self.slopes(local, columns, targets, counts).grams(self.sensitivities)
+
+    def slopes(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> Slopes:
+        """Whitened residuals and their changes, and their products with what errors of inputs do.
+
+        Parameters and errors as `grams`.
+        """
         rows = self.rows(local, columns, targets, counts)
-        grams = np.asarray(_products(rows, len(self.problem.observations.weight), self.pulls, self.whitening))
-        keep = np.r_[1 : 1 + len(columns), 0]
-        return grams[:, keep][:, :, keep]
+        white = whitened_rows(rows, len(self.problem.observations.weight), self.whitening)
+        kept = np.asarray(white)[:, : 1 + len(columns)]
+        return Slopes(kept, None if self.sensitivities is None else pulled_by(self.sensitivities, kept))
 
     def rows(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> jax.Array:
         """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``; padded with zero, not whitened.
@@ -338,27 +346,6 @@ def _rows(
         return rows
 
     return jax.lax.map(one, (local, targets, problem.observations, counts, offset))
-
-
-@kept_program
-def _products(
-    rows: jax.Array, number: int, sensitivities: tuple[jax.Array, jax.Array] | None, whitening: BlockFilter | None
-) -> jax.Array:
-    """Gram matrices of the rows of `number` channels, whitened, the errors of inputs eliminated."""
-    rows = whitened_rows(rows, number, whitening)
-    if sensitivities is None:
-        return jax.lax.map(lambda rows: row_products(rows, rows), rows)
-
-    def one(row: tuple) -> jax.Array:
-        rows, (pulls, inverse) = row
-        gram = row_products(rows, rows)
-        # Rows differ by many orders of magnitude: single precision is that of each row.
-        size = jnp.sqrt(jnp.diag(gram))
-        size = jnp.where(size > 0.0, size, 1.0)
-        pulled = row_products((rows / size[:, None]).astype(pulls.dtype), pulls).astype(float) * size[:, None]
-        return gram - pulled @ inverse @ pulled.T
-
-    return jax.lax.map(one, (rows, sensitivities))
 
 
 @kept_program

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -20,6 +20,10 @@ MOST = 1024
 """Most cosines for a record; a longer one has a lower highest frequency."""
 CHUNK = 16
 """Cosines whose effects are found in one pass along the motion."""
+ALIKE = 1e-11
+"""Difference of two weights of the smoother, of the largest one, up to which they are the same but for rounding."""
+KINDS = 256
+"""Distinct weights are padded to multiples of this, so that records share a compiled program."""
 LINE_WIDTH = 1.0
 """Half width in Hz of the band in which the line of the mains may lie."""
 
@@ -34,14 +38,17 @@ class InputErrors(NamedTuple):
     size : (n_record, n_wave)
         Amplitude of each cosine, in SI units, for a coefficient of one.
     duration : (n_record,) in s
-    weights : (n_record, n_time, n_near, 2)
-        Of the smoother.
+    weights : (n_record, n_kind, n_near, 2)
+        Of the smoother, those of all instants that have the same ones once.
+    kind : (n_record, n_time) int
+        Which of them an instant has.
     """
 
     numbers: Any
     size: Any
     duration: Any
     weights: Any
+    kind: Any
 
 
 def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) -> Signals:
@@ -56,14 +63,14 @@ def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) ->
     near = known.weights.shape[1]
     pace = jnp.pi / known.duration
     shift = (times[1] - times[0]) * (jnp.arange(near) - near // 2) * pace * numbers[:, None]
-    even, odd = (jnp.einsum("wi,tik->wkt", wave, known.weights) for wave in (jnp.cos(shift), jnp.sin(shift)))
+    even, odd = (jnp.einsum("wi,cik->wkc", wave, known.weights) for wave in (jnp.cos(shift), jnp.sin(shift)))
     angle = pace * (times - times[0])
     turn = jnp.cos(angle), jnp.sin(angle)
 
     def on(here: tuple[jax.Array, jax.Array], of: tuple) -> tuple[tuple[jax.Array, jax.Array], jax.Array]:
         (cosine, sine), (size, even, odd) = here, of
         after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
-        return after, size * (even * cosine - odd * sine)
+        return after, size * (even[:, known.kind] * cosine - odd[:, known.kind] * sine)
 
     begun = jnp.cos(numbers[0] * angle), jnp.sin(numbers[0] * angle)
     return Signals(*jnp.moveaxis(jax.lax.scan(on, begun, (size, even, odd))[1], 1, 0))
@@ -81,23 +88,23 @@ def taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, coeff
     """Inputs of one record without their errors."""
     cleaned = dict(inputs)
     for name in known:
-        smooth = _smoothed(error_signal(times, known[name], coefficients[name]), known[name].weights)
+        weights = known[name].weights[known[name].kind]
+        smooth = _smoothed(error_signal(times, known[name], coefficients[name]), weights)
         cleaned[name] = Signals(inputs[name].values - smooth[:, 0], inputs[name].slopes - smooth[:, 1])
     return cleaned
 
 
 def error_signal(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
-    """Error of an input at each instant, before the smoother, ``(n_time,)``; see `smoothed_cosines`."""
+    """Error of an input at each instant, before the smoother, ``(n_time,)``; see `smoothed_cosines`.
+
+    The angle of a cosine is that of the first of its `CHUNK` and a few half periods more: by the theorem of addition
+    the sum is two products of matrices, and few functions are evaluated.
+    """
     angle, first = jnp.pi * (times - times[0]) / known.duration, known.numbers[::CHUNK, None]
-    turn = jnp.cos(angle), jnp.sin(angle)
-
-    def on(here: tuple[jax.Array, jax.Array, jax.Array], amplitude: jax.Array) -> tuple[tuple, None]:
-        cosine, sine, error = here
-        after = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
-        return (*after, error + amplitude @ cosine), None
-
-    begun = jnp.cos(first * angle), jnp.sin(first * angle), jnp.zeros_like(angle)
-    return jax.lax.scan(on, begun, (known.size * wave).reshape(-1, CHUNK).T)[0][2]
+    further = jnp.arange(CHUNK)[:, None] * angle
+    parts = (known.size * wave).reshape(-1, CHUNK)
+    even, odd = parts @ jnp.cos(further), parts @ jnp.sin(further)
+    return jnp.sum(jnp.cos(first * angle) * even - jnp.sin(first * angle) * odd, axis=0)
 
 
 def amplitudes(noise: Noise, duration: float, numbers: np.ndarray) -> np.ndarray:
@@ -129,11 +136,34 @@ def wave_numbers(noise: Noise, durations: np.ndarray) -> np.ndarray:
     return np.concatenate(runs, axis=1)
 
 
-def stacked_weights(weights: list[np.ndarray], size: int) -> np.ndarray:
-    """Weights of all records, ``(n_record, size, n_near, 2)``, padded with nothing."""
+def stacked_weights(weights: Sequence[np.ndarray], size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of all records, and which of them each instant has: `InputErrors`.
+
+    Away from the ends and from corners of the motion all instants of an even clock have the same weights.
+
+    Parameters
+    ----------
+    weights : sequence of (n_time, n_near, 2)
+        Of each record.
+    size : int
+        Instants of the longest, the padding counted; in it all weights are zero.
+    """
     widest = max(each.shape[1] for each in weights)
-    stacked = np.zeros((len(weights), size, widest, 2))
-    for place, each in zip(stacked, weights, strict=True):
-        edge = (widest - each.shape[1]) // 2
-        place[: len(each), edge : edge + each.shape[1]] = each
-    return stacked
+    found = [_distinct(each) for each in weights]
+    number = KINDS * (1 + max(len(kinds) for kinds, _ in found) // KINDS)
+    stacked = np.zeros((len(weights), number, widest, 2))
+    kind = np.zeros((len(weights), size), dtype=np.int32)
+    for r, (kinds, places) in enumerate(found):
+        edge = (widest - kinds.shape[1]) // 2
+        stacked[r, 1 : 1 + len(kinds), edge : edge + kinds.shape[1]] = kinds
+        kind[r, : len(places)] = 1 + places
+    return stacked, kind
+
+
+def _distinct(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows ``(n_kind, ...)`` that differ by more than rounding, and which of them each instant has."""
+    flat = weights.reshape(len(weights), -1)
+    size = np.abs(weights).max(axis=(0, 1)) * ALIKE
+    rounded = np.round(weights / np.where(size > 0.0, size, 1.0)).reshape(flat.shape)
+    _, first, places = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return weights[first], places.reshape(-1)
