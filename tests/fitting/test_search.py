@@ -13,12 +13,14 @@ import pytest
 from fibrefit.fitting.error_bars import Z_95
 from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
+from fibrefit.fitting.search import multistart
 from fibrefit.fitting.search.multistart import (
     LOST,
     SAME_BASIN,
     Searched,
     _are_lost,
     _leaders,
+    as_long_as_needed,
     collected,
     search,
     sobol_starts,
@@ -33,6 +35,7 @@ from fibrefit.problem.task import Task
 from tests.fitting import made
 
 MOST_FROM_NEARBY = 12
+LONG = 3000
 
 
 def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
@@ -65,6 +68,42 @@ def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
     assert found.ended.all()
     assert not np.isfinite(found.descent.cost[2])
     assert found.descent.steps[2] < np.delete(found.descent.steps, 2).min()
+
+
+@pytest.fixture(scope="module")
+def long_task(tmp_path_factory: pytest.TempPathFactory) -> Task:
+    """Two drops that are recorded for long after their first contacts."""
+    return made.task(tmp_path_factory.mktemp("long"), made.records(samples=LONG))
+
+
+def length_of(problem: Problem) -> int:
+    return int(problem.observations.experiment.times.shape[1])
+
+
+def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(
+    long_task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, near = long_task.problem, long_task.horizons[:, 0]
+    began = problem.layout.free(sobol_starts(problem.layout, long_task.start, long_task.spread, 2, 0))
+    plain = search(problem, began, long_task.horizons, lambda _: None).descent
+    monkeypatch.setattr(multistart, "WORTH_A_PROGRAM", 0)
+    short = as_long_as_needed(problem, near)
+    assert near.max() <= length_of(short) <= LONG // 2
+    same = gram_at(problem.until(near[0]), long_task.start)
+    np.testing.assert_allclose(gram_at(short.until(near[0]), long_task.start), same, rtol=1e-9)
+    cut = search(problem, began, long_task.horizons, lambda _: None).descent
+    width = widths(problem, plain.free[0])
+    np.testing.assert_allclose(cut.free / width, plain.free / width, atol=1e-2)
+
+
+def test_a_horizon_has_arrays_of_its_own_where_that_spares_more_than_compiling_takes(long_task: Task) -> None:
+    problem, near = long_task.problem, long_task.horizons[:1, 0]
+    spared = length_of(problem) - length_of(as_long_as_needed(problem, np.repeat(near, 10**6, axis=0)))
+    for samples, cut in ((5e5, False), (2e6, True)):
+        starts = np.repeat(near, round(samples / spared), axis=0)
+        assert (as_long_as_needed(problem, starts) is not problem) is cut
+    # The last horizon is the whole of each record.
+    assert as_long_as_needed(problem, np.repeat(long_task.counts[-1:], 10**6, axis=0)) is problem
 
 
 def test_starts_take_no_more_steps_than_they_are_given(task: Task, found: Identification) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -13,6 +14,7 @@ import numpy as np
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, ROUGH_STEPS, Care, Descent, descend_all, widths
 from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
@@ -20,6 +22,9 @@ LOST = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
 CHUNK = 4
 """Starts that are searched from in one go, by one core."""
+WORTH_A_PROGRAM = 1_000_000
+"""Samples of all starts and records beyond a horizon from which it has arrays of its own: ten steps through so many
+take a second of processor time, as much as their program takes to compile."""
 SAME_PLACE = 1.0
 """Distance in units of the steps within which two starts have come to the same place."""
 SAME_BASIN = 1e-3
@@ -147,7 +152,19 @@ def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.
 
 def _run(problem: Problem, steps: int, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Run:
     near = EXACT if stage == counts.shape[1] - 1 else NEAR
+    problem = as_long_as_needed(problem, counts[:, stage])
     return partial(_part, problem, found.free, width, counts[:, stage], Care(np.asarray(near), steps))
+
+
+def as_long_as_needed(problem: Problem, counts: np.ndarray) -> Problem:
+    """The problem in arrays that hold a horizon ``(n_start, n_record)``, where that spares more than compiling takes.
+
+    What is done besides simulating, from readings to products of their slopes, is done for whole arrays.
+    """
+    whole = problem.observations.experiment.times.shape[1]
+    needed = int(counts.max())
+    length = LENGTH_STEP * 2 ** max(math.ceil(math.log2(needed / LENGTH_STEP)), 0)
+    return problem.shortened(length) if counts.size * (whole - length) > WORTH_A_PROGRAM else problem
 
 
 def _stage(
