@@ -13,12 +13,15 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
 from fibrefit.core.scale import LARGEST
 from fibrefit.records.clock.base import TimeBase
+from fibrefit.records.clock.claimed import first_row_told, wrong_times
 from fibrefit.records.clock.times import time_base
+from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.declared import Declared, Scaled, headings_of, with_factors_beside
 from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles, nothing_below
+from fibrefit.records.columns.states import flagged, without_bad
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
@@ -58,11 +61,11 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     """
     where = shown_path(path.name)
     channels = options.declared(where)
-    raw = replace(raw, columns=with_factors_beside(raw.columns))
+    notes = [*raw.notes, *raw.facts.notes]
+    raw = replace(raw, columns=without_bad(with_factors_beside(raw.columns), flagged(raw.columns), notes))
     headings = headings_of(raw.columns, options.units)
     named = named_roles(channels, headings, raw.aside, where)
     groups = grouped(raw.columns, headings, named)
-    notes = [*raw.notes, *raw.facts.notes]
     refuse_two_clocks(groups, raw.columns, headings, named, where)
     roles, doubts = _roles(named, groups, headings, options.roles, where)
     if not named.keys() - {"time"}:
@@ -73,14 +76,13 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     notes += remarks
     scales = declared.scales(channels, columns, doubts)
     doubts |= declared.unapplied(columns, scales, said)
-    timed = [time_base(raw, columns, group, options.rate, where) for group in groups]
+    timed = [_timed(raw, columns, group, options.rate, where, scales) for group in groups]
+    settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
+    doubts = _questions(raw, columns, roles, settled, timed, where) | doubts
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
-    finished = {
-        i: _finished(columns[i], bases[g], g, scales.get(i), notes)
-        for g, group in enumerate(groups)
-        for i in group.members
-    }
+    members = [(i, g) for g, group in enumerate(groups) for i in group.members]
+    finished = {i: _finished(columns[i], bases[g], g, scales.get(i), notes) for i, g in members}
     places = {i: place for place, i in enumerate(finished)}
     return Table(
         path=path,
@@ -105,6 +107,39 @@ def _roles(
     if groups[0].time is not None:
         roles.setdefault("time", groups[0].time)
     return roles, doubts
+
+
+def _timed(
+    raw: Raw,
+    columns: Sequence[RawColumn],
+    group: Group,
+    rate: float | None,
+    where: str,
+    scales: Mapping[int, Scaled],
+) -> TimeBase:
+    """Times of a group of columns; of their column by its scale where the user states one."""
+    scale = None if group.time is None else scales.get(group.time)
+    return time_base(raw, columns, group, rate, where, None if scale is None else scale[1])
+
+
+def _timed_by_user(options: ReadOptions, roles: Mapping[str, int], said: Mapping[str, str]) -> list[int]:
+    """Position of the times, -1 where there are none, if the user says what they are in, or the rate of the samples."""
+    return [roles.get("time", -1)] if "time" in said or options.rate is not None else []
+
+
+def _questions(
+    raw: Raw,
+    columns: Sequence[RawColumn],
+    roles: Mapping[str, int],
+    settled: frozenset[int],
+    timed: Sequence[TimeBase],
+    where: str,
+) -> dict[str, DataError]:
+    """What the file says beside its numbers and is neither used, nor harmless, nor answered by the user: by role."""
+    mark = "," if raw.layout.get("decimal") == "comma" else "."
+    told = [*raw.told, *first_row_told(raw, timed)]
+    times = {} if roles.get("time", -1) in settled else wrong_times(raw, timed, where, mark)
+    return times | unaccounted(told, columns, roles, settled, where, mark)
 
 
 def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Group], list[TimeBase]]:

@@ -152,3 +152,8 @@ COPIED = 1e-3
 """Part of the steps from sample to sample below which two signals are the same, written with other digits."""
 SAME_SAMPLES = 8
 """Samples by which a record is looked up among the others: where nothing moves, one may be alike by chance."""
+SAME_PEAK = 5e-3
+"""Relative difference up to which a largest or smallest value that a file claims is a factor between units times the
+one that was read: claims have three digits."""
+SAME_LENGTH = 0.01
+"""The same of how long a file says that it lasted, where one sample more or less is counted."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.records import Table, read_table
+from fibrefit.records import Table, read_record, read_table
 from fibrefit.records.columns.damage import flat_stretches
 
 N = 4000
@@ -178,3 +178,22 @@ def test_a_drive_that_froze_among_such_noise_is_stuck() -> None:
     drive = 0.005 * np.round(np.cumsum(rng.standard_normal(N)) * 0.2 + 2.0 * rng.standard_normal(N))
     drive[1000:1060] = drive[1000]
     assert flat_stretches(drive, 0.001).stuck[1000:1060].all()
+
+
+def test_a_scale_of_the_times_is_applied(tmp_path) -> None:
+    path = tmp_path / "slow.csv"
+    rows = "".join(f"{0.005 * i:.3f},{12.5 + 0.1 * (i % 7):.1f}\n" for i in range(60))
+    path.write_text("time [s],force [N]\n" + rows, "utf-8")
+    assert read_record(path).rate == pytest.approx(200.0)
+    slow = read_record(path, channels={"time": {"column": "time [s]", "scale": "0.1"}})
+    assert slow.rate == pytest.approx(2000.0)
+    assert slow.time[-1] - slow.time[0] == pytest.approx(0.0295)
+
+
+@pytest.mark.parametrize(("name", "bad"), [("force valid", "0"), ("overload", "1")])
+def test_rows_that_a_column_of_flags_calls_bad_are_masked(name: str, bad: str, tmp_path) -> None:
+    path, good = tmp_path / "flags.csv", "1" if bad == "0" else "0"
+    rows = "".join(f"{0.005 * i:.3f},{12.5 + 0.1 * (i % 7):.1f},{bad if i in (20, 21) else good}\n" for i in range(60))
+    path.write_text(f"time [s],force [N],{name}\n" + rows, "utf-8")
+    valid = read_record(path).valid["force"]
+    assert (~valid).nonzero()[0].tolist() == [20, 21]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,13 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import coarse, rates, timebase, times
+from fibrefit.records.clock import claimed, coarse, rates, timebase, times
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
-from fibrefit.records.columns import damage, declared, grouping
+from fibrefit.records.columns import account, damage, declared, grouping, judged
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
-from fibrefit.records.columns.raw import binary_column
+from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
 from fibrefit.records.files import decode, keyed, text
 from fibrefit.records.files.decode import Text
@@ -424,7 +425,21 @@ def two_valued(number: float) -> bool:
     return declared._heading(binary_column("c", "c", None, np.arange(int(number)) % 2)).two_valued
 
 
+def claimed_peak(size: float) -> bool:
+    """Whether a largest force ten times that of a column, but for so much, is a question."""
+    column = replace(binary_column("force", "force", "N", np.array([1.0, 2.0, 3.0])), number=1)
+    told = [Told("line 1", f"Peak force: {30.0 * (1 + size):.9g} N")]
+    return "force" in account.unaccounted(told, [column], {"force": 0}, frozenset(), "")
+
+
+def claimed_length(size: float) -> bool:
+    """Whether a duration ten times that of a record, but for so much, is a question."""
+    return claimed.contradicted_length([Told("line 1", f"Duration: {10.0 * (1 + size):.9g} s")], 1.0) is not None
+
+
 WHOLE = (
+    Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),
+    Bracket("SAME_LENGTH", claimed, claimed_length, 0.7e-2, 1.3e-2),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),
     Bracket(
         "COUNTS_ON",

@@ -25,7 +25,9 @@ from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICT
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
 
 
-def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:
+def time_base(
+    raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str, worth: float | None = None
+) -> TimeBase:
     """Times of a group of columns.
 
     Parameters
@@ -40,6 +42,8 @@ def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float 
         Rate the user gave, in Hz.
     where : str
         File to name in messages.
+    worth : float or None
+        What one number of the column of times is worth in s, where the user says it.
 
     Returns
     -------
@@ -57,7 +61,7 @@ def time_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float 
     numbers = _reliable_numbers(column)
     place = f'{where}, column "{column.header}"'
     values = numbers.values[: group.rows]
-    factor, unit = _factor(column, values, rate or raw.facts.rate, place)
+    factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
     readings = Readings(
         times=values * factor,
         resolution=(numbers.resolution if len(numbers.texts) else column.resolution) * factor,

@@ -15,8 +15,8 @@ from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit
-from fibrefit.records.grammar.words import tokens
-from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, worth_told
+from fibrefit.records.grammar.words import score, tokens
+from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, worth_told
 from fibrefit.records.thresholds import TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
@@ -40,6 +40,9 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
     for beside in columns:
         words = tokens(beside.name)
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
+        if words and MERE_FACTOR.issuperset(words) and present.size and not (present == 1.0).all():
+            told = f'column "{beside.header}" ({present[present != 1.0][0]:g})'
+            found = [c if c is beside or c.worth or _of_time(c) else replace(c, worth=told) for c in found]
         if beside.unit is not None or len(words) < 2 or not present.size:
             continue
         for i, column in enumerate(columns):
@@ -50,6 +53,10 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
             told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, kind))), "")
             found[i] = replace(column, worth=f'column "{beside.header}" ({told})') if told else found[i]
     return found
+
+
+def _of_time(column: RawColumn) -> bool:
+    return column.clock or registry.kind_of(column.unit or "") == "time" or score(column.name, "time") > 0
 
 
 def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[Heading]:

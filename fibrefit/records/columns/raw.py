@@ -12,6 +12,28 @@ from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.numbers import Numbers
 
 
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Something a file says beside its numbers.
+
+    Parameters
+    ----------
+    place : str
+        Where: ``line 3``, ``attribute "gain"``, ``sheet "Info", row 2``; for messages.
+    text : str
+        What it says, one line.
+    of : str
+        Header of the one column it is said of; empty where it may be said of all.
+    row : bool
+        Whether it stands between the headings and the first row of numbers.
+    """
+
+    place: str
+    text: str
+    of: str = ""
+    row: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RawColumn:
     """A column as a file holds it.
@@ -77,6 +99,9 @@ class Raw:
         Sentences.
     aside : dict of int to str
         Columns that hold no numbers, by their number, and what they hold.
+    told : sequence of Told
+        All that is said beside the numbers and is no heading: to be accounted for once it is known which columns are
+        read.
     """
 
     columns: list[RawColumn]
@@ -87,6 +112,7 @@ class Raw:
     layout: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     aside: dict[int, str] = field(default_factory=dict)
+    told: Sequence[Told] = ()
 
 
 def binary_column(

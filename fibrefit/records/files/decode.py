@@ -49,12 +49,15 @@ class Text:
         Whether the last line had an end; without one its last value may be cut short.
     notes : tuple of str
         What had to be decided.
+    beside : tuple of (str, str)
+        What the file says outside these lines, such as on another sheet: where, and what.
     """
 
     lines: list[str]
     encoding: str
     ended: bool
     notes: tuple[str, ...] = ()
+    beside: tuple[tuple[str, str], ...] = ()
 
 
 def decode(data: bytes, where: str) -> Text:

@@ -12,11 +12,9 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.dialect import Dialect
-from fibrefit.records.grammar.digits import masked_with
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.headings import PLAIN_KINDS
-from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import kinds_named, score, tokens
 from fibrefit.records.grammar.worth import (
@@ -313,33 +311,3 @@ def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:
 def _state(cell: str, mark: str) -> str:
     """Kind of a cell of a column of states: one that speaks of a fault, and of no lack of one, is no number."""
     return "not a number" if _FAULT.search(cell) and not _NO_FAULT.search(cell) else kind_of_cell(cell, mark)
-
-
-def without_bad(
-    columns: Sequence[RawColumn], bad: Sequence[tuple[str, np.ndarray]], notes: list[str]
-) -> list[RawColumn]:
-    """Columns of measured values without the rows that a column of states calls bad.
-
-    Parameters
-    ----------
-    columns : sequence of RawColumn
-        As read.
-    bad : sequence of (str, (n_rows,) bool array)
-        Name of each column of words, and the rows it calls bad.
-    notes : list of str
-        Where it is told.
-    """
-    found = list(columns)
-    for name, rows in bad:
-        if not rows.any():
-            continue
-        own = [i for i, c in enumerate(found) if tokens(c.name)[:1] == tokens(name)[:1]]
-        for i in own or range(len(found)):
-            if (
-                not found[i].clock
-                and units.kind_of(found[i].unit or "") != "time"
-                and score(found[i].name, "time") == 0
-            ):
-                found[i] = replace(found[i], numbers=masked_with(found[i].numbers, rows, "unreadable"))
-        notes.append(f'{count(int(rows.sum()), "row")} left out of the values: "{name}" calls them bad.')
-    return found

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
-from fibrefit.records.thresholds import NAMED_ALIKE, WORDS_BESIDE
+from fibrefit.records.thresholds import FEWEST_ROWS, NAMED_ALIKE, WORDS_BESIDE
 
 #: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
 #: page of letters would be gone through once for each of them.
@@ -55,11 +55,13 @@ def _is_json(lines: Sequence[str]) -> bool:
 
 
 def _from_json(text: Text, where: str) -> Text:
+    beside: tuple[tuple[str, str], ...] = ()
     filled = [(i, line.strip()) for i, line in enumerate(text.lines, 1) if line.strip()]
     if sum(line.startswith("{") for _, line in filled) > max(1, 0.5 * len(filled)):
         rows = [_flat(_object(line, f"{where}, line {i}")) for i, line in filled]
     else:
-        rows = _rows_of(_object("\n".join(text.lines), where), where)
+        document = _object("\n".join(text.lines), where)
+        rows, beside = _rows_of(document, where), tuple(_beside(document))
     keys = list(dict.fromkeys(key for row in rows for key in row))
     counted = {key: sum(key in row for row in rows) for key in keys}
     columns = [key for key in keys if counted[key] > 0.5 * len(rows)]
@@ -68,7 +70,18 @@ def _from_json(text: Text, where: str) -> Text:
         raise DataError(where, "JSON without a table", "objects that name the same values, one a row", "")
     table = [["" if row.get(key) is None else str(row[key]) for key in columns] for row in rows]
     body = ["\t".join(row) for row in table if any(row)]
-    return replace(text, lines=[*aside[:100], "\t".join(columns), *body], ended=True)
+    lines = [*aside[:100], "\t".join(columns), *body]
+    return replace(text, lines=lines, ended=True, beside=(*text.beside, *beside))
+
+
+def _beside(node: Any, name: str = "") -> Iterator[tuple[str, str]]:
+    """Short lists of objects in a document, such as one of its channels: an object a line."""
+    for key, value in node.items() if isinstance(node, dict) else ():
+        if isinstance(value, dict):
+            yield from _beside(value, str(key))
+        elif isinstance(value, list) and 0 < len(value) < FEWEST_ROWS and all(isinstance(item, dict) for item in value):
+            for item in value:
+                yield f'"{key}"', " ".join("; ".join(f"{k} = {v}" for k, v in _flat(item).items()).split())
 
 
 def _object(line: str, where: str) -> Any:

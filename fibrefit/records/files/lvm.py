@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn
+from fibrefit.records.columns.raw import Raw, RawColumn, Told
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit
@@ -93,7 +93,22 @@ def read_lvm(text: Text, where: str) -> Raw:
             "segments": len(segments),
         },
         notes=[*text.notes, *_notes(segments)],
+        told=_told(text.lines, int(lines[0])),
     )
+
+
+#: Tags of the format itself, which it tells the use of.
+_TAGS = re.compile(
+    r"(?:labview|writer_|reader_|separator|decimal_|multi_|x_col|time_pref|operator|date|time|channels|samples|y_unit|x_dim"
+    r"|x0|delta_x|x_value|y_dim|\*\*\*)",
+    re.IGNORECASE,
+)
+
+
+def _told(lines: Sequence[str], first: int) -> list[Told]:
+    """Lines above the numbers with tags that are not the format's own: remarks, descriptions, special blocks."""
+    above = enumerate(lines[: first - 1], 1)
+    return [Told(f"line {i}", line) for i, line in above if line.strip() and not _TAGS.match(line.strip())]
 
 
 def _notes(segments: Sequence[_Segment]) -> list[str]:

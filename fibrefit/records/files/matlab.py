@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,9 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
 from fibrefit.records.files.extras import damage_as_error
+from fibrefit.records.files.hdf5 import STATED, UNITS, WORTH, Hdf5
 from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
@@ -36,21 +37,12 @@ _NAMES = (
     "signals",
     "headers",
 )
-_UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
-_PACKED = ("scale_factor", "add_offset", "_FillValue")
-#: Bytes each item of an HDF5 file counts at least.
-_ITEM = 1 << 14
 #: What netCDF writes behind the unit of times.
 _SINCE = re.compile(r"\s+since\s.*", re.DOTALL)
 #: Units that end the name of a rate or a step: `fs_kHz`.
 _IN_NAMES = ("s", "ms", "us", "ns", "hz", "khz")
 #: Names of a vector that say nothing.
 _BARE = ("data", "values", "value", "y")
-#: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
-_WORTH = "\0worth"
-#: The same for all that is said of their units.
-_STATED = "\0stated"
-_UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
 def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
@@ -80,7 +72,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
     with damage_as_error(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
-        tree = _load(path, Allowance(where, DataError))
+        tree, told = _load(path, Allowance(where, DataError))
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]
     long = [size for size in sizes if size >= 3]
@@ -101,6 +93,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         np.arange(1, size + 1),
         layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size},
         notes=notes,
+        told=told,
     )
 
 
@@ -118,7 +111,7 @@ def _refuse_other_rates(columns: Sequence[RawColumn], others: Sequence[RawColumn
         raise DataError(where, got, "one length", f"{do}then left out.")
 
 
-def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
+def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Told]]:
     with path.open("rb") as file:
         head = file.read(1024)
     if b"\x89HDF\r\n\x1a\n" in head:
@@ -126,8 +119,9 @@ def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
 
         with h5py.File(path, "r", locking=False) as file:
             # All of it is counted before any of it is read: many arrays can be too much where each of them is not.
-            _Hdf5(file, replace(allowed), reads=False).group(file)
-            return _Hdf5(file, allowed).group(file)
+            Hdf5(file, replace(allowed), reads=False).group(file)
+            reader = Hdf5(file, allowed)
+            return reader.group(file), reader.told
     import scipy.io  # a quarter of a second: only for version 5
 
     major, _ = scipy.io.matlab.matfile_version(path)
@@ -137,7 +131,24 @@ def _load(path: Path, allowed: Allowance) -> dict[str, Any]:
         for _, shape, _ in scipy.io.whosmat(path):
             allowed.take(8 * math.prod(shape))
     loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
-    return {name: _of_scipy(value) for name, value in loaded.items() if not name.startswith("__")}
+    tree = {name: _of_scipy(value) for name, value in loaded.items() if not name.startswith("__")}
+    return tree, list(_told(tree))
+
+
+def _told(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Told]:
+    """Texts and single numbers among variables and fields; of those beside one vector alone, they are said of it."""
+    vectors = [
+        key for key, value in tree.items() if isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1
+    ]
+    of = f"{prefix}{vectors[0]}" if len(vectors) == 1 and prefix else ""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _told(value, f"{prefix}{key}.")
+        elif isinstance(value, str) or (
+            isinstance(value, np.ndarray) and value.size == 1 and value.dtype.kind in "iuf"
+        ):
+            text = value if isinstance(value, str) else f"{np.ravel(value)[0]:.12g}"
+            yield Told(f'"{prefix}{key}"', " ".join(f"{key} = {text}".split()), of)
 
 
 def _of_scipy(value: Any) -> Any:
@@ -157,124 +168,11 @@ def _of_scipy(value: Any) -> Any:
     return array if array.dtype.kind in "biuf" else None
 
 
-@dataclass(frozen=True)
-class _Hdf5:
-    """Content of an HDF5 file, counted before it is read: a name costs nothing, and links can lead round for ever.
-
-    Parameters
-    ----------
-    file : h5py.File
-    allowed : Allowance
-    reads : bool
-        Whether numbers are read; otherwise they are only counted.
-    """
-
-    file: Any
-    allowed: Allowance
-    reads: bool = True
-
-    def group(self, group: Any) -> dict[str, Any]:
-        """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
-        tree = _said(group)
-        units_of = {}
-        for name in group:
-            if name.startswith("#"):
-                continue
-            item = self._own(group, name)
-            tree[name] = self.item(item)
-            stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
-            if stated and stated[0]:
-                units_of[name] = stated[0]
-                tree.setdefault(_STATED, {})[name] = stated
-            if isinstance(tree[name], np.ndarray):
-                told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
-                tree.setdefault(_WORTH, {})[name] = worth_told(told, tree[name])
-            for key, value in _said(item).items() if not hasattr(item, "items") else ():
-                if isinstance(value, str) and key.casefold().replace("_", "") in _UNITS:
-                    continue
-                while key in tree and not np.array_equal(tree[key], value):
-                    key += " "  # the same of another array, and not the same number: told beside the first
-                tree[key] = value
-        if units_of and not any(key.casefold().replace("_", "") in _UNITS for key in tree):
-            tree["units"] = units_of
-        return tree
-
-    def _own(self, group: Any, name: str) -> Any:
-        """What stands in the file itself: of another one, which may change or be anybody's, no digest is kept."""
-        link = group.get(name, getlink=True)
-        if elsewhere := getattr(link, "filename", ""):
-            raise self._refusal(name, elsewhere)
-        item = group[name]
-        others = [] if hasattr(item, "items") else [file for file, *_ in item.external or ()]
-        if not hasattr(item, "items") and item.is_virtual:
-            others += [source.file_name for source in item.virtual_sources() if source.file_name != "."]
-        if others:
-            raise self._refusal(name, others[0])
-        return item
-
-    def _refusal(self, name: str, elsewhere: str) -> DataError:
-        got = f'"{name}" is kept in another file, "{elsewhere}"'
-        return DataError(self.allowed.where, got, "one file with all that was measured", "Copy it into one file.")
-
-    def item(self, item: Any) -> Any:
-        """The same for all else: texts are arrays of codes, lists are arrays of references."""
-        self.allowed.take(_ITEM)
-        if hasattr(item, "items"):
-            return self.group(item)
-        said = item.attrs.get("MATLAB_class", b"")
-        kind = said.decode() if isinstance(said, bytes) else ""
-        if item.attrs.get("MATLAB_empty", 0):
-            return None
-        self.allowed.take((item.size or 0) * item.dtype.itemsize)
-        if not self.reads and item.dtype != object:
-            return None
-        array = np.asarray(item[()])
-        if kind == "char":
-            return "".join(map(chr, array.ravel(order="F")))
-        if array.dtype == object:
-            return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
-        if array.dtype.names:
-            return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
-        if array.dtype.kind not in "biuf":
-            return None
-        array = _unpacked(array, item.attrs)
-        # MATLAB stores columns first: a matrix comes out transposed.
-        return np.squeeze(array.T if kind else array)
-
-
-def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:
-    """Numbers that were packed by the conventions of netCDF: a factor, an offset, and a number for nothing."""
-    told = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
-    if not told:
-        return array
-    missing = array == told["_FillValue"] if "_FillValue" in told else np.zeros(array.shape, dtype=bool)
-    return np.where(missing, np.nan, array * told.get("scale_factor", 1.0) + told.get("add_offset", 0.0))
-
-
-def _said(item: Any) -> dict[str, Any]:
-    """Attributes that tell a rate or the names of columns."""
-    said: dict[str, Any] = {}
-    for key, value in item.attrs.items():
-        array = np.asarray(value)
-        if array.ndim == 0 and array.dtype.kind in "iuf":
-            said[key] = array
-        elif array.ndim == 1 and array.dtype.kind in "OSU":
-            said[key] = [_text(text) for text in array]
-        elif isinstance(value, str | bytes) and key.endswith(("_unit", "_units")):
-            said[key] = _text(value)
-    return said
-
-
-def _text(value: Any) -> str:
-    value = value[0] if isinstance(value, np.ndarray) and value.size else value
-    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
-
-
 def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
     """Vectors below a node, with names and units from their neighbours."""
     by_key = {key.casefold().replace("_", ""): value for key, value in tree.items()}
     names = next((by_key[key] for key in _NAMES if isinstance(by_key.get(key), list)), None)
-    given = next((by_key[key] for key in _UNITS if key in by_key), None)
+    given = next((by_key[key] for key in UNITS if key in by_key), None)
     given = None if isinstance(given, str) and units.expression(given) is None else given
     for key, value in tree.items():
         header = f"{prefix}{key}"
@@ -283,11 +181,11 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
             unit = given if isinstance(given, str) and not _is_other(key, given) else _unit_of(given, key)
             unit = unit and _SINCE.sub("", unit)
-            worth = tree.get(_WORTH, {}).get(key, "") or worth_told(
+            worth = tree.get(WORTH, {}).get(key, "") or worth_told(
                 _beside(tree, "" if _is_bare(header) else key), value
             )
             column = _column(_told_name(by_key, prefix, header), unit, value)
-            twice = contradicted([unit, _named(header)[1], *tree.get(_STATED, {}).get(key, ())])
+            twice = contradicted([unit, _named(header)[1], *tree.get(STATED, {}).get(key, ())])
             yield replace(column, worth=worth, contradicted=twice)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
             yield from _matrix(header, value, names, given)
@@ -365,7 +263,7 @@ def _facts(tree: Mapping[str, Any]) -> Facts:
 
 def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
     """Single numbers with their names and the units that are told of them, beside them or in the name."""
-    given = next((value for key, value in tree.items() if key.casefold() in _UNITS), None)
+    given = next((value for key, value in tree.items() if key.casefold() in UNITS), None)
     for key, value in tree.items():
         if isinstance(value, dict):
             yield from _scalars(value)

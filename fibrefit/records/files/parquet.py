@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
 from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
@@ -54,7 +54,23 @@ def read_parquet(data: bytes, where: str) -> Raw:
     aside = {i + 1: f'"{field.name}" holds {field.type}' for i, (field, _) in enumerate(named) if columns[i] is None}
     notes = [f"Columns left out: {', '.join(aside.values())}."] if aside else []
     layout = {"format": "Parquet", "rows": table.num_rows}
-    return Raw(kept, facts, np.arange(1, table.num_rows + 1), layout=layout, notes=notes, aside=aside)
+    told = _told(table.schema)
+    return Raw(kept, facts, np.arange(1, table.num_rows + 1), layout=layout, notes=notes, aside=aside, told=told)
+
+
+def _told(schema: Any) -> list[Told]:
+    """What the metadata of the file and of its fields say, but for what programs keep there for themselves."""
+    said = [("", schema.metadata or {}), *((field.name, field.metadata or {}) for field in schema)]
+    return [
+        Told(f'metadata "{_text(key)}"{of and f" of {of}"}', " ".join(f"{_text(key)} = {_text(value)}".split()), of)
+        for of, metadata in said
+        for key, value in metadata.items()
+        if not _text(key).startswith(("ARROW", "pandas", "PARQUET"))
+    ]
+
+
+def _text(said: bytes) -> str:
+    return said.decode(errors="replace")
 
 
 def _refuse_large(metadata: Any, where: str) -> None:

@@ -49,7 +49,14 @@ def sheet_text(data: bytes, where: str) -> Text:
         shown = ", ".join(f'"{title}"' for title in list(sheets)[:5])
         raise DataError(where, f"no rows of numbers on any sheet ({shown})", "a table of measured values", "")
     notes = (f'Read from the sheet "{tables[0]}".',) if len(sheets) > 1 else ()
-    return Text(["\t".join(row) for row in sheets[tables[0]]], "XLSX", True, notes)
+    others = [(title, rows) for title, rows in sheets.items() if title != tables[0]]
+    beside = [
+        (f'sheet "{title}", row {i}', "\t".join(filter(None, row)))
+        for title, rows in others
+        for i, row in enumerate(rows, 1)
+        if any(row)
+    ]
+    return Text(["\t".join(row) for row in sheets[tables[0]]], "XLSX", True, notes, tuple(beside))
 
 
 def _rows(values: Iterable[tuple[Any, ...]], where: str) -> list[list[str]]:

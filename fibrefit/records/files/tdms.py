@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, binary_column
+from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
 from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
@@ -44,7 +45,22 @@ def read_tdms(path: Path, where: str) -> Raw:
         channels = [channel for group in file.groups() for channel in group.channels()]
         Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
         columns = [_column(channel) for channel in channels]
-    return channels_to_raw([column for column in columns if column is not None], "TDMS", where)
+        told = [one for said, of in _properties(file, channels) for one in _told(said, of)]
+    return replace(channels_to_raw([column for column in columns if column is not None], "TDMS", where), told=told)
+
+
+def _properties(file: Any, channels: Sequence[Any]) -> Iterator[tuple[Mapping[str, Any], str]]:
+    """Properties of the file and its groups, and of each channel with its name."""
+    yield file.properties, ""
+    yield from ((group.properties, "") for group in file.groups())
+    yield from ((channel.properties, channel.name) for channel in channels)
+
+
+def _told(said: Mapping[str, Any], of: str) -> Iterator[Told]:
+    """Properties in words; scales of the driver are applied by the library as the numbers are read."""
+    for key, value in said.items():
+        if not key.startswith(("NI_Scal", "wf_", "NI_Number_Of_Scales")) and isinstance(value, str | int | float):
+            yield Told(f'property "{key}"{of and f" of {of}"}', " ".join(f"{key} = {value}".split()), of)
 
 
 def _column(channel: Any) -> RawColumn | None:

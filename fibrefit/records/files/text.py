@@ -13,7 +13,9 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
-from fibrefit.records.columns.raw import Raw, RawColumn
+from fibrefit.records.columns.raw import Raw, RawColumn, Told
+from fibrefit.records.columns.said import told_beside
+from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
     refuse_counts,
@@ -21,7 +23,6 @@ from fibrefit.records.files.doubts import (
     refuse_told,
     told_bad,
     with_remarks,
-    without_bad,
 )
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
@@ -70,12 +71,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     DataError
         If the layout is not understood, or can be read in two ways.
     """
-    lines = list(text.lines)
-    delimiter = options.delimiter
-    for i in range(min(3, len(lines))):
-        match = _SEP_LINE.fullmatch(lines[i])
-        if match is not None:
-            delimiter, lines[i] = delimiter or match.group(1), ""
+    lines, delimiter = _separator_told(text.lines, options.delimiter)
     lines, told = _header_beside(_requoted(lines))
     lines, stated = _step_beside(lines)
     told = told or stated
@@ -94,18 +90,35 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     refuse_told(columns, around, header, options, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
-    said = [*beside, *_statements(above, header, dialect), *_unused(header, rows, empty, above)]
-    facts = find_facts(said, dialect.mark)
+    said = [*beside, *(words for _, words in text.beside)]
+    said += [*_statements(above, header, dialect), *_unused(header, rows, empty, above)]
+    skipped = [(i, lines[i - 1]) for i in rows.skipped]
     return Raw(
         columns=columns,
-        facts=with_remarks(facts, [(i, lines[i - 1]) for i in rows.skipped], above, dialect, where),
+        facts=with_remarks(find_facts(said, dialect.mark), skipped, above, dialect, where),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
+        told=[*told_beside([*around, *skipped], header, rows, columns, aside), *_elsewhere(text, beside)],
     )
+
+
+def _separator_told(lines: Sequence[str], delimiter: str | None) -> tuple[list[str], str | None]:
+    """Lines without the one that tells spreadsheets the separator, and that separator."""
+    found = list(lines)
+    for i in range(min(3, len(found))):
+        match = _SEP_LINE.fullmatch(found[i])
+        if match is not None:
+            delimiter, found[i] = delimiter or match.group(1), ""
+    return found, delimiter
+
+
+def _elsewhere(text: Text, header: Sequence[str]) -> list[Told]:
+    """What is said outside the lines of the table: in a header of its own, on other sheets."""
+    return [*(Told("its header", line) for line in header), *(Told(place, words) for place, words in text.beside)]
 
 
 def _lines_of(named: str | Path | None) -> list[str]:

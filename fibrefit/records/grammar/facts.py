@@ -18,6 +18,7 @@ from fibrefit.records.thresholds import (
     FASTEST_RATE,
     LONGEST_HEADING,
     MOST_SAMPLES,
+    SAME_RATE,
     SLOWEST_LIKELY,
     SLOWEST_RATE,
 )
@@ -58,11 +59,22 @@ _KEPT = re.compile(
 _SHARED = re.compile(
     r"(?:aggregate|combined|overall|multiplex\w*|gesamt\w*|summen\w*|total)\s+(?:sampl\w*|scan|rate|abtast\w*)", re.I
 )
-_IN_TURN = re.compile(r"\b(?:in turn|alternat\w*|interleav\w*|abwechselnd|nacheinander|sequential\w*)\b", re.IGNORECASE)
+_IN_TURN = re.compile(
+    r"\b(?:in turn|alternat\w*|interleav\w*|abwechselnd|nacheinander|sequential\w*)\b"
+    r"|\b(?:shared|split|divided) (?:by|among|between|over|across)\b|\b(?:across|over|for) (?:all|both|the) channels\b"
+    r"|\b(?:before|prior to|after|vor|nach)\b",
+    re.IGNORECASE,
+)
 #: A frequency, with the words before it; and words for one that is not of the samples.
 _FREQUENCY = re.compile(r"([^,;()\d]*)(?<![\d.,])(\d[\d.,]*)\s*([kM]?Hz|[kM]?S/s|[kM]?sps)\b", re.IGNORECASE)
 _OF_OTHERS = re.compile(
     r"filter|cut|pass|band|bessel|butter|excit|carrier|mains|anti|alias|nyquist|displ|refresh|updat|test|signal|resonan|max",
+    re.IGNORECASE,
+)
+#: Words for the samples that were kept, in a line with a frequency.
+_OF_ROWS = re.compile(
+    r"\b(?:stor|sav|writ|log|kept|keep|output|export|stream|record|data|reduc|averag|effectiv|final|down|resampl|rows?\b"
+    r"|points?\b|gespeichert|ausgabe|daten|reduziert)",
     re.IGNORECASE,
 )
 #: Keys that say what horizontal numbers without a unit are in.
@@ -193,6 +205,14 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
         if turn or len(set(others)) > 1:
             beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
             return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
+    for line in (line for line in lines if line not in stated and len(line) <= LONGEST_HEADING):
+        for match in _FREQUENCY.finditer(line) if len(facts.rates) == 1 and not _OF_OTHERS.search(line) else ():
+            if match[3].casefold().endswith("hz") and not _OF_ROWS.search(line):
+                continue
+            numbers = _numbers(match[2], mark, in_groups=True)
+            factor = {"k": 1e3, "m": 1e6}.get(match[3][:1].casefold(), 1.0)
+            if all(abs(factor * n / facts.rates[0] - 1.0) > SAME_RATE for n in numbers):
+                return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
         if numbers and len(facts.rates) == 1:

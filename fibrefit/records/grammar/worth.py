@@ -48,10 +48,15 @@ TO_DO = re.compile(
 
 OF_COUNTS = re.compile(
     r"\b(?:resolution|aufl[o\u00f6]sung|lsb|full[ -]?scale|calib\w*|kalibr\w*|sensitivity|gain|slope|quanti[sz]\w*)\b"
-    r"|\bper count\b|/\s?count|\bcounts?\s*=|\by\s*=",
+    r"|\bper (?:count|digit)\b|\bdigits?\s*=|/\s?count|\bcounts?\s*=|\by\s*=",
     re.I,
 )
 """Words of a line above whole numbers after which these may be counts."""
+
+MERE_FACTOR = frozenset(
+    ("scale", "factor", "gain", "multiplier", "divisor", "exponent", "faktor", "skalierung", "mult")
+)
+"""Words of which the name of a column of factors, of all columns beside it, may consist."""
 
 COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
 """What MATLAB shows above a matrix whose numbers it shows divided by it."""

@@ -40,7 +40,7 @@ add("a comment sign at the head of every line of the header", "* Rig 3\n* 2024-0
 add("an empty first line and a title", "\nDROP TEST 3\n\n" + HEAD + lines(tfu()))
 add("a title with a number", "Test 12, run 3\n" + HEAD + lines(tfu()))
 add("a date line of three numbers", "2024,5,12\n" + HEAD + lines(tfu()))
-add("calibration numbers above", "Cal:,1.0,2.5,3.0\n" + HEAD + lines(tfu()))
+add("calibration numbers above", "Cal:,1.0,2.5,3.0\n" + HEAD + lines(tfu()), refused="Cal")
 add("zero rows above the names", "0,0,0\n" + HEAD + lines(tfu()))
 add("a status column of hex", "Time [s],Force [N],Position [mm],Flags\n" + lines(lambda i: f"{tfu()(i)},0x{i:04X}"))
 add("a column of GPS text", "Time [s],Force [N],Position [mm],GPS\n" + lines(lambda i: f"{tfu()(i)},N48.2 E16.3"))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from tests.records.exports.base import Export
+from tests.records.exports.rounds.eighteenth import EIGHTEENTH
 from tests.records.exports.rounds.eleventh import ELEVENTH
 from tests.records.exports.rounds.fifteenth import FIFTEENTH
 from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
+from tests.records.exports.rounds.seventeenth import SEVENTEENTH
+from tests.records.exports.rounds.sixteenth import SIXTEENTH
 from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.twelfth import TWELFTH
@@ -23,4 +26,7 @@ ROUNDS: dict[str, list[Export]] = {
     "thirteenth": THIRTEENTH,
     "fourteenth": FOURTEENTH,
     "fifteenth": FIFTEENTH,
+    "sixteenth": SIXTEENTH,
+    "seventeenth": SEVENTEENTH,
+    "eighteenth": EIGHTEENTH,
 }

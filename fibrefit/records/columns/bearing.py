@@ -1,0 +1,187 @@
+"""Words by which a line beside a table may bear on its numbers, and those by which it is about something else."""
+
+from __future__ import annotations
+
+import re
+
+
+def words(text: str) -> re.Pattern[str]:
+    """Pattern of whole words, in any case.
+
+    Parameters
+    ----------
+    text : str
+        Words with ``|`` between them; a star stands for any letters, an underscore ends a word as a blank does.
+    """
+    own = text.replace("*", r"[^\W_]*")
+    return re.compile(rf"(?<![^\W_])(?:{own})(?![^\W_])", re.I)
+
+
+#: What numbers are multiplied by.
+FACTOR = words(
+    "scal(?:e|es|ed|ing)|factor*|faktor*|multipl*|divi(?:de|ded|sor|der)|skalier*|umrechn*|conver(?:sion|t*)|ratio"
+    "|korrektur*|correct(?:ion|ed)?|calib*|cal|kalibr*|slope*|steigung|coeff*|koeff*|gain*|verst(?:\u00e4|ae)rkung"
+    "|attenuat*|d(?:\u00e4|ae)mpfung|\u00fcbersetzung|lever*|hebel*|gear|transmission|reev*|reeving|advantage"
+    "|magnif*|amplification|vergr*|prefactor|[abck][01]|exponent|m[\u011be][\u0159r][i\u00ed]tko"
+    "|zes[i\u00ed]len[i\u00ed]|facteur|fattore|ganancia|reduction"
+)
+#: What is added in per cent, and not multiplied by it.
+CORRECTION = words("korrektur*|correction")
+#: The end of a range, which is no factor of anything but counts.
+FULL_SCALE = re.compile(r"full[- ]?scale|(?<![^\W_])fs(?![^\W_])|endwert|messbereich", re.I)
+#: What is added to them, or taken away.
+SHIFT = words(
+    "offset*|zero|null|nullpunkt*|nullwert|nullung|nullabgleich|tare|tara|bias|baseline|intercept|posun|versatz"
+    "|shift*|drift"
+    "|subtract|deduct*|abzieh*|abzuzieh*|addier*|exclu*|dead ?weight|self ?weight|eigengewicht|residual"
+)
+#: By which side they are counted.
+TURN = words(
+    "invert*|inv|neg|negat(?:ed|e|ion)|revers(?:ed|e)|flip(?:ped)?|umgekehrt|umgedreht|invertier*|negier*|polari(?:ty|t\u00e4t|tat|sation)"
+    "|vorzeichen|sign|opposite|upside"
+)
+#: What they are before something is done to them.
+BEFORE = re.compile(
+    r"\b(?:un(?:calibrated|scaled|corrected|converted)"
+    r"|not (?:yet )?(?:calibrated|scaled|corrected|converted|linearised|linearized)"
+    r"|(?:before|without|prior to) (?:calibration|scaling|correction|conversion|applying)"
+    r"|(?:adc|raw|in|as) (?:counts|digits|codes)|normali[sz]ed|a\.\s?u\.|arbitrary units"
+    r"|(?:percent|%) (?:of )?(?:range|full|fs\b|fso\b)|(?:nicht|un)\s?(?:kalibriert|skaliert)|half[- ]bridge equivalent"
+    r"|per (?:rope|strand|cell|side|leg|cable|fibre|wire|bolt|hook|wheel|arm)|each of (?:two|2))",
+    re.I,
+)
+#: The same, as what a switch says.
+NOT_YET = re.compile(
+    r"(?<![^\W_])(?:(?:calibrated|scaled|converted|corrected|lineari[sz]ed|kalibriert|skaliert|applied)\W{1,4}0"
+    r"|(?:calibrat|scal|conver|correct|linear|kalibrier|skalier)\w*(?:[ _](?:applied|done|active|on))?"
+    r"\W{1,4}(?:no|false|off|nein|n))\s*$",
+    re.I,
+)
+#: How late one channel is.
+LATE = words("delay*|lag|lags|lagging|latency|skew|late|behind|versp*|verz*|nachlauf")
+#: What stretches time.
+SLOWED = words(
+    "slow ?motion|slow ?mo|time ?lapse|playback|zeitlupe|zeitraffer|time ?stretch*|tape speed|clock|timer|tick*|frame*"
+)
+#: Of one number so much: "in 0.1 N".
+IN_STEPS = re.compile(
+    r"\b(?:in|units?(?: of)?|einheit(?:en)?|per digit|per step|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
+    r"(\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
+    re.I,
+)
+#: A line by which numbers are to be turned into others.
+FORMULA = re.compile(
+    r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
+    r"|(?<![^\W_])(m)\s*=\s*[\d.]+\W+(b)\s*=",
+)
+#: That it was done.
+DONE = re.compile(
+    r"\b(?:applied|subtracted|removed|compensated|included|already|in engineering units|corrected for|considered"
+    r"|eliminated|abgezogen|angewendet|angewandt|ber[u\u00fc]cksichtigt|eingerechnet|enthalten|korrigiert|tared|zeroed"
+    r"|nulled|genullt|tariert)\b",
+    re.I,
+)
+UNDONE = re.compile(
+    r"\b(?:not|never|no|nicht|kein\w*|without|ohne|to be|must|should|needs?|still|un(?:applied|corrected)|isn.t"
+    r"|wasn.t)\b",
+    re.I,
+)
+#: Whose factors, zeros and signs are not those of the numbers: parts of the chain before them, pictures, papers.
+OF_OTHERS = words(
+    "amplifier*|amp|preamp*|*verst(?:\u00e4|ae)rker|bridge|br(?:\u00fc|ue)cke|adc|pga|hx711|ads1\\d*|dac|sensor"
+    "|transducer|gauge factor|k.?factor"
+    "|k.?faktor|excitation|supply|probe*|display|anzeige|axis|plot|graph|chart|diagram|div|grid|colou?r|line"
+    "|drawing|zeichnung"
+    "|trigger*|horizontal|vertical|h|v|hor|vert|time ?zone|utc|gmt|byte*|bits?|header|index|file*|page|sheet|font"
+    "|zoom|camera|exposure"
+    "|temperature*|temp|humidity|pressure|safety|quality|shape|form|crest|duty|power|damping|load factor|poisson*"
+    "|young*|modulus"
+    "|drift rate|certificate*|cert|number|nummer|no|nr|due|valid|until|expires?|next|last|laborator(?:y|ies)"
+    "|interval|year|class"
+    "|standard|iso|din|astm|en|id|kit|report|protocol|date|datum|day|crosshead|stiffness|spring|filter*|cut ?off"
+    "|pass|sampl*|downsampl*|subsampl*|undersampl*|oversampl*|resampl*|decimat*|abtast*|rate|clock|pendul*"
+    "|pid|kp|ki|kd|controller|loop|regler|noise|tolerance|limit*|threshold|warn*|alarm|level|pixel*|px|image"
+    "|microphone|mic"
+)
+DATES = words("dates?|datum|due|valid|until|expires?|next|last|certificate*|cert|number|nummer|no|nr|year|serial")
+STATISTIC = {
+    "max": words("max*|peak|f_?max|h(?:\u00f6|oe)chst*|largest|highest"),
+    "min": words("min|minimum|minimal*|valley|smallest|lowest"),
+    "mean": words("mean|average|avg|mittelwert|mittel"),
+}
+NO_STATISTIC = words(
+    "limit*|range|rated|capacity|nominal|allow*|permi*|sensor|cell|speed|rate*|warn*|alarm|set*|end|stop*|travel"
+    "|scale|axis"
+)
+LASTING = words(
+    "duration|total time|elapsed time|recording time|record time|test time|messdauer|dauer|aufnahmedauer|doba"
+    "|lasted|length of record*"
+)
+NEUTRAL = re.compile(
+    r"(?:^|[\s:=;,\t(])(?:no|none|off|false|nein|aus|normal|positive|plus|standard|disabled|n/a|not|never|nicht)\b",
+    re.I,
+)
+SUBJECT = words(
+    "all|values?|data|readings?|numbers|channels?|signals?|columns?|measure*|results?|werte|daten|kanal"
+    "|kan(?:\u00e4|ae)le|messwerte|signale"
+    "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
+)
+#: Quantities no column of a record is of.
+OTHER_QUANTITY = words(
+    "temperature|temp|strain|dehnung|dms|pressure|druck|accel*|beschleunigung|voltage|spannung|current|strom"
+    "|torque|moment|humidity|speed|power"
+)
+#: A sentence on a unit.
+IN_UNIT = re.compile(
+    r"([^\W\d][^:=;,\t]{2,60}?)\s+(?:(?:are|is|given|stored|saved|recorded|logged|sind|ist)\s+){0,2}in\s+([^\s,;)]+)",
+    re.I,
+)
+#: Powers of ten, and what pounds, kiloponds, inches and degrees are worth: factors by which a unit is mistaken.
+MISTAKEN = (*(10.0**k for k in (-6, -4, -3, -2, -1, 1, 2, 3, 4, 6)), 9.80665, 4.4482216, 25.4, 2.54, 57.29578)
+MISTAKEN_TIMES = (2.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 50.0, 60.0, 100.0, 1000.0)
+#: Beside a channel's name, what a bare number is of: a name, a count, a place of plugs, a form.
+NUMBERED = words(
+    "cell|sensor*|transducer*|channel*|ch\\d*|step*|cycle*|samples?|points?|rows?|records?|number|no|nr|id|s/n"
+    "|serial|run|test|trial|drop"
+    "|specimen|range|class|order|version|port|pin|slot|module|device|axis|line|page|bits?|digits?|decimals?|size"
+    "|length|columns?|index"
+    "|type|model|file*|level|status|state|mode|colou?r|precision|width|plate|frame|cases?|block*|counts?|min|max"
+    "|average*|mean|std|rms"
+    "|sections?|group|plot|graph|count|total|messstelle|kanal|spalte|zeile|kraftaufnehmer|aufnehmer|wegaufnehmer"
+    "|dose|limit*|control*"
+    "|date|day|time|start|end|trigger|threshold|revision|rev|part|stage|phase|segment|sequence|speed|rate|temp*"
+    "|mass|gauge|hook|bolt"
+)
+#: Of a weight that was hung up to see what is shown.
+CHECKED = words(
+    "indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
+    "|tats(?:\u00e4|ae)chlich*"
+)
+#: What rows are made of, where they are counted by a rate that the head names.
+OF_ROWS = words("scans?|samples?|rows?|points?|readings?|values?|zeilen?|werte?|messwerte?|abtastwerte?")
+NO_ROWS = words(
+    "filter*|moving|gleitend*|smooth*|pre|post|trigger*|channels?|kan(?:\u00e4|ae)le|number|no|nr|specimen|header"
+    "|begin*|start*|size|bits?"
+    "|bytes?|buffer|display*|decimals?|oversampl*|per second|hz|clock|format|max*|first|zero|baseline|subtracted"
+    "|taken"
+)
+#: A load that is told to be below zero where it pulls.
+AGAINST = re.compile(
+    r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\s*$))"
+    r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
+    re.I,
+)
+#: What is still to be done.
+TO_BE = re.compile(
+    r"\b(?:to be|must be|should be|has to be|have to be|needs? to be|please|zu|m[u\u00fc]ss(?:en|t)?)\b", re.I
+)
+#: What makes a number beside a calibration that of the calibration.
+CONSTANT = words("factor*|faktor*|constant*|konstante|coeff*|koeff*|slope|value|wert|gain")
+#: Units no number of ours is in, and words for counts.
+FOREIGN = frozenset(
+    ("kp", "kilopond", "kiloponds", "pond", "ponds", "dyn", "dyne", "dynes", "poundal", "poundals", "tf", "tonf", "ozf")
+) | frozenset(
+    ("ounces", "stone", "thou", "px", "pixels", "counts", "digits", "ticks", "steps", "bits", "lsb", "percent", "%")
+)
+#: A share of what is true.
+SHARE_OF = re.compile(r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b", re.I)

@@ -1,0 +1,120 @@
+"""A column that is read, as what is said beside the numbers is held against it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from fibrefit.core import units as registry
+from fibrefit.core.roles import ROLES
+from fibrefit.records.columns.bearing import OTHER_QUANTITY
+from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.grammar.claims import Amount, Claim
+from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.words import kinds_named, tokens
+
+
+@dataclass(frozen=True, slots=True)
+class ReadColumn:
+    """A column that is read for a role, and what is to be known of it.
+
+    Parameters
+    ----------
+    role : str
+        One of `ROLES`.
+    column : RawColumn
+        In the unit the user declares.
+    kind : str
+        Kind of quantity.
+    unit : str or None
+        In a known spelling.
+    place, beside : int
+        Which of the columns that are no times it is, from 0, and how many these are.
+    others : frozenset of str
+        Words of the names of the other columns.
+    kinds : frozenset of str
+        Kinds of quantity of all columns.
+    settled : bool
+        Whether the user says of some column what one of its numbers is worth: what is said of none by name is answered.
+    """
+
+    role: str
+    column: RawColumn
+    kind: str
+    unit: str | None
+    place: int
+    beside: int
+    others: frozenset[str]
+    kinds: frozenset[str]
+    settled: bool
+
+    def concerns(self, about: str, one: Told) -> bool:
+        """Whether words are about the column: they name it, its quantity, or no channel at all."""
+        if one.of:
+            return True
+        words = set(tokens(about))
+        if words & set(tokens(self.column.name)):
+            return True
+        kinds = kinds_named(about)
+        if self.kind in kinds:
+            return True
+        named = words & self.others or kinds or OTHER_QUANTITY.search(about)
+        return not named
+
+    def named(self, about: str) -> bool:
+        """Whether words name the column, or its quantity."""
+        words = tokens(about)
+        several = " ".join(word.removesuffix("s") if len(word) > 3 else word for word in words)
+        return bool(set(words) & set(tokens(self.column.name))) or self.kind in kinds_named(about) | kinds_named(
+            several
+        )
+
+    def own(self, claim: Claim) -> Sequence[Amount]:
+        """Of a row with a number for each column that of this one; else all of them."""
+        if len(claim.amounts) < 2 or self.beside < 2:
+            return claim.amounts
+        if len(claim.amounts) == self.beside:
+            return claim.amounts[self.place : self.place + 1]
+        first = self.column.number - 1
+        return (
+            claim.amounts[first : first + 1] if first >= 0 and len(claim.amounts) == self.beside + 1 else claim.amounts
+        )
+
+
+def held_columns(columns: Sequence[RawColumn], roles: Mapping[str, int], answered: frozenset[int]) -> list[ReadColumn]:
+    """Columns that are read, without those of which the user says what one of their numbers is worth.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        Of the file.
+    roles : mapping of str to int
+        Position of each role.
+    answered : frozenset of int
+        Positions of the columns left out.
+    """
+    reads = []
+    for role, place in roles.items():
+        column = columns[place]
+        if place in answered or role not in ROLES or column.clock:
+            continue
+        unit = None if column.unit is None else known_unit(column.name, column.unit)
+        kind = registry.kind_of(unit) if unit else None
+        mine = set(tokens(column.name))
+        others = {word for c in columns if c is not column for word in tokens(c.name)} - mine
+        valued = [i for i, c in enumerate(columns) if not c.clock and i != roles.get("time")]
+        order = valued.index(place) if place in valued else 0
+        reads.append(
+            ReadColumn(
+                role,
+                column,
+                kind or registry.kind_of(ROLES[role]) or "",
+                unit,
+                order,
+                len(valued),
+                frozenset(others),
+                frozenset(k for c in columns if c.unit and (k := registry.kind_of(c.unit))),
+                bool(answered),
+            )
+        )
+    return reads

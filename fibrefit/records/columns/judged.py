@@ -1,0 +1,293 @@
+"""What a line beside the numbers may still change of a column: its factor, its zero, its sign, its unit."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from fibrefit.core import units as registry
+from fibrefit.records.columns.bearing import (
+    AGAINST,
+    BEFORE,
+    CHECKED,
+    CONSTANT,
+    CORRECTION,
+    DATES,
+    DONE,
+    FACTOR,
+    FOREIGN,
+    FORMULA,
+    FULL_SCALE,
+    IN_STEPS,
+    IN_UNIT,
+    LATE,
+    MISTAKEN,
+    NEUTRAL,
+    NO_STATISTIC,
+    NOT_YET,
+    NUMBERED,
+    OF_OTHERS,
+    OTHER_QUANTITY,
+    SHARE_OF,
+    SHIFT,
+    SLOWED,
+    STATISTIC,
+    SUBJECT,
+    TO_BE,
+    TURN,
+    UNDONE,
+)
+from fibrefit.records.columns.held import ReadColumn
+from fibrefit.records.columns.raw import Told
+from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
+from fibrefit.records.grammar.words import kinds_named, tokens
+from fibrefit.records.grammar.worth import OF_COUNTS, are_whole
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
+
+
+def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
+    """What a line may still change of a column; empty for nothing."""
+    line = one.text
+    if len(line) > 4 * LONGEST_HEADING:
+        return ""
+    if read.role == "time":
+        if DONE.search(line) and not UNDONE.search(line):
+            return ""
+        claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
+        return next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
+    unit = _other_kind(line, one, read)
+    if unit:
+        return f"({unit}) is no unit of"
+    told = (
+        _in_steps(line, one, read)
+        or _formula(line, one, read)
+        or _worded(line, one, read)
+        or _checked(line, read, mark)
+    )
+    if told:
+        return told
+    if one.row:
+        told = next((_row(c, read) for c in claims_of(line, mark) if not c.about.strip(" -#")), "")
+        if told:
+            return told
+    if OF_COUNTS.search(line) and are_whole(read.column.numbers.values) and read.concerns(line, one):
+        numbers = [a.value for c in claims_of(line, mark) for a in c.amounts]
+        if not read.settled and any(value not in (0.0, 1.0) for value in numbers) and not has_day(line):
+            return "may be what one number is worth of"
+    share = SHARE_OF.search(line)
+    if share and float(share[1].replace(",", ".")) / 100.0 != 1.0 and read.named(line) and not FULL_SCALE.search(line):
+        return f"({share[0]}) may be what is there of"
+    before = BEFORE.search(line) or NOT_YET.search(line)
+    if (
+        before
+        and not (read.settled and not one.of and not read.named(line))
+        and read.concerns(line, one)
+        and not OTHER_QUANTITY.search(line)
+    ):
+        return f'("{before.group()}") may be of the numbers of'
+    done = bool(DONE.search(line)) and not UNDONE.search(line)
+    for claim in claims_of(line, mark):
+        about = claim.about
+        answered = read.settled and not one.of and not read.named(about)
+        if not done and not answered and read.concerns(about, one):
+            said = (
+                _factor(claim, read, line)
+                or _bare(claim, one, read)
+                or _shift(claim, read, line)
+                or _turn(claim, line, read)
+                or _late(claim, read)
+            )
+            if said:
+                return said
+        said = _statistic(claim, read)
+        if said:
+            return said
+    return ""
+
+
+def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
+    words = FACTOR.search(claim.about)
+    if not words:
+        bare = [a for a in claim.amounts if a.factor and a.value not in (0.0, 1.0)]
+        meant = read.named(claim.about) or any(a.ratio for a in bare)
+        return "may be a factor of" if bare and meant and not OF_OTHERS.search(claim.about) else ""
+    if DATES.search(claim.about) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
+        return ""
+    if FULL_SCALE.search(claim.about) and not are_whole(read.column.numbers.values):
+        return ""
+    dated = words.group().casefold().startswith(("cal", "kal")) and has_day(line) and not CONSTANT.search(claim.about)
+    for amount in read.own(claim):
+        year = dated or (words.group().casefold().startswith(("cal", "kal")) and 1950 <= amount.value <= 2100)
+        per_cent = amount.unit == "%" and not CORRECTION.search(claim.about) and amount.value / 100.0 == 1.0
+        if amount.value in (0.0, 1.0) or year or per_cent:
+            continue
+        if (
+            not amount.unit
+            or amount.unit in ("%", "\u2030")
+            or _is_ratio(amount.unit)
+            or ("/" in amount.unit and are_whole(read.column.numbers.values))
+        ):
+            return f"({claim.about.strip()[:40]}: {amount.value:g}) may still have to be applied to"
+    return ""
+
+
+def _is_ratio(unit: str) -> bool:
+    """Whether a unit is that of one quantity over the same: a factor between two of its units, and no sensor's mV/V."""
+    above, _, below = unit.strip("()").partition("/")
+    kinds = registry.kind_of(above), registry.kind_of(below.strip("()")) if below else None
+    return kinds[0] is not None and kinds[0] == kinds[1] and kinds[0] != "voltage"
+
+
+def _bare(claim: Claim, one: Told, read: ReadColumn) -> str:
+    """A number without a unit beside the name of a column that is no name, count or form itself."""
+    if not read.named(claim.about) or one.of or NUMBERED.search(claim.about) or OF_OTHERS.search(claim.about):
+        return ""
+    bare = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
+    numbered = bool(bare) and bare[0] == int(bare[0]) and abs(bare[0]) <= read.beside + 1  # that of a channel
+    return f"({bare[0]:g}) may be a factor of" if len(bare) == len(claim.amounts) == 1 and not numbered else ""
+
+
+def _row(claim: Claim, read: ReadColumn) -> str:
+    """Numbers below the headings, without a word: they are counted off, change nothing, or are a question."""
+    own = read.own(claim)
+    values = [a.value for a in claim.amounts]
+    counted = len(values) > 1 and np.array_equal(np.diff(values), np.ones(len(values) - 1))
+    whole = len(values) == read.beside + 1 and not counted
+    if len(own) == 1 and len(values) > 1 and (own[0].factor or whole) and own[0].value not in (0.0, 1.0):
+        return f"({own[0].value:g}) is no reading and may be a factor of"
+    return ""
+
+
+def _in_steps(line: str, one: Told, read: ReadColumn) -> str:
+    """A unit that is so much of another one: "in 0.1 N"."""
+    for number, unit in IN_STEPS.findall(line) if not (read.settled and not read.named(line)) else ():
+        of_kind = registry.kind_of(unit.rstrip(".")) == read.kind
+        if of_kind and float(number.replace(",", ".")) not in (0.0, 1.0) and not OF_OTHERS.search(line):
+            return f"({number} {unit}) may be what one number is worth of"
+    return ""
+
+
+def _formula(line: str, one: Told, read: ReadColumn) -> str:
+    """A line that multiplies: of what is read already, or of nobody knows what."""
+    match = FORMULA.search(line)
+    if match is None or (read.settled and not read.named(line)):
+        return ""
+    left, right = match[1] or match[5], match[2] or match[3] or match[4]
+    made = read.named(left) and not read.named(right) and right.casefold() != "x"
+    own = set(tokens(right)) & set(tokens(read.column.name)) or (
+        right.casefold() in ("x", "m") and read.concerns(line, one)
+    )
+    return "may still have to be applied to" if own and not made else ""
+
+
+def _other_kind(line: str, one: Told, read: ReadColumn) -> str:
+    """Unit that a line says a column's numbers are in, where it measures another quantity; empty where it says none."""
+    for words, unit in IN_UNIT.findall(line) if read.unit and not (read.settled and not read.named(line)) else ():
+        bare = unit.strip("()[].")
+        kind = registry.kind_of(bare) or ("no unit" if bare.casefold() in FOREIGN else "")
+        about = read.named(words) or (SUBJECT.search(words) and not kinds_named(words) and kind not in read.kinds)
+        if kind and about and kind not in (read.kind, "time", "frequency") and not OF_OTHERS.search(words):
+            return unit
+    return ""
+
+
+def _worded(line: str, one: Told, read: ReadColumn) -> str:
+    """A number in words that is said of a column, or is to be applied."""
+    if (
+        one.place.startswith("heading")
+        or (DONE.search(line) and not UNDONE.search(line))
+        or (read.settled and not read.named(line) and not one.of)
+    ):
+        return ""
+    found = next((word for word in tokens(line) if word in WORDED), "")
+    sides = AGAINST.search(line) if read.kind == "force" else None
+    if sides:
+        return f"({sides.group()}) may turn the sign of"
+    meant = (
+        (one.of and not one.place.startswith("heading"))
+        or read.named(line)
+        or (TO_BE.search(line) and read.concerns(line, one))
+    )
+    others = OF_OTHERS.search(line) and not read.named(line)
+    return f"({found}) may be a factor of" if found and meant and not others else ""
+
+
+def _checked(line: str, read: ReadColumn, mark: str) -> str:
+    """Two amounts of a column's quantity of which one is what the other is shown as."""
+    if not CHECKED.search(line):
+        return ""
+    values = [
+        a.value * registry.to_si(a.unit, registry.si_unit(a.unit) or "")
+        for c in claims_of(line, mark)
+        for a in c.amounts
+        if a.unit and a.kind == read.kind
+    ]
+    return (
+        "is a check that does not agree, for"
+        if len(values) == 2 and abs(values[0] - values[1]) > 1e-9 * abs(values[0])
+        else ""
+    )
+
+
+def _shift(claim: Claim, read: ReadColumn, line: str) -> str:
+    if not SHIFT.search(claim.about) or DATES.search(claim.about):
+        return ""
+    if (OF_OTHERS.search(claim.about) and not read.named(claim.about)) or (
+        "tar" in line.casefold() and UNDONE.search(line)
+    ):
+        return ""
+    for amount in read.own(claim):
+        same = amount.kind == read.kind or (not amount.unit and not amount.factor)
+        if same and amount.value != 0.0:
+            return "may still have to be taken off"
+    return ""
+
+
+def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
+    match = TURN.search(claim.about)
+    if not match or NEUTRAL.search(line) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
+        return ""
+    values = [a.value for a in read.own(claim)]
+    if values:
+        named = match.group().casefold() in ("sign", "vorzeichen") or match.group().casefold().startswith("polari")
+        return "may turn the sign of" if any(v < 0 if named else v > 0 for v in values) else ""
+    stated = re.search(
+        r"(?:^|[\s:=;,\t(])(?:-|yes|on|true|ja|ein|neg\w*|minus|inver\w*|revers\w*|flipped)\W*$", line, re.I
+    )
+    said = match.group().casefold().endswith(("ed", "iert", "kehrt", "dreht", "inv", "neg"))
+    subject = read.named(line) or SUBJECT.search(line)
+    return "may turn the sign of" if stated or (said and subject) else ""
+
+
+def _late(claim: Claim, read: ReadColumn) -> str:
+    """A time by which one channel lags: it is not that of a trigger, or of all of them."""
+    if not LATE.search(claim.about) or not read.named(claim.about) or "trigger" in claim.about.casefold():
+        return ""
+    late = any(a.kind == "time" and a.value for a in claim.amounts)
+    return "may still have to be taken off the times of" if late else ""
+
+
+def _slowed(claim: Claim) -> str:
+    """A factor by which time was stretched, or what one tick of a clock is worth."""
+    ratio = any(a.factor and a.value not in (0.0, 1.0) for a in claim.amounts)
+    return "may be a factor of" if ratio and SLOWED.search(claim.about) else ""
+
+
+def _statistic(claim: Claim, read: ReadColumn) -> str:
+    """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
+    if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
+        return ""
+    values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
+    if not values.size or read.unit is None:
+        return ""
+    for name, words in STATISTIC.items():
+        amounts = [a for a in claim.amounts if a.kind == read.kind and a.value]
+        if not words.search(claim.about) or len(amounts) != 1:
+            continue
+        own = {"max": values.max(), "min": values.min(), "mean": values.mean()}[name]
+        si = registry.si_unit(read.unit) or ""
+        stated = amounts[0].value * registry.to_si(amounts[0].unit, si) / registry.to_si(read.unit, si)
+        if own and any(abs(stated / own / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f)):
+            return f"({stated / own:.3g} times the one that is read) contradicts"
+    return ""

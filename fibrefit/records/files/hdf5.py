@@ -1,0 +1,156 @@
+"""Content of HDF5 files, MATLAB 7.3 among them: counted, then read, and what attributes say beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fibrefit.core.allowance import Allowance
+from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import Told
+from fibrefit.records.grammar.worth import worth_told
+
+_UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
+_PACKED = ("scale_factor", "add_offset", "_FillValue")
+#: Bytes each item of an HDF5 file counts at least.
+_ITEM = 1 << 14
+#: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
+WORTH = "\0worth"
+#: The same for all that is said of their units.
+STATED = "\0stated"
+UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
+
+
+@dataclass(frozen=True)
+class Hdf5:
+    """Content of an HDF5 file, counted before it is read: a name costs nothing, and links can lead round for ever.
+
+    Parameters
+    ----------
+    file : h5py.File
+    allowed : Allowance
+    reads : bool
+        Whether numbers are read; otherwise they are only counted.
+    told : list of Told
+        Filled with what attributes say, as the groups are read.
+    """
+
+    file: Any
+    allowed: Allowance
+    reads: bool = True
+    told: list[Told] = field(default_factory=list)
+
+    def group(self, group: Any) -> dict[str, Any]:
+        """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
+        tree = _said(group)
+        self._tell(group.attrs)
+        units_of = {}
+        for name in group:
+            if name.startswith("#"):
+                continue
+            item = self._own(group, name)
+            tree[name] = self.item(item)
+            stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
+            if stated and stated[0]:
+                units_of[name] = stated[0]
+                tree.setdefault(STATED, {})[name] = stated
+            if not hasattr(item, "items"):
+                self._tell(item.attrs, item.name.strip("/").replace("/", "."))
+            if isinstance(tree[name], np.ndarray):
+                told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
+                tree.setdefault(WORTH, {})[name] = worth_told(told, tree[name])
+            for key, value in _said(item).items() if not hasattr(item, "items") else ():
+                if isinstance(value, str) and key.casefold().replace("_", "") in UNITS:
+                    continue
+                while key in tree and not np.array_equal(tree[key], value):
+                    key += " "  # the same of another array, and not the same number: told beside the first
+                tree[key] = value
+        if units_of and not any(key.casefold().replace("_", "") in UNITS for key in tree):
+            tree["units"] = units_of
+        return tree
+
+    def _tell(self, attributes: Any, of: str = "") -> None:
+        """Keep the attributes of a group, or of one array, that are words or single numbers."""
+        for key, value in attributes.items() if self.reads else ():
+            array = np.asarray(value)
+            if (
+                key not in _PACKED
+                and not key.startswith("MATLAB")
+                and array.size == 1
+                and array.dtype.kind in "OSUiufb"
+            ):
+                text = " ".join(f"{key} = {_text(array.ravel()[0])}".split())
+                place = f'attribute "{key}" of "{of}"' if of else f'attribute "{key}"'
+                self.told.append(Told(place, text, of))
+
+    def _own(self, group: Any, name: str) -> Any:
+        """What stands in the file itself: of another one, which may change or be anybody's, no digest is kept."""
+        link = group.get(name, getlink=True)
+        if elsewhere := getattr(link, "filename", ""):
+            raise self._refusal(name, elsewhere)
+        item = group[name]
+        others = [] if hasattr(item, "items") else [file for file, *_ in item.external or ()]
+        if not hasattr(item, "items") and item.is_virtual:
+            others += [source.file_name for source in item.virtual_sources() if source.file_name != "."]
+        if others:
+            raise self._refusal(name, others[0])
+        return item
+
+    def _refusal(self, name: str, elsewhere: str) -> DataError:
+        got = f'"{name}" is kept in another file, "{elsewhere}"'
+        return DataError(self.allowed.where, got, "one file with all that was measured", "Copy it into one file.")
+
+    def item(self, item: Any) -> Any:
+        """The same for all else: texts are arrays of codes, lists are arrays of references."""
+        self.allowed.take(_ITEM)
+        if hasattr(item, "items"):
+            return self.group(item)
+        said = item.attrs.get("MATLAB_class", b"")
+        kind = said.decode() if isinstance(said, bytes) else ""
+        if item.attrs.get("MATLAB_empty", 0):
+            return None
+        self.allowed.take((item.size or 0) * item.dtype.itemsize)
+        if not self.reads and item.dtype != object:
+            return None
+        array = np.asarray(item[()])
+        if kind == "char":
+            return "".join(map(chr, array.ravel(order="F")))
+        if array.dtype == object:
+            return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
+        if array.dtype.names:
+            return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
+        if array.dtype.kind not in "biuf":
+            return None
+        array = _unpacked(array, item.attrs)
+        # MATLAB stores columns first: a matrix comes out transposed.
+        return np.squeeze(array.T if kind else array)
+
+
+def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:
+    """Numbers that were packed by the conventions of netCDF: a factor, an offset, and a number for nothing."""
+    told = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
+    if not told:
+        return array
+    missing = array == told["_FillValue"] if "_FillValue" in told else np.zeros(array.shape, dtype=bool)
+    return np.where(missing, np.nan, array * told.get("scale_factor", 1.0) + told.get("add_offset", 0.0))
+
+
+def _said(item: Any) -> dict[str, Any]:
+    """Attributes that tell a rate or the names of columns."""
+    said: dict[str, Any] = {}
+    for key, value in item.attrs.items():
+        array = np.asarray(value)
+        if array.ndim == 0 and array.dtype.kind in "iuf":
+            said[key] = array
+        elif array.ndim == 1 and array.dtype.kind in "OSU":
+            said[key] = [_text(text) for text in array]
+        elif isinstance(value, str | bytes) and key.endswith(("_unit", "_units")):
+            said[key] = _text(value)
+    return said
+
+
+def _text(value: Any) -> str:
+    value = value[0] if isinstance(value, np.ndarray) and value.size else value
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
