@@ -60,7 +60,7 @@ print("status:", posterior.status)
 posterior.plot_corner("stiffness", "damping", "friction")
 
 # %%
-damping, friction = posterior.draws["damping"].ravel(), posterior.draws["friction"].ravel()
+damping, friction = posterior.draws["damping"], posterior.draws["friction"]
 print(f"correlation of damping and friction: {np.corrcoef(damping, friction)[0, 1]:.2f}")
 
 # %% [markdown]
@@ -100,7 +100,7 @@ for channel, band in posterior.bands.items():
 
 # %%
 mass = study.records[0].weight_mass
-stiffness = posterior.draws["stiffness"].ravel()
+stiffness = posterior.draws["stiffness"]
 derived = {
     "natural frequency / Hz": np.sqrt(stiffness / mass) / (2.0 * np.pi),
     "share of critical damping / %": 100.0 * damping / (2.0 * np.sqrt(stiffness * mass)),

@@ -100,8 +100,8 @@ print(f"damping_rate_factor {factor.mean:.3f}, 95 %: {factor.interval[0]:.3f} to
 
 # %%
 speeds = np.linspace(0.0, 1.0, 6)
-level = viscous.draws["friction"].ravel()
-slope = viscous.draws["guide.viscous_friction.viscous_coefficient"].ravel()
+level = viscous.draws["friction"]
+slope = viscous.draws["guide.viscous_friction.viscous_coefficient"]
 print("speed / (m/s)   friction / N: 5 %, 50 %, 95 %")
 for speed in speeds:
     low, middle, high = np.quantile(level + slope * speed, [0.05, 0.5, 0.95])

@@ -93,19 +93,25 @@ def covariance_frame(groups: Groups) -> pd.DataFrame:
 
 
 def draw_frame(groups: Groups) -> pd.DataFrame:
-    """Draws of a posterior, one column a value; SI units."""
+    """Draws of a posterior, one column a value, one row a draw by ``chain`` and ``draw``; SI units.
+
+    What records share comes first. Within that columns go by name: a file gives them back in no other order.
+    """
     posterior = groups["posterior"]
     columns: dict[str, np.ndarray] = {}
+    shape = (0, 0)
     for name, variable in posterior.items():
         if variable.dims[:2] != ("chain", "draw"):
             continue
+        shape = np.shape(variable.values)[:2]
         values = np.asarray(variable.values).reshape(-1, *np.shape(variable.values)[2:])
         if variable.dims[2:] == ("record",):
             records = posterior["record"].values
             columns |= {f"{name}[{record}]": values[:, i] for i, record in enumerate(records)}
         elif values.ndim == 1:
             columns[name] = values
-    return pd.DataFrame(columns)
+    columns = {name: columns[name] for name in sorted(columns, key=lambda name: ("[" in name, name.partition("[")[0]))}
+    return pd.DataFrame(columns, index=pd.MultiIndex.from_product(map(range, shape), names=["chain", "draw"]))
 
 
 def correlation_of(covariance: pd.DataFrame) -> pd.DataFrame:

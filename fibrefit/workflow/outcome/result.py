@@ -131,6 +131,27 @@ class AnyResult(Shown, ABC):
         self._need(groups, "predictions")
         return residual_frame(groups, {n: getattr(r, "samples", None) for n, r in self.summary().records.items()})
 
+    @property
+    def draws(self) -> pd.DataFrame:
+        """Draws of a posterior, one column a value, SI units: those that ``result.h5`` keeps, found now or loaded.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row a draw, by ``chain`` (an ensemble of walkers) and ``draw``; a value that each record has of its own
+            is a column ``name[record]``.
+
+        Raises
+        ------
+        UsageError
+            If the result is no posterior.
+        """
+        from fibrefit.tables.frames import draw_frame
+
+        groups = self.groups()
+        self._need(groups, "posterior")
+        return draw_frame(groups)
+
     def to_datatree(self) -> xr.DataTree:
         """All arrays as a tree of xarray data sets, in the groups in which ArviZ looks for them.
 

@@ -79,20 +79,6 @@ class StoredResult(AnyResult):
         return load_study(self.folder / "study.toml")
 
     @property
-    def draws(self) -> pd.DataFrame:
-        """Draws of a posterior, one column a value, SI units.
-
-        Raises
-        ------
-        UsageError
-            If the result is no posterior.
-        """
-        from fibrefit.tables.frames import draw_frame
-
-        self._need(self.groups(), "posterior")
-        return draw_frame(self.groups())
-
-    @property
     def figures(self) -> dict[str, Path]:
         """Pictures by name."""
         return _figures(self.folder)

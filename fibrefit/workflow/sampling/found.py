@@ -92,12 +92,6 @@ class Findings:
         return {name: found for name, found in self.posterior.marginals.items() if not name.endswith(of_records)}
 
     @cached_property
-    def draws(self) -> dict[str, np.ndarray]:
-        """Draws ``(n_ensemble, n_draw)`` of every value by name, in SI units."""
-        drawn = self.posterior.draws
-        return {name: drawn[..., i] for i, name in enumerate(self.posterior.target.names)}
-
-    @cached_property
     def compared(self) -> tuple[ComparedModel, ...]:
         """The model against its rivals."""
         return tuple(compared(self.cross_validation, self.posterior.log_evidence, rival) for rival in self.rivals)
