@@ -13,7 +13,7 @@ from fibrefit.cli.options import Asked, result_options, study_options, with_aske
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.formats import FIGURES
+from fibrefit.core.formats import FIGURES, formats_asked
 
 
 @click.command("fit")
@@ -47,6 +47,10 @@ def command(
             fit = fit_study(asked.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
         # What was found is told before the figures are drawn, which takes as long again.
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
+        if formats_asked():
+            from fibrefit.plots.artists import without_help
+
+            without_help()
         fit.save(folder, force=asked.force, stop=stop)
         interrupted = stop()
     terminal.wrote(folder, " Not all figures were drawn." if interrupted else _further(folder))

@@ -21,6 +21,9 @@ from fibrefit.core.errors import FibrefitError, UsageError, did_you_mean
 #: What a disk says that has no room, or may not be written, and a stream that was closed before the start.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EBADF)
 
+AT_FIRST, AGAIN = 600_000, 100_000
+"""New objects before Python looks for garbage: the packages of a fit and its programs are some 400 000."""
+
 #: Every command and what its line in the help says; the module of the same name is imported when it is called.
 COMMANDS = {
     "init": "Write a study that runs, or the file of an effect of your own.",
@@ -170,10 +173,25 @@ def _say_warning(message: Warning | str, category: type[Warning], filename: str,
     say(f"{category.__name__}: {message} ({os.path.basename(filename)}, line {lineno})")
 
 
+def look_for_garbage_late() -> None:
+    """Have Python look for garbage seldom: tracing makes hundreds of thousands of objects that stay.
+
+    To look through them took a tenth of a fit; through those of the packages alone, a tenth of a second. The first
+    time is therefore later than the others.
+    """
+
+    def go_on(phase: str, told: object) -> None:
+        if phase == "stop":
+            gc.set_threshold(AGAIN, 50, 50)
+            gc.callbacks.remove(go_on)
+
+    gc.set_threshold(AT_FIRST, 50, 50)
+    gc.callbacks.append(go_on)
+
+
 def main() -> None:
     """Entry point of the command line."""
-    # Tracing makes hundreds of thousands of objects that stay; to look through them for garbage took a tenth of a fit.
-    gc.set_threshold(100_000, 50, 50)
+    look_for_garbage_late()
     _open_what_is_closed()
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks a letter shows a question mark in its place, and the run goes on.

@@ -43,6 +43,8 @@ TALL, LOW, GAP, BETWEEN = 26.0, 18.0, 3.0, 9.0
 """Heights in mm of readings and residuals, and room between panels: all of it stands on one page."""
 MOST_RECORDS, MOST_VALUES, MOST_GAPS, MOST_DOUBTS = 3, 12, 12, 4
 """Records, values, gaps and doubts there is room for on that page."""
+MOST_MARKS = 4
+"""Stretches between the marks of an axis: each mark takes as long to make as a line."""
 LINE, BELOW = 4.2, 14.0
 """Height of a line of text, and room below the records for the label of their axis, in mm."""
 ACROSS = 135
@@ -164,7 +166,9 @@ def _finish(panels: list[Axes], final: Fitted, record: int, width: float) -> Non
     ends = final.motion_ends(record)
     for axes in panels:
         axes.set_xlim(*ends)
-        axes.tick_params(labelbottom=axes is panels[-1])
+        axes.locator_params(nbins=MOST_MARKS)
+        if axes is not panels[-1]:
+            axes.set_xticks([])  # the times stand below the last of them
     label(panels[-1], x="time / s")
     said = ", ".join(filter(None, [final.records[record], final.conditions(record)]))
     lines = textwrap.wrap(said, int(width / LETTER_SMALL), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}")

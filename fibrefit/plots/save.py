@@ -6,12 +6,16 @@ import io
 import re
 import unicodedata
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from matplotlib.artist import Artist
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from matplotlib.ticker import Formatter
 
 from fibrefit.core.formats import formats_asked
 from fibrefit.core.paths import numbered_stems, without_end
@@ -68,7 +72,7 @@ def save_figures(
 @in_own_style
 def figure_file(figure: Figure, kind: str = "png") -> bytes:
     """A figure as a file with its caption inside, its texts as they stand: a heading may hold half a formula."""
-    for text in figure.findobj(Text):
+    for text in _texts(figure):
         text.set_parse_math(False)
         text.set_text(harmless(text.get_text()))
     drawn = io.BytesIO()
@@ -78,6 +82,23 @@ def figure_file(figure: Figure, kind: str = "png") -> bytes:
         how: dict[str, Any] = {"pil_kwargs": {"compress_level": PACKED}} if kind == "png" else {}
         figure.savefig(drawn, format=kind, metadata=_told(kind, harmless(caption_of(figure))), **how)
     return drawn.getvalue()
+
+
+def _texts(artist: Artist) -> Iterator[Text]:
+    """Texts of a figure but the names and numbers of axes, which are made anew whenever it is drawn."""
+    if isinstance(artist, Text):
+        yield artist
+    elif isinstance(artist, Axis):
+        yield from (artist.label, artist.offsetText)
+        for formatter in (artist.get_major_formatter(), artist.get_minor_formatter()):
+            formatter.format_ticks = partial(_harmless_marks, formatter)
+    else:
+        for child in artist.get_children():
+            yield from _texts(child)
+
+
+def _harmless_marks(formatter: Formatter, places: Sequence[float]) -> list[str]:
+    return [harmless(said) for said in type(formatter).format_ticks(formatter, places)]
 
 
 def _told(kind: str, caption: str) -> dict[str, str | None]:

@@ -71,6 +71,7 @@ KINDS = ((BLUE, "o"), (GREEN, "s"), (ORANGE, "^"), (PURPLE, "D"), ("#8C6D31", "v
 
 
 _DEFAULTS = {name: value for name, value in rcParamsDefault.items() if not name.startswith("backend")}
+_DEFAULTS["text.parse_math"] = False  # a name of a record may hold half a formula
 in_own_style = rc_context(_DEFAULTS)
 """Decorator of what makes figures or files of them: both ask for settings."""
 

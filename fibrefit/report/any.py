@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fibrefit.report.batch import batch_report
-from fibrefit.report.confusion import distinguish_report
-from fibrefit.report.discovery import discovery_report
-from fibrefit.report.plan import plan_report
-from fibrefit.report.posterior import posterior_report
-from fibrefit.report.prediction import prediction_report
-from fibrefit.report.series import series_report
-from fibrefit.report.sweep import sweep_report
-from fibrefit.report.text import fit_report
-from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
-from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.study.summaries.sweep import SweepSummary
 
-REPORTS: dict[type[Part], Callable[[Any], str]] = {
-    FitSummary: fit_report,
-    DiscoverySummary: discovery_report,
-    PosteriorSummary: posterior_report,
-    PredictionSummary: prediction_report,
-    BatchSummary: batch_report,
-    SweepSummary: sweep_report,
-    DistinguishSummary: distinguish_report,
-    PlanSummary: plan_report,
-    SeriesSummary: series_report,
+if TYPE_CHECKING:
+    from fibrefit.study.summaries.design import DistinguishSummary
+    from fibrefit.study.summaries.summaries import BatchSummary
+
+REPORTS = {
+    "FitSummary": "text.fit_report",
+    "DiscoverySummary": "discovery.discovery_report",
+    "PosteriorSummary": "posterior.posterior_report",
+    "PredictionSummary": "prediction.prediction_report",
+    "BatchSummary": "batch.batch_report",
+    "SweepSummary": "sweep.sweep_report",
+    "DistinguishSummary": "confusion.distinguish_report",
+    "PlanSummary": "plan.plan_report",
+    "SeriesSummary": "series.series_report",
 }
+"""Module and function of each kind's report, loaded when it is first asked for: a fit needs one of them."""
 
 
 def report_of(summary: Part) -> str:
@@ -44,7 +35,9 @@ def report_of(summary: Part) -> str:
     summary : Part
         Content of a ``summary.json``.
     """
-    return REPORTS[type(summary)](summary)
+    module, name = REPORTS[type(summary).__name__].split(".")
+    said: str = getattr(importlib.import_module(f"fibrefit.report.{module}"), name)(summary)
+    return said
 
 
 def sentence_of(summary: Part) -> str:
@@ -55,7 +48,8 @@ def sentence_of(summary: Part) -> str:
     summary : Part
         Content of a ``summary.json``.
     """
-    return LINES[type(summary)](summary) if type(summary) in LINES else "no parameters"
+    line = LINES.get(type(summary).__name__)
+    return line(summary) if line else "no parameters"
 
 
 def _compared(summary: DistinguishSummary) -> str:
@@ -68,9 +62,9 @@ def _counted(summary: BatchSummary) -> str:
     return ", ".join(f"{number} {status}" for status, number in found.items())
 
 
-LINES: dict[type[Part], Callable[[Any], str]] = {
-    PlanSummary: lambda summary: f"next: {summary.further[0].says}",
-    DistinguishSummary: _compared,
-    BatchSummary: _counted,
-    SeriesSummary: lambda summary: summary.sentence,
+LINES: dict[str, Callable[[Any], str]] = {
+    "PlanSummary": lambda summary: f"next: {summary.further[0].says}",
+    "DistinguishSummary": _compared,
+    "BatchSummary": _counted,
+    "SeriesSummary": lambda summary: summary.sentence,
 }

@@ -18,7 +18,7 @@ SAME = 0.8
 class StudyTable(BaseModel):
     """A table of a file a user writes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, defer_build=True)
 
     @classmethod
     def known_keys(cls) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,6 +71,10 @@ class Fit(Predicts):
 
     def groups(self) -> dict[str, dict[str, Variable]]:
         """Arrays of ``result.h5``."""
+        return self._arrays
+
+    @cached_property
+    def _arrays(self) -> dict[str, dict[str, Variable]]:
         return fit_groups(self.identification)
 
     def first_figures(self) -> Figures:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli import show
-from fibrefit.cli.main import COMMANDS
+from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late
 from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.store.directory import ResultDirectory
 from tests.cli.conftest import Run
@@ -30,6 +31,18 @@ def test_help_is_quick() -> None:
         return after.children_user + after.children_system - before.children_user - before.children_system
 
     assert min(timed() for _ in range(3)) < HELP_TIME
+
+
+def test_garbage_is_looked_for_late_once_and_then_as_often_as_ever() -> None:
+    usual, before = gc.get_threshold(), list(gc.callbacks)
+    try:
+        look_for_garbage_late()
+        assert gc.get_threshold()[0] == AT_FIRST > 4 * AGAIN
+        gc.collect(0)
+        assert gc.get_threshold()[0] == AGAIN
+        assert gc.callbacks == before
+    finally:
+        gc.set_threshold(*usual)
 
 
 def test_help_imports_nothing_heavy() -> None:

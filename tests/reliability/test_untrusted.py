@@ -145,7 +145,9 @@ def test_json_stays_whole(capsys: pytest.CaptureFixture[str]) -> None:
 def test_names_in_a_picture_steer_nothing(kind: str) -> None:
     """The font lacks these signs; a library that quoted them in a warning wrote them to the terminal."""
     figure = Figure()
-    figure.subplots().set_title("drop \x1b]0;pwned\x07 \u202e 落下")
+    axes, name = figure.subplots(), "drop \x1b]0;pwned\x07 \u202e $x^ 落下"
+    axes.set_title(name)
+    axes.set_yticks([0.0, 0.5], [name, f"another {name}"])
     drawn = figure_file(figure, kind)
     if kind == "svg":
         assert not {"\x1b", "\x07", "\u202e"} & set(drawn.decode("utf-8"))

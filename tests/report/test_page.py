@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import importlib
 import json
 import re
 from html.parser import HTMLParser
@@ -256,5 +257,8 @@ def test_a_search_tells_its_rounds() -> None:
 
 
 def test_there_is_a_report_of_every_kind() -> None:
-    assert set(REPORTS) == set(SUMMARIES.values())
+    assert set(REPORTS) == {kind.__name__ for kind in SUMMARIES.values()}
+    for where in REPORTS.values():
+        module, name = where.split(".")
+        assert callable(getattr(importlib.import_module(f"fibrefit.report.{module}"), name))
     assert set(KINDS) <= set(SUMMARIES.values())

@@ -29,7 +29,7 @@ class Part(BaseModel):
     """A part of a summary file: frozen, finite, closed to names it does not know."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, from_attributes=True
+        extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, from_attributes=True, defer_build=True
     )
 
     @classmethod

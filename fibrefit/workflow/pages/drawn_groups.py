@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.roles import PHASES, STATES, TURNING
@@ -40,7 +39,8 @@ def conditions_group(problem: Problem) -> dict[str, Variable]:
 
 def reading_errors(found: Identification) -> dict[str, Variable]:
     """Standard error of each simulated reading by the errors of the values; NaN where a value is not determined."""
-    layout, linear = found.problem.layout, found.problem.linearised(jnp.asarray(found.values))
+    layout = found.problem.layout
+    linear, _ = found.problem.followed(layout.local(np.asarray(found.values)))
     slopes, columns = np.asarray(linear.slopes), np.asarray(layout.local_columns)
     # A value that is held in a record has a place beyond the last one.
     covariance = np.pad(found.covariance, (0, 1))
