@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 LEFT, BOTTOM, ACROSS, UP = 17.0, 13.0, 17.0, 15.0
 """Margins for names of records in two lines, and room between panels for the label of the next, in mm."""
+LEGEND = 3.5
+"""Room for a legend below a title of two lines and its remark, in mm."""
 HEIGHT, COLUMNS = 32.0, 3
 """Height of a panel in mm, and panels in a row."""
 MOST = 12
@@ -68,7 +70,8 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
     population : mapping of parameter to PopulationSummary
     values : mapping of record to mapping of parameter to RecordValue
     """
-    high = TOP + len(population) * (HEIGHT + GAP) - GAP + BOTTOM
+    top = TOP + LEGEND
+    high = top + len(population) * (HEIGHT + GAP) - GAP + BOTTOM
     figure = new_figure(high)
     title(
         figure,
@@ -76,7 +79,7 @@ def population_figure(population: Mapping[str, PopulationSummary], values: Value
         "open: record by itself; filled: partially pooled; bars: twice the standard error",
     )
     for i, (name, found) in enumerate(population.items()):
-        axes = axes_at(figure, LEFT, high - TOP - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
+        axes = axes_at(figure, LEFT, high - top - (i + 1) * HEIGHT - i * GAP, WIDTH - LEFT - RIGHT, HEIGHT)
         _pooled(axes, name, found, values)
         last = i == len(population) - 1
         named = len(values) <= MOST_NAMES
@@ -95,9 +98,9 @@ def _differing(population: Mapping[str, PopulationSummary]) -> str:
     name, one = min(population.items(), key=lambda item: item[1].chance)
     unit, worth = readable_unit(np.array([one.mean]), one.unit)
     by = f"{100.0 * one.between_records:.2g} %" if one.relative else f"{one.between_records / worth:.2g} {unit}"
-    said = f"{_words(name)} differs from record to record by {by} (probability by chance {one.chance:.2g})"
     if one.chance * len(population) >= SIGNIFICANT:
-        return f"Records differ by no more than chance: {said}"
+        return f"Records differ by no more than chance: {_words(name)} by {by} (probability {one.chance:.2g})"
+    said = f"{_words(name)} differs from record to record by {by} (probability by chance {one.chance:.2g})"
     return said[0].upper() + said[1:]
 
 

@@ -91,13 +91,13 @@ def _texts(artist: Artist) -> Iterator[Text]:
     elif isinstance(artist, Axis):
         yield from (artist.label, artist.offsetText)
         for formatter in (artist.get_major_formatter(), artist.get_minor_formatter()):
-            formatter.format_ticks = partial(_harmless_marks, formatter)
+            formatter.format_ticks = partial(_harmless_marks, formatter)  # type: ignore[method-assign]
     else:
         for child in artist.get_children():
             yield from _texts(child)
 
 
-def _harmless_marks(formatter: Formatter, places: Sequence[float]) -> list[str]:
+def _harmless_marks(formatter: Formatter, places: list[float]) -> list[str]:
     return [harmless(said) for said in type(formatter).format_ticks(formatter, places)]
 
 

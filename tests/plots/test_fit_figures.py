@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import io
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image, ImageColor
 
 from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
@@ -22,7 +24,7 @@ from fibrefit.plots.fit import MOST_RECORDS
 from fibrefit.plots.save import figure_file
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
-from fibrefit.plots.style import caption_of
+from fibrefit.plots.style import VERMILLION, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
 from fibrefit.study.summaries.check import SIZE, Check
@@ -254,6 +256,21 @@ def test_figures_are_written_in_every_format_with_their_captions(figures: dict[s
     assert paths[1].read_bytes().startswith(b"%PDF")
     assert caption_of(figures["starts"])[:30] in paths[2].read_text(encoding="utf-8")
     assert save_figures({"starts": figures["starts"]}, tmp_path / "none", formats=()) == []
+
+
+def test_a_picture_for_the_page_keeps_the_colour_of_a_single_point() -> None:
+    drawn = Image.effect_noise((600, 400), 80.0).convert("RGB")
+    red = ImageColor.getrgb(VERMILLION)
+    drawn.paste(red, (300, 200, 304, 204))
+    blue = Image.linear_gradient("L").resize((600, 200))
+    drawn.paste(Image.merge("RGB", (blue, blue, Image.new("L", blue.size, 255))), (0, 0))
+    file = io.BytesIO()
+    drawn.save(file, "PNG")
+    small, _ = small_png(file.getvalue())
+    with Image.open(io.BytesIO(small)) as picture:
+        kept = picture.convert("RGB").getpixel((302, 202))
+    assert isinstance(kept, tuple)
+    assert max(abs(a - b) for a, b in zip(kept, red, strict=True)) < 40
 
 
 def test_a_notebook_shows_all_figures_at_once(figures: dict[str, Figure]) -> None:

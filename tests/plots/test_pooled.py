@@ -45,12 +45,23 @@ def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
     ("chance", "says"),
     [
         (0.02, "Stribeck speed differs from record to record by 3 % (probability by chance 0.02)"),
-        (0.03, "Records differ by no more than chance: stribeck speed differs from record to record by 3 %"),
+        (0.03, "Records differ by no more than chance: stribeck speed by 3 % (probability 0.03)"),
     ],
 )
 def test_what_differs_is_said_with_its_probability(chance: float, says: str) -> None:
     """Of two parameters the surer has to be half as probable by chance as one alone."""
     assert caption_of(population_figure(population(chance), VALUES)).startswith(says)
+
+
+@pytest.mark.parametrize("name", ["stiffness", "guide.own_law." + "long_" * 12 + "name"])
+def test_the_legend_stands_below_the_remark_however_long_the_title(name: str) -> None:
+    found = population(0.02)["stiffness"].model_copy(update={"chance": 0.001})
+    figure = population_figure({name: found}, VALUES)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    remark = min(text.get_window_extent(renderer).y0 for text in figure.texts)
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert legend.get_window_extent(renderer).y1 < remark
 
 
 @pytest.mark.parametrize(
