@@ -57,6 +57,14 @@ def test_coarse_times_of_an_odd_rate_are_refused(write: Callable) -> None:
         read_record(write(table(times)))
 
 
+def test_times_with_no_step_as_large_as_their_last_digit_are_refused_without_a_warning(
+    write: Callable, recwarn: pytest.WarningsRecorder
+) -> None:
+    with pytest.raises(DataError, match="leaves the rate open"):
+        read_record(write(table([f"{i}e-300" for i in range(4000)])))
+    assert not list(recwarn)
+
+
 @pytest.mark.parametrize(("rate", "digits"), [(1651.6, 6), (3000.0, 6), (12800.0, 6), (333.0, 5), (2000.3, 7)])
 def test_rounded_times_of_any_rate(rate: float, digits: int, write: Callable) -> None:
     record = read_record(write(table(regular(4000, rate, digits))))

@@ -49,6 +49,8 @@ def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str], readab
     if resolution == 0:
         return False
     steps = np.round(np.diff(times) / resolution)
+    if not (steps > 0).any():
+        return True
     usual = typical(steps[steps > 0])
     if usual * COARSE >= 1:
         return False
