@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.misfit.discrepancy import Doubtful
 from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import Gap, Starts, total
@@ -42,6 +43,7 @@ COMPLETION = "completion"
 EXPLAINED = "explained_share"
 AGREED = "starts"
 MISSTATED = "misstated"
+DOUBTFUL = "doubtful_value"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -265,6 +267,21 @@ def explained_otherwise(found: Misstated) -> Check:
         identifier=MISSTATED,
         quantity="what the study states",
         facts={"misstated": found},
+    )
+
+
+def known_to_a_factor(found: Doubtful) -> Check:
+    """Whether what the model lacks leaves every value of use: the error bars that allow for it tell."""
+    most = 1.0 - 1.0 / FACTOR
+    return Check(
+        name="no value may be off by a factor",
+        passed=found.share <= most,
+        fatal=True,
+        statistic=found.share,
+        threshold=most,
+        identifier=DOUBTFUL,
+        quantity="size of the values",
+        facts={"doubtful": found, "factor": FACTOR},
     )
 
 

@@ -22,6 +22,7 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
+from fibrefit.fitting.misfit.discrepancy import most_doubtful
 from fibrefit.fitting.misfit.misstated import misstated
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
@@ -194,6 +195,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
+    doubtful = most_doubtful(problem.layout, best.values, best.bars)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
     checks = (
@@ -210,6 +212,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         *best.checks,
         explained,
         *_as_stated(task, best, explained),
+        *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )

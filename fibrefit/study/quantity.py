@@ -134,6 +134,8 @@ MassOrNone = Annotated[float, Unit("kg", "5.035 kg", lower=0)]
 Length = Annotated[float, Unit("m", "599 mm", lower=0, lower_allowed=False)]
 Distance = Annotated[float, Unit("m", "10 mm", lower=0)]
 Position = Annotated[float, Unit("m", "-0.12 mm")]
+Slope = Annotated[float, Unit("rad", "90 deg", lower=0, lower_allowed=False, upper=math.pi)]
+"""Of a guide that something falls along."""
 Angle = Annotated[float, Unit("rad", "30 deg", lower=-2 * math.pi, upper=2 * math.pi)]
 Turn = Annotated[float, Unit("rad", "150 deg", lower=0)]
 Instant = Annotated[float, Unit("s", "0.1432 s")]

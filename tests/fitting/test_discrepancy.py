@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.error_bars import ErrorBars, estimates
-from fibrefit.fitting.misfit.discrepancy import CELLS, METHOD, PARTS, _cells, _without_parts, with_discrepancy
+from fibrefit.fitting.misfit.discrepancy import (
+    CELLS,
+    METHOD,
+    PARTS,
+    _cells,
+    _without_parts,
+    most_doubtful,
+    with_discrepancy,
+)
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
 from fibrefit.problem.diagnose.phases import FORWARDS, HELD, Motion
 from fibrefit.problem.statement.transform import Range
@@ -110,6 +118,21 @@ def test_parts_that_tell_nothing_are_no_fault() -> None:
     columns, force = decaying(1)
     _, scores = scores_of(columns, force)
     assert not _without_parts(replace(scores, slopes=0.0 * scores.slopes)).any()
+
+
+def test_the_value_that_its_error_bar_reaches_furthest_round_is_the_doubtful_one() -> None:
+    """Of values that cannot change their sign and that all records share, where the model lacks something."""
+    positive, either = Range(0.0, 1e9, 10.0), Range(-1e9, 1e9, 1.0)
+    kinds = (("stiffness", positive, None), ("friction", positive, None), ("position_zero", either, 0))
+    layout = SimpleNamespace(
+        entries=tuple((SimpleNamespace(name=name, unit="-", range=limits), record) for name, limits, record in kinds)
+    )
+    values, covariance = np.array([2e4, 4.0, 1e-4]), np.diag([2e3, 1.0, 1.0]) ** 2
+    assert most_doubtful(layout, values, ErrorBars({"white": covariance}, "white")) is None  # type: ignore[arg-type]
+    found = most_doubtful(layout, values, ErrorBars({METHOD: covariance}, METHOD))  # type: ignore[arg-type]
+    assert found is not None
+    assert (found.name, found.value, found.error) == ("friction", 4.0, 1.0)
+    assert found.share == pytest.approx(1.96 / 4.0, rel=1e-3)
 
 
 def test_what_the_model_lacks_brings_no_value_to_a_limit() -> None:

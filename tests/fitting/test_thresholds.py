@@ -16,6 +16,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, misstated, outweighed, structure
+from fibrefit.fitting.misfit.discrepancy import Doubtful
 from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.fitting.search import with_input_errors
 from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
@@ -26,6 +27,7 @@ from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
@@ -43,6 +45,11 @@ def left(share: float) -> Check:
 def off_by(factor: float) -> Misstated:
     """A fault in what is stated that makes so much of a value."""
     return Misstated("study.clock", 0.01, "-", "damping", "N s/m", factor, 1.0, factor)
+
+
+def reaching(share: float) -> Doubtful:
+    """A value whose 95 % interval reaches so far round it, of itself."""
+    return Doubtful("damping", "N s/m", 10.0, 10.0 * share / Z_95, share)
 
 
 def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float = 0.0) -> bool:
@@ -119,6 +126,7 @@ CASES = (
     Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
     Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
+    Bracket("FACTOR", judge, lambda x: judge.known_to_a_factor(reaching(1.0 - 1.0 / x)).passed, 1.4, 1.6),
     Bracket("FACTOR", judge, lambda x: not judge.explained_otherwise(off_by(x)).fatal, 1.4, 1.6),
     Bracket(
         "REMAINING", misstated, lambda x: misstated.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)), 0.017, 0.0235

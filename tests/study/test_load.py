@@ -127,6 +127,7 @@ REFUSED = {
     "boolean": (('"3.096 kg"', "true"), "rig.weight_mass: True", "such as"),
     "list": (('"3.096 kg"', '["3 kg"]'), "rig.weight_mass", "is not a quantity"),
     "date": (('"3.096 kg"', "2026-01-01"), "rig.weight_mass", "is not a quantity"),
+    "level guide": (('"90 deg"', '"0 deg"'), "rig.inclination", "between 0 and 3.14159 rad"),
     "angle": (('"90 deg"', '"4000 deg"'), "rig.inclination", "out of range"),
     "misspelt key": (("weight_mass =", "wieght_mass ="), "rig.wieght_mass: unknown key", 'mean "weight_mass"?'),
     "key of another rig": (("fibre_mass = ", "wrap_angle = "), "rig.wrap_angle: unknown key", "one of weight_mass"),

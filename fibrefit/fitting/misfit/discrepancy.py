@@ -19,11 +19,16 @@ Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001): discrepancy between model 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from fibrefit.fitting.error_bars import ErrorBars
+from fibrefit.fitting.estimates import ErrorBars
+from fibrefit.fitting.thresholds import SMALL
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.study.summaries.part import Z_95
 
 CELLS = 12
 """Cells of a state: as many as the check of residuals against states has steps."""
@@ -59,6 +64,46 @@ def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBa
     factor = np.where(known, largest / np.where(known, bars.errors[bars.method], 1.0), 1.0)
     wider = bars.covariance * np.outer(factor, factor)
     return ErrorBars({**bars.covariances, METHOD: wider}, METHOD, bars.method)
+
+
+class Doubtful(NamedTuple):
+    """A value that what the model lacks may put off by a factor.
+
+    Parameters
+    ----------
+    name, unit : str
+    value, error : float in SI units
+        Its standard error allows for what the model lacks.
+    share : float
+        Of itself that its 95 % interval reaches to either side.
+    """
+
+    name: str
+    unit: str
+    value: float
+    error: float
+    share: float
+
+
+def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtful | None:
+    """The shared value that is known worst against its size; None where error bars are those of noise alone.
+
+    Parameters
+    ----------
+    layout : Layout
+    values : (n_free,) in SI units
+    bars : ErrorBars
+    """
+    if bars.method != METHOD:
+        return None
+    found = []
+    for i, (slot, record) in enumerate(layout.entries):
+        error = float(bars.errors[METHOD][i])
+        # Values that may have either sign are small by accident; what the records do not see is told elsewhere.
+        if record is None and slot.range.lower >= 0.0 and np.isfinite(error):
+            size = max(abs(float(values[i])), SMALL * slot.range.scale)
+            found.append(Doubtful(slot.name, slot.unit, float(values[i]), error, Z_95 * error / size))
+    return max(found, key=lambda one: one.share, default=None)
 
 
 def _without_parts(scores: Scores) -> np.ndarray:

@@ -242,6 +242,18 @@ STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
 """What a fault in what a study states comes to, by its law."""
 
 
+def _doubtful(check: Check) -> str:
+    found = check.facts["doubtful"]
+    name, most = found.name.rpartition(".")[2].replace("_", " "), f"a factor of {check.facts['factor']:g}"
+    if check.passed:
+        return f"By the error bars that allow for what the model lacks, no value is off by more than {most}."
+    value, error = (format_quantity(size, found.unit, 2) for size in (found.value, found.error))
+    return (
+        f"What the model lacks may put the {name} of {value} off by more than {most}: the standard error that allows "
+        f"for it is {error}. Until the model has it, the fit is of no use: run discover."
+    )
+
+
 def _lag(check: Check) -> str:
     late, error = (1e3 * check.facts[name] for name in ("late", "error"))
     found = (
@@ -355,6 +367,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "free_flight": _free_flight,
     "lag": _lag,
     "misstated": _misstated,
+    "doubtful_value": _doubtful,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fibrefit.study.quantity import Angle, Distance, Instant, Length, Mass, MassOrNone, Points, Position
+from fibrefit.study.quantity import Distance, Instant, Length, Mass, MassOrNone, Points, Position, Slope
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
@@ -16,7 +16,7 @@ class FibreMassConstants(StudyTable):
     """Constants of a weight on one fibre in an inclined guide."""
 
     weight_mass: Mass = required("Mass of the moving weight.")
-    inclination: Angle = required("Angle of the guide to the horizontal; 90 deg is free fall.")
+    inclination: Slope = required("Angle of the guide to the horizontal; 90 deg is free fall.")
     fibre_length: Length | None = optional("Free length of the fibre.")
     fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
     masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
