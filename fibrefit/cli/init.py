@@ -86,10 +86,11 @@ def _write_study(terminal: Terminal, directory: Path) -> None:
         for name in FILES:
             write_whole(directory / name, resources.files("fibrefit.cli").joinpath("demo", name).read_bytes())
     except OSError as error:
-        for name in FILES:
-            (directory / name).unlink(missing_ok=True)
-        if new:
-            with suppress(OSError):
+        # Where a file stands in the way of the folder, there is nothing to be taken away.
+        with suppress(OSError):
+            for name in FILES:
+                (directory / name).unlink(missing_ok=True)
+            if new:
                 directory.rmdir()
         raise UsageError(str(directory), error.strerror or "cannot be written", "a folder to write to") from None
     study = directory / FILES[0]

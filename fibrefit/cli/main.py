@@ -109,6 +109,9 @@ def run(args: Sequence[str]) -> int:
         Exit code.
     """
     try:
+        if not all(args):
+            do = "Look at what it was made of: a variable without a value names no file."
+            raise UsageError("the command line", "an empty word", "a name in its place", do)
         # In a context of its own: what figures were asked for holds for this command, not for what follows it.
         carried_out = contextvars.copy_context().run
         return int(carried_out(group.main, args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)

@@ -56,6 +56,24 @@ def test_init_on_a_full_disk_leaves_nothing_of_its_own(
     assert [path.name for path in folder.iterdir()] == ["thesis.tex"] if there else not folder.exists()
 
 
+@pytest.mark.parametrize("place", ["notes.txt", "notes.txt/below"])
+def test_init_where_a_file_stands_is_refused(fibrefit: Run, place: str) -> None:
+    Path("notes.txt").write_text("mine")
+    done = fibrefit("init", place)
+    assert done.code == 2
+    assert Path("notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("words", [("fit", ""), ("show", ""), ("report", "", "out"), ("batch", ""), ("inspect", "")])
+def test_an_empty_word_is_not_the_working_folder(fibrefit: Run, words: tuple[str, ...]) -> None:
+    """As a variable of a script that was never given a value leaves one."""
+    assert fibrefit("init", ".").code == 0
+    done = fibrefit(*words)
+    assert done.code == 2
+    assert "an empty word" in done.err
+    assert not Path("results").exists()
+
+
 def test_init_beside_other_files(fibrefit: Run) -> None:
     Path("notes.txt").write_text("mine")
     assert fibrefit("init", ".", "--json").document["study"] == "study.toml"
