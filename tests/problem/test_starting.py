@@ -136,6 +136,18 @@ REFUSED: list[tuple[str, Callable[[Made], Made], dict[str, Any], str]] = [
         "fewer than 4 samples of the fall; expected a fall of some milliseconds. Check lift, and the unit",
     ),
     (
+        "position in another unit, near",
+        lambda r: made.replace(r, position=4.0 * r.channels["position"]),
+        {},
+        "m/s^2; expected at most the 9.81 m/s^2 of gravity along the guide. Check the unit or scale of the position",
+    ),
+    (
+        "half the time",
+        lambda r: dataclasses.replace(r, time=0.5 * r.time),
+        {},
+        "m/s^2; expected at most the 9.81 m/s^2 of gravity along the guide. Check the unit or scale of the position",
+    ),
+    (
         "force all damaged",
         lambda r: made.replace(r, force=np.full(r.time.size, np.nan)),
         {},

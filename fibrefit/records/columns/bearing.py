@@ -94,7 +94,8 @@ OF_OTHERS = words(
     "|drawing|zeichnung"
     "|trigger*|horizontal|vertical|h|v|hor|vert|time ?zone|utc|gmt|byte*|bits?|header|index|file*|page|sheet|font"
     "|zoom|camera|exposure"
-    "|temperature*|temp|humidity|pressure|safety|quality|shape|form|crest|duty|power|damping|load factor|poisson*"
+    "|temperature*|temp|humidity|pressure|safety|quality|shape|form|crest|duty|power|damping|load factor|fall factor"
+    "|poisson*"
     "|young*|modulus"
     "|drift rate|certificate*|cert|number|nummer|no|nr|due|valid|until|expires?|next|last|laborator(?:y|ies)"
     "|interval|year|class"
@@ -185,3 +186,11 @@ FOREIGN = frozenset(
 )
 #: A share of what is true.
 SHARE_OF = re.compile(r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b", re.I)
+#: A unit told by a key.
+UNIT_OF = re.compile(
+    r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)"
+    r"|(?:units?|einheit) (?:of|der|des|von) ([^:=;,\t]{1,40}?)\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)",
+    re.I,
+)
+#: Of how numbers are kept.
+TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")

@@ -36,13 +36,15 @@ from fibrefit.records.columns.bearing import (
     SUBJECT,
     TO_BE,
     TURN,
+    TYPE,
     UNDONE,
+    UNIT_OF,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
 from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.grammar.worth import OF_COUNTS, are_whole
+from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, contradicted
 from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
 
 
@@ -56,7 +58,7 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
         return next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
-    unit = _other_kind(line, one, read)
+    unit = _other_kind(line, one, read) or _other_unit(line, one, read)
     if unit:
         return f"({unit}) is no unit of"
     told = (
@@ -143,9 +145,9 @@ def _bare(claim: Claim, one: Told, read: ReadColumn) -> str:
     """A number without a unit beside the name of a column that is no name, count or form itself."""
     if not read.named(claim.about) or one.of or NUMBERED.search(claim.about) or OF_OTHERS.search(claim.about):
         return ""
-    bare = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
-    numbered = bool(bare) and bare[0] == int(bare[0]) and abs(bare[0]) <= read.beside + 1  # that of a channel
-    return f"({bare[0]:g}) may be a factor of" if len(bare) == len(claim.amounts) == 1 and not numbered else ""
+    bare = [a for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
+    numbered = bool(bare) and bare[0].counted and bare[0].value <= read.beside + 1  # that of a channel
+    return f"({bare[0].value:g}) may be a factor of" if len(bare) == len(claim.amounts) == 1 and not numbered else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
@@ -192,15 +194,26 @@ def _other_kind(line: str, one: Told, read: ReadColumn) -> str:
     return ""
 
 
+def _other_unit(line: str, one: Told, read: ReadColumn) -> str:
+    """Unit that is told of a column by a key, where it is another one than that of its heading."""
+    match = UNIT_OF.search(line)
+    about, unit = (match[1] or match[3], match[2] or match[4]) if match else ("", "")
+    if read.unit is None or one.of or not about or not read.named(about):
+        return ""
+    return unit if registry.kind_of(unit) and contradicted([read.unit, unit]) else ""
+
+
 def _worded(line: str, one: Told, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
     if (
-        one.place.startswith("heading")
+        (one.place.startswith("heading") and not FACTOR.search(line))
         or (DONE.search(line) and not UNDONE.search(line))
         or (read.settled and not read.named(line) and not one.of)
     ):
         return ""
-    found = next((word for word in tokens(line) if word in WORDED), "")
+    words = tokens(line)
+    typed = words == ["double"] or TYPE.search(line)  # a type of numbers
+    found = "" if typed else next((word for word in words if word in WORDED), "")
     sides = AGAINST.search(line) if read.kind == "force" else None
     if sides:
         return f"({sides.group()}) may turn the sign of"

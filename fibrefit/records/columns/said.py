@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.grammar.dialect import WHITESPACE
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.rows import Rows
 from fibrefit.records.grammar.tokens import kind_of_cell
@@ -33,7 +34,25 @@ def told_beside(
     aside : mapping of int to str
         The others, by their number.
     """
-    return [*_lines(around, header, rows.first), *_remarks(rows, aside), *_listed(around, columns)]
+    lines = [(number, line) for number, line in around if number not in (header.line, header.unit_line)]
+    found = [*_lines(around, header, rows.first), *_listed(around, columns), *_in_columns(lines, rows, columns)]
+    titles = [Told(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]
+    return [*found, *titles, *_remarks(rows, header, aside)]
+
+
+def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence[RawColumn]) -> list[Told]:
+    """Cells of lines that have as many of them as the table: each is said of its column, with the label before all."""
+    found = []
+    for number, line in around if rows.dialect.delimiter != WHITESPACE else ():
+        cells = [cell.strip() for cell in rows.dialect.split(line) or []]
+        if len(cells) != len(rows.cells) or f"{rows.dialect.delimiter} " in line.strip():
+            continue
+        if re.search(r"[^\W\d_].*[:=].*\d", cells[0]):
+            continue  # a statement of its own: "Fs: 10,000 S/s"
+        label = cells[0] if re.search(r"[^\W\d_]", cells[0]) and cells[0] not in cells[1:] else ""
+        mine = [(c, cells[c.number - 1]) for c in columns if c.number > 1]
+        found += [Told(f"line {number}", f"{label}: {cell}".strip(": "), c.header) for c, cell in mine if cell]
+    return found
 
 
 def _lines(around: Sequence[tuple[int, str]], header: Header, first: int) -> list[Told]:
@@ -45,7 +64,7 @@ def _lines(around: Sequence[tuple[int, str]], header: Header, first: int) -> lis
     return [Told(f"line {number}", line, row=top < number < first) for line, number in said]
 
 
-def _remarks(rows: Rows, aside: Mapping[int, str]) -> list[Told]:
+def _remarks(rows: Rows, header: Header, aside: Mapping[int, str]) -> list[Told]:
     """Words in columns that hold no numbers, each once, with its line."""
     found = []
     for place in aside:
@@ -53,7 +72,8 @@ def _remarks(rows: Rows, aside: Mapping[int, str]) -> list[Told]:
         for cell, number in zip(rows.cells[place - 1], rows.numbers, strict=True):
             if cell.strip():
                 first.setdefault(cell.strip(), int(number))
-        found += [Told(f"line {number}", cell) for cell, number in first.items()]
+        title = header.names[place - 1]
+        found += [Told(f"line {number}", f"{title} = {cell}" if title else cell) for cell, number in first.items()]
     return found
 
 

@@ -44,6 +44,7 @@ _AMOUNT = re.compile(
     r"(?:\s*:\s*(?P<to>\d+(?:\.\d+)?)(?![\d:]))?(?P<times>\s?[x\u00d7](?![^\W_]))?"
     r"(?:\s*[\[(]?(?P<unit>[^\W\d_][^\s;,\t\])=:]{0,14}(?:/\([^)]*\))?|[%\u2030\u00b0\"]C?|1/[^\W\d_]+)[\])]?)?"
 )
+_JOINT = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 _KEY = re.compile(r"\W*([^:=;,|\t\d]{3,60}):\s")
 _PIECE = re.compile(r"[;|\t]|,(?=\D|$)|(?<=\D),|,(?=\s)|(?<=[^\W\d])\.\s|\s-\s")
 _COMMA = re.compile(r"[;|\t]|,|(?<=[^\W\d])\.\s|\s-\s")
@@ -62,12 +63,15 @@ class Amount:
         Whether a sign before or behind it says that something is multiplied or divided by it: ``x0.5``.
     ratio : bool
         Whether it is written as ``2:1``.
+    counted : bool
+        Whether it is written as digits alone, as names and counts are.
     """
 
     value: float
     unit: str = ""
     factor: bool = False
     ratio: bool = False
+    counted: bool = False
 
     @property
     def kind(self) -> str | None:
@@ -101,7 +105,7 @@ def claims_of(line: str, mark: str = ".") -> Iterator[Claim]:
     mark : str
         Decimal mark of the table: with a point, a comma between digits separates two numbers.
     """
-    line = _DAY.sub(" ", line.replace('"', " "))
+    line = _JOINT.sub(" ", _DAY.sub(" ", line.replace('"', " ")))
     about: list[str] = []
     amounts: list[Amount] = []
     key = _KEY.match(line)
@@ -130,7 +134,7 @@ def has_day(line: str) -> bool:
 def _claim(about: Sequence[str], amounts: Sequence[Amount]) -> Claim:
     """Claim in which numbers without a unit have the one in brackets before them: ``Sensitivity [mV/V]: 2``."""
     words = " ".join(about)
-    inside = [unit for unit in re.findall(r"[\[(]([^\[\]()]{1,15})[\])]", words) if _is_unit(unit)]
+    inside = [unit for unit in re.findall(r"[\[(]([^\[\]()]{1,15})[\])]\W*$", words) if _is_unit(unit)]
     unit = inside[0] if len(inside) == 1 else ""
     return Claim(words, tuple(a if a.unit or a.factor else replace(a, unit=unit) for a in amounts))
 
@@ -142,8 +146,14 @@ def _amounts(piece: str) -> Iterator[Amount]:
         value = float(match["number"].replace(",", "."))
         if match["to"]:
             value = value / (float(match["to"]) or 1.0)
-        unit = match["unit"] if _is_unit(match["unit"]) else ""
-        yield Amount(value, unit or "", bool(match["sign"] or match["times"] or match["to"]), bool(match["to"]))
+        unit = match["unit"] if _is_unit(match["unit"]) and not match["to"] else ""
+        yield Amount(
+            value,
+            unit or "",
+            bool(match["sign"] or match["times"] or match["to"]),
+            bool(match["to"]),
+            match["number"].isdigit(),
+        )
 
 
 def _is_unit(word: str | None) -> bool:

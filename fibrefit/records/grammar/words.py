@@ -29,7 +29,9 @@ _STEMS = {
 
 #: Whole words.
 _WORDS = {
-    "time": _words("time cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas")
+    "time": _words(
+        "time stamp stamps cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas"
+    )
     | _words("tid tijd secs seconds sekunden zaman aika ido время"),
     "force": _words("load sila sily silu last tension tah f fn fz gauge sila carga carico charge kraft сила 力"),
     "position": _words(

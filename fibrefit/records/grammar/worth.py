@@ -54,7 +54,7 @@ OF_COUNTS = re.compile(
 """Words of a line above whole numbers after which these may be counts."""
 
 MERE_FACTOR = frozenset(
-    ("scale", "factor", "gain", "multiplier", "divisor", "exponent", "faktor", "skalierung", "mult")
+    ("scale", "factor", "gain", "multiplier", "divisor", "exponent", "faktor", "skalierung", "mult", "sign", "polarity")
 )
 """Words of which the name of a column of factors, of all columns beside it, may consist."""
 

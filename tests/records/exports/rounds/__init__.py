@@ -7,6 +7,7 @@ from tests.records.exports.rounds.eighteenth import EIGHTEENTH
 from tests.records.exports.rounds.eleventh import ELEVENTH
 from tests.records.exports.rounds.fifteenth import FIFTEENTH
 from tests.records.exports.rounds.fourteenth import FOURTEENTH
+from tests.records.exports.rounds.nineteenth import NINETEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
 from tests.records.exports.rounds.ninth_programs import PROGRAMS as NINTH_PROGRAMS
@@ -15,6 +16,7 @@ from tests.records.exports.rounds.sixteenth import SIXTEENTH
 from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.twelfth import TWELFTH
+from tests.records.exports.rounds.twentieth import TWENTIETH
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
@@ -29,4 +31,6 @@ ROUNDS: dict[str, list[Export]] = {
     "sixteenth": SIXTEENTH,
     "seventeenth": SEVENTEENTH,
     "eighteenth": EIGHTEENTH,
+    "nineteenth": NINETEENTH,
+    "twentieth": TWENTIETH,
 }
