@@ -41,6 +41,10 @@ REFUSED = {
         lvm("No", "\t", 2 * segment(N, "X_Value|F|u", "N|mm", STEPS, 0.0, BODY)),
         "2 segments that do not follow on one another; expected one recording. Split the file",
     ),
+    "a decimal separator that is none": (
+        one().replace("Decimal_Separator\t.", "Decimal_Separator\t;"),
+        'Decimal_Separator ";" in the header; expected "." or ","',
+    ),
     "thousands": (one(BODY.replace("12.500", "1,012.500", 1)), "has a thousands separator"),
 }
 

@@ -66,9 +66,11 @@ SLOWED = words(
 #: Of one number so much: "in 0.1 N".
 IN_STEPS = re.compile(
     r"\b(?:in|units?(?: of)?|einheit(?:en)?|per digit|per step|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
-    r"(\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
+    r"(\d+(?:[.,/]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
     re.I,
 )
+#: What one number of a column of times is worth, in words.
+TICKS_OF = re.compile(r"\b(?:ticks?|counts?|units?|steps?)\s*(?:of|=|is|are|in|:)\s*\d", re.I)
 #: A line by which numbers are to be turned into others.
 FORMULA = re.compile(
     r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
@@ -169,6 +171,8 @@ NO_ROWS = words(
 #: A load that is told to be below zero where it pulls.
 AGAINST = re.compile(
     r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\s*$))"
+    r"|\+\s*(?:=|is|:)\s*(?:push|compress|druck|down)|-\s*(?:=|is|:)\s*(?:pull|tens|zug)"
+    r"|\bpush(?:ing)? (?:is )?(?:positive|plus)"
     r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
     re.I,
 )
@@ -185,7 +189,11 @@ FOREIGN = frozenset(
     ("ounces", "stone", "thou", "px", "pixels", "counts", "digits", "ticks", "steps", "bits", "lsb", "percent", "%")
 )
 #: A share of what is true.
-SHARE_OF = re.compile(r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b", re.I)
+SHARE_OF = re.compile(
+    r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b"
+    r"(?!.*(?:max|peak|limit|rated|range|break))",
+    re.I,
+)
 #: A unit told by a key.
 UNIT_OF = re.compile(
     r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)"
@@ -194,3 +202,8 @@ UNIT_OF = re.compile(
 )
 #: Of how numbers are kept.
 TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")
+#: That something was set or noted as it should not have been.
+WRONGLY = words(
+    "wrong*|instead of|in place of|should have been|mistake*|erroneous*|incorrect*|falsch*|irrt*|versehentlich"
+    "|accidental*"
+)

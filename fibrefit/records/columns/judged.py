@@ -34,11 +34,13 @@ from fibrefit.records.columns.bearing import (
     SLOWED,
     STATISTIC,
     SUBJECT,
+    TICKS_OF,
     TO_BE,
     TURN,
     TYPE,
     UNDONE,
     UNIT_OF,
+    WRONGLY,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
@@ -57,7 +59,9 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if DONE.search(line) and not UNDONE.search(line):
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
-        return next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
+        ticks = TICKS_OF.search(line) and any(a.kind == "time" for c in claims_of(line, mark) for a in c.amounts)
+        told = next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
+        return told or ("may be what one number is worth of" if ticks else "")
     unit = _other_kind(line, one, read) or _other_unit(line, one, read)
     if unit:
         return f"({unit}) is no unit of"
@@ -116,6 +120,8 @@ def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
         return "may be a factor of" if bare and meant and not OF_OTHERS.search(claim.about) else ""
     if DATES.search(claim.about) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
         return ""
+    if words.group().casefold().startswith("gain") and OF_OTHERS.search(line) and not read.named(line):
+        return ""  # of an amplifier or converter that is named elsewhere in the line
     if FULL_SCALE.search(claim.about) and not are_whole(read.column.numbers.values):
         return ""
     dated = words.group().casefold().startswith(("cal", "kal")) and has_day(line) and not CONSTANT.search(claim.about)
@@ -165,9 +171,15 @@ def _in_steps(line: str, one: Told, read: ReadColumn) -> str:
     """A unit that is so much of another one: "in 0.1 N"."""
     for number, unit in IN_STEPS.findall(line) if not (read.settled and not read.named(line)) else ():
         of_kind = registry.kind_of(unit.rstrip(".")) == read.kind
-        if of_kind and float(number.replace(",", ".")) not in (0.0, 1.0) and not OF_OTHERS.search(line):
+        if of_kind and _amount(number) not in (0.0, 1.0) and not OF_OTHERS.search(line):
             return f"({number} {unit}) may be what one number is worth of"
     return ""
+
+
+def _amount(text: str) -> float:
+    """Number of a text, which may be a fraction."""
+    above, _, below = text.replace(",", ".").partition("/")
+    return float(above) / (float(below or 1) or 1.0)
 
 
 def _formula(line: str, one: Told, read: ReadColumn) -> str:
@@ -215,6 +227,9 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     typed = words == ["double"] or TYPE.search(line)  # a type of numbers
     found = "" if typed else next((word for word in words if word in WORDED), "")
     sides = AGAINST.search(line) if read.kind == "force" else None
+    wrong = WRONGLY.search(line)
+    if wrong and (one.of or read.named(line)):
+        return f"({wrong.group()}) may have changed"
     if sides:
         return f"({sides.group()}) may turn the sign of"
     meant = (

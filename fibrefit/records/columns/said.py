@@ -35,7 +35,9 @@ def told_beside(
         The others, by their number.
     """
     lines = [(number, line) for number, line in around if number not in (header.line, header.unit_line)]
-    found = [*_lines(around, header, rows.first), *_listed(around, columns), *_in_columns(lines, rows, columns)]
+    placed = [(f"line {number}", line) for number, line in around]
+    found = [*_lines(around, header, rows.first), *listed_channels(placed, columns)]
+    found += _in_columns(lines, rows, columns)
     titles = [Told(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]
     return [*found, *titles, *_remarks(rows, header, aside)]
 
@@ -77,11 +79,19 @@ def _remarks(rows: Rows, header: Header, aside: Mapping[int, str]) -> list[Told]
     return found
 
 
-def _listed(around: Sequence[tuple[int, str]], columns: Sequence[RawColumn]) -> list[Told]:
-    """What a table of the channels says of each: ``Ch;Name;Unit;Factor`` above ``1;force;N;2.0``."""
+def listed_channels(around: Sequence[tuple[str, str]], columns: Sequence[RawColumn]) -> list[Told]:
+    """What a table of the channels says of each: ``Ch;Name;Unit;Factor`` above ``1;force;N;2.0``.
+
+    Parameters
+    ----------
+    around : sequence of (str, str)
+        Lines with where they stand.
+    columns : sequence of RawColumn
+        Those of numbers.
+    """
     found: list[Told] = []
     labels: list[str] = []
-    for number, line in around:
+    for place, line in around:
         cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t|]", line)]
         own = next((c for c in columns if c.name and {c.name, c.header} & set(cells)), None)
         if not cells[2:]:
@@ -90,5 +100,5 @@ def _listed(around: Sequence[tuple[int, str]], columns: Sequence[RawColumn]) -> 
             labels = cells
         elif own is not None and len(labels) == len(cells):
             said = zip(labels, cells, strict=True)
-            found += [Told(f"line {number}", f"{label} = {cell}", own.header) for label, cell in said if label and cell]
+            found += [Told(place, f"{label} = {cell}", own.header) for label, cell in said if label and cell]
     return found

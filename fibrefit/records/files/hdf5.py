@@ -45,7 +45,7 @@ class Hdf5:
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
         tree = _said(group)
-        self._tell(group.attrs)
+        self._tell(group.attrs, within=group.name.strip("/"))
         units_of = {}
         for name in group:
             if name.startswith("#"):
@@ -71,7 +71,7 @@ class Hdf5:
             tree["units"] = units_of
         return tree
 
-    def _tell(self, attributes: Any, of: str = "") -> None:
+    def _tell(self, attributes: Any, of: str = "", within: str = "") -> None:
         """Keep the attributes of a group, or of one array, that are words or single numbers."""
         for key, value in attributes.items() if self.reads else ():
             array = np.asarray(value)
@@ -81,7 +81,7 @@ class Hdf5:
                 and array.size == 1
                 and array.dtype.kind in "OSUiufb"
             ):
-                text = " ".join(f"{key} = {_text(array.ravel()[0])}".split())
+                text = " ".join(f"{within} {key} = {_text(array.ravel()[0])}".split())
                 place = f'attribute "{key}" of "{of}"' if of else f'attribute "{key}"'
                 self.told.append(Told(place, text, of))
 

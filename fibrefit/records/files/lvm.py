@@ -62,6 +62,9 @@ def read_lvm(text: Text, where: str) -> Raw:
     head = _file_tags(text.lines, where)
     separator = _SEPARATORS.get(head.get("separator", ["tab"])[0].casefold(), "\t")
     mark = (head.get("decimal_separator") or ["."])[0] or "."
+    if mark not in (".", ","):
+        do = "Correct the line, or export the file again."
+        raise DataError(where, f'Decimal_Separator "{mark[:20]}" in the header', '"." or ","', do)
     x_columns = (head.get("x_columns") or ["One"])[0].casefold()
     segments = _segments(text.lines, separator, where, timeless=x_columns == "no")
     if x_columns == "no":

@@ -148,7 +148,7 @@ def _told(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Told]:
             isinstance(value, np.ndarray) and value.size == 1 and value.dtype.kind in "iuf"
         ):
             text = value if isinstance(value, str) else f"{np.ravel(value)[0]:.12g}"
-            yield Told(f'"{prefix}{key}"', " ".join(f"{key} = {text}".split()), of)
+            yield Told(f'"{prefix}{key}"', " ".join(f"{prefix}{key} = {text}".split()), of)
 
 
 def _of_scipy(value: Any) -> Any:

@@ -14,7 +14,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Raw, RawColumn, Told
-from fibrefit.records.columns.said import told_beside
+from fibrefit.records.columns.said import listed_channels, told_beside
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
@@ -102,7 +102,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
-        told=[*told_beside([*around, *skipped], header, rows, columns, aside), *_elsewhere(text, beside)],
+        told=[*told_beside([*around, *skipped], header, rows, columns, aside), *_elsewhere(text, beside, columns)],
     )
 
 
@@ -116,9 +116,10 @@ def _separator_told(lines: Sequence[str], delimiter: str | None) -> tuple[list[s
     return found, delimiter
 
 
-def _elsewhere(text: Text, header: Sequence[str]) -> list[Told]:
+def _elsewhere(text: Text, header: Sequence[str], columns: Sequence[RawColumn]) -> list[Told]:
     """What is said outside the lines of the table: in a header of its own, on other sheets."""
-    return [*(Told("its header", line) for line in header), *(Told(place, words) for place, words in text.beside)]
+    said = [*(("its header", line) for line in header), *text.beside]
+    return [*(Told(place, words) for place, words in said), *listed_channels(said, columns)]
 
 
 def _lines_of(named: str | Path | None) -> list[str]:

@@ -17,6 +17,7 @@ from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.twelfth import TWELFTH
 from tests.records.exports.rounds.twentieth import TWENTIETH
+from tests.records.exports.rounds.twentyfirst import TWENTYFIRST
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
@@ -33,4 +34,5 @@ ROUNDS: dict[str, list[Export]] = {
     "eighteenth": EIGHTEENTH,
     "nineteenth": NINETEENTH,
     "twentieth": TWENTIETH,
+    "twenty-first": TWENTYFIRST,
 }

@@ -205,6 +205,7 @@ add("an array of numpy", npy, suffix=".npy", refused="npy|numpy|CSV|binary")
 def database(path: Path) -> None:
     import sqlite3
 
+    path.unlink(missing_ok=True)  # one that was damaged is no data base to go on with
     with sqlite3.connect(path) as file:
         file.execute("create table drop_7 (time_s real, force_N real, position_mm real)")
         file.executemany(
