@@ -129,10 +129,16 @@ def test_the_value_that_its_error_bar_reaches_furthest_round_is_the_doubtful_one
     )
     values, covariance = np.array([2e4, 4.0, 1e-4]), np.diag([2e3, 1.0, 1.0]) ** 2
     assert most_doubtful(layout, values, ErrorBars({"white": covariance}, "white")) is None  # type: ignore[arg-type]
-    found = most_doubtful(layout, values, ErrorBars({METHOD: covariance}, METHOD))  # type: ignore[arg-type]
+    bars = ErrorBars({"white": 1e-2 * covariance, METHOD: covariance}, METHOD, "white")
+    found = most_doubtful(layout, values, bars)  # type: ignore[arg-type]
     assert found is not None
     assert (found.name, found.value, found.error) == ("friction", 4.0, 1.0)
     assert found.share == pytest.approx(1.96 / 4.0, rel=1e-3)
+    # What noise alone leaves open is told as not determined.
+    vague = ErrorBars({"white": 9.0 * covariance, METHOD: 16.0 * covariance}, METHOD, "white")
+    found = most_doubtful(layout, values, vague)  # type: ignore[arg-type]
+    assert found is not None
+    assert found.name == "stiffness"
 
 
 def test_what_the_model_lacks_brings_no_value_to_a_limit() -> None:

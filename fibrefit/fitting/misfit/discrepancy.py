@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.thresholds import SMALL
+from fibrefit.fitting.thresholds import SMALL, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
 from fibrefit.problem.statement.layout import Layout
@@ -86,7 +86,9 @@ class Doubtful(NamedTuple):
 
 
 def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtful | None:
-    """The shared value that is known worst against its size; None where error bars are those of noise alone.
+    """The shared value that is known worst against its size, of those that noise alone would leave known.
+
+    None where error bars are those of noise, and where there is no such value.
 
     Parameters
     ----------
@@ -98,11 +100,12 @@ def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtf
         return None
     found = []
     for i, (slot, record) in enumerate(layout.entries):
-        error = float(bars.errors[METHOD][i])
-        # Values that may have either sign are small by accident; what the records do not see is told elsewhere.
+        error, by_noise = (float(bars.errors[method][i]) for method in (METHOD, bars.of_noise or METHOD))
+        # Values that may have either sign are small by accident; what the records do not determine is told elsewhere.
         if record is None and slot.range.lower >= 0.0 and np.isfinite(error):
             size = max(abs(float(values[i])), SMALL * slot.range.scale)
-            found.append(Doubtful(slot.name, slot.unit, float(values[i]), error, Z_95 * error / size))
+            if by_noise <= VAGUE * size:
+                found.append(Doubtful(slot.name, slot.unit, float(values[i]), error, Z_95 * error / size))
     return max(found, key=lambda one: one.share, default=None)
 
 
