@@ -168,3 +168,13 @@ def test_a_clock_that_stood_still(write: Callable) -> None:
     record = read_record(write(table(times)))
     assert len(record) == 970
     assert "30 rows left out: time runs backward or stands still." in record.history
+
+
+def test_a_first_row_with_a_time_of_its_own_is_no_row_of_factors(write: Callable) -> None:
+    rows = "".join(f"{i / 150:.5f},4.00000,{0.19855 - 1e-4 * (i % 5):.5f},{0.123 + 1e-3 * i:.5f}\n" for i in range(60))
+    told = {"time": "column 1", "force": "column 2", "position": "column 3"}
+    units = {"time": "s", "force": "N", "position": "m"}
+    record = read_record(write("0.00000,4.00000,0.19855,0.00000\n" + rows, "a.csv"), channels=told, units=units)
+    assert len(record) == 59
+    with pytest.raises(DataError, match="no reading and may be a factor"):
+        read_record(write("1.00000,4.00000,2.00000,1.00000\n" + rows, "b.csv"), channels=told, units=units)

@@ -75,9 +75,8 @@ def first_row_told(raw: Raw, bases: Sequence[TimeBase]) -> list[Told]:
     """
     lost = len(raw.rows) > 1 and any(0 in rows for base in bases for rows in base.lost.values())
     numbers = [c.numbers.values for c in raw.columns if not c.clock and c.numbers.values.size > 1]
-    odd = lost and any(
-        v[0] == np.round(v[0]) and 2 * np.count_nonzero(v[1:] != np.round(v[1:])) > v.size for v in numbers
-    )
+    whole = lost and all(v[0] == np.round(v[0]) for v in numbers)
+    odd = whole and any(2 * np.count_nonzero(v[1:] != np.round(v[1:])) > v.size for v in numbers)
     return [Told(f"line {raw.lines[0]}", raw.rows[0], row=True)] if odd else []
 
 
