@@ -91,11 +91,11 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     draw = partial(curves_beyond, search, best, before)
     readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
     complete = not alarms and not readings
-    if not complete and best.effects:
+    if not complete and best.effects and at.law is None:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
     propose = partial(proposed, search, best, readings)
-    law = parts.take("law", propose, None) if readings else None
+    law = at.law or (parts.take("law", propose, None) if readings else None)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)

@@ -29,12 +29,14 @@ from fibrefit.discovery.engine.thresholds import (
 )
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
+from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
 from fibrefit.discovery.search.pace import kept_for_conclusion, slowdown
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.unnamed import unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -96,6 +98,8 @@ class Selection:
         Model that readings are linearised about, where inputs have errors.
     paired : bool
         Whether pairs of the best effects of the first look were tried.
+    law : (Weighed, ProposedLaw) or None
+        A law of no name that accounts for all that the best model lacks.
     """
 
     search: Search
@@ -108,6 +112,7 @@ class Selection:
     curves: Sequence[Reading] | None = None
     about: Weighed | None = None
     paired: bool = False
+    law: tuple[Weighed, ProposedLaw] | None = None
 
 
 def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
@@ -143,7 +148,9 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         at = replace(at, search=anew[0], best=anew[1])
     look = looked(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
     single, found = at.singles or look, _believed(look, limits)
-    at = replace(at, search=look.search, best=look.parent, look=found.look)
+    at, found = _where_it_is(replace(at, search=look.search, best=look.parent, look=found.look), found)
+    if limits.choose is None and (law := unnamed(*found, single, before)) is not None:
+        return replace(at, search=law.search, best=law.parent, curves=law.curves, law=law.law), False
     if _doubtful(at, found):
         at, found = _together(at, found, single, before, limits)
     if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
@@ -197,15 +204,20 @@ def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
     return found
 
 
+def _where_it_is(at: Selection, found: _Believed) -> tuple[Selection, _Believed]:
+    """Where no effect is added, a model that was led elsewhere is tested, and curves are drawn, about where it is."""
+    look = found.look
+    if found.chosen is not None or not look.moved or (anew := relinearised(look.search, look.parent)) is None:
+        return at, found
+    there = found._replace(look=replace(look, search=anew[0], parent=anew[1]))
+    return replace(at, search=anew[0], best=anew[1]), there
+
+
 def _together(
     at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits
 ) -> tuple[Selection, _Believed]:
     """Two effects at once, where something is missing that none accounts for by itself."""
     look, curves = found.look, None
-    if found.chosen is None and look.moved and (anew := relinearised(look.search, look.parent)) is not None:
-        # Free curves and tests are of the model where it is now.
-        look = replace(look, search=anew[0], parent=anew[1])
-        at = replace(at, search=anew[0], best=anew[1])
     if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or look.untried:
         return at, found
     if found.chosen is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 
 import numpy as np
@@ -18,9 +18,11 @@ from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.inputs import weighed_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.ports import PORTS
 
 PROBING, PAIRING = 0.3, 0.6
-"""Shares of the time left that free curves are given before effects are tried in pairs, and these pairs."""
+"""Shares of the time left that free curves are given before effects are tried in pairs, and these pairs, or a law of no
+name."""
 
 
 def alarms_of(search: Search, weighed: Weighed) -> list[Alarm]:
@@ -29,15 +31,26 @@ def alarms_of(search: Search, weighed: Weighed) -> list[Alarm]:
     return [alarm for alarm in tested if alarm.raised]
 
 
-def curves_beyond(search: Search, best: Weighed, before: Identification) -> list[Reading]:
+def curves_beyond(
+    search: Search, best: Weighed, before: Identification, ports: Collection[str] = tuple(PORTS)
+) -> list[Reading]:
     """Free curves that explain more than a model does, best first.
+
+    Parameters
+    ----------
+    search : Search
+    best : Weighed
+    before : Identification
+        Of the model the search began with.
+    ports : collection of str, optional
+        Those whose curves are drawn; all unless said.
 
     Raises
     ------
     OutOfTimeError
         If not all could be drawn: what was not is not known to explain nothing.
     """
-    found = probe_all(search, best, before, NAMED)
+    found = probe_all(search, best, before, NAMED, ports=ports)
     check_time()
     return found
 

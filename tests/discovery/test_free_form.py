@@ -31,6 +31,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.yardstick import yardstick_of
+from fibrefit.discovery.search.inputs import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.result import Identification
@@ -127,6 +128,29 @@ def test_a_planted_curve_is_found_within_its_errors(
     wave, seen = (scores(one, np.zeros(probe.knots)) for one in (with_it, best))
     assert np.sum(wave * seen) / np.sum(wave**2) == pytest.approx(1.0, abs=SIZE)
     assert best.gap_after == pytest.approx(1.0, abs=NOISE)
+
+
+def test_a_planted_curve_gains_as_much_about_itself(
+    task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is linear in its inputs is the same about any model: the gain is that over the model without the curve."""
+    probes = (FrictionOfSpeed, TensionOfRate)
+    monkeypatch.setattr(free_form, "PROBES", probes)
+    monkeypatch.setattr(free_form, "linearised_about", lambda search, weighed: About(search, weighed.frame))
+    heights = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, FrictionOfSpeed.knots))
+    search = begun_at(planted(task, found, FrictionOfSpeed, heights))
+    parent = search.scales.weigh(search.base.frame, (), search.base.fit.local)
+    ends: list[Any] = []
+
+    def held(found: Sequence[Any], worth: float, gain: Any) -> Sequence[Any]:
+        ends.extend((end.weighed.log - parent.log, gain(end)) for end in found)
+        return found
+
+    monkeypatch.setattr(free_form, "_held", held)
+    assert probe_all(search, parent, found, NAMED)
+    (first, about_itself), *_ = ends
+    assert first > NAMED
+    assert about_itself == pytest.approx(first, abs=0.5)
 
 
 def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Identification) -> None:

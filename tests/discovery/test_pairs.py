@@ -150,6 +150,7 @@ def after_a_look(
     gain: float = 1.0,
     paired: bool = False,
     exchanged: Comparison | None = None,
+    law: Any = None,
 ) -> tuple[tuple[str, ...], bool]:
     """Effects after a look in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
@@ -158,6 +159,7 @@ def after_a_look(
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
+    monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
@@ -165,6 +167,12 @@ def after_a_look(
     at = Selection(first.search, best, singles=first, look=first, paired=paired)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
+
+
+def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = look_of(GAINS, {(B, C): 290.0}, [])
+    law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
+    assert after_a_look(monkeypatch, first, first.found[0], True, gain=8.0, law=law) == ((), False)
 
 
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
+from fibrefit.laws.ports import PORTS, port_of
 
 SI = ROLES | STATES
 """SI unit of each variable."""
@@ -56,7 +57,12 @@ WALKS = (0.03, 0.3)
 
 
 def probe_all(
-    search: Search, parent: Weighed, found: Identification, worth: float, promising: float | None = None
+    search: Search,
+    parent: Weighed,
+    found: Identification,
+    worth: float,
+    promising: float | None = None,
+    ports: Collection[str] = tuple(PORTS),
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
@@ -71,11 +77,13 @@ def probe_all(
     promising : float, optional
         What its slopes have to promise for it to be fitted in full; as much unless said. Far from a good fit they
         promise less than there is.
+    ports : collection of str, optional
+        Those whose curves are drawn; all unless said.
     """
     promising = worth if promising is None else promising
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
-    probes = [probe for probe in PROBES if probe.variable in ranges and suits(probe, rig)]
+    probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
         return []
     frame = supermodel_of(search.task, (*parent.effects, *probes), parent.frame.sensitivities)
@@ -114,10 +122,12 @@ def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Cu
         return None
     frame = supermodel_of(search.task, (*parent.effects, *probes), about.frame.sensitivities)
     scales, old = about.search.scales, parent.evidence.mode
-    absent = absent_values(frame, len(parent.local))
-    local = carried(frame, absent, parent.frame, parent.local)
+    # The ranges of the variables stay: a curve without any is no curve of no height.
+    with_it = carried(frame, absent_values(frame, len(parent.local)), end.weighed.frame, end.weighed.local)
+    flat = with_it.copy()
+    flat[:, [frame.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
+    local = carried(frame, flat, parent.frame, parent.local)
     lesser = scales.weigh(frame, parent.effects, local, old.sigma, old.place.eta)
-    with_it = carried(frame, absent, end.weighed.frame, end.weighed.local)
     return scales.with_curve(lesser, frame, with_it, end.probe, end.curve, scales.secant(frame)).log - lesser.log
 
 

@@ -61,6 +61,11 @@ class Alarm:
         return self.probability < self.threshold
 
     @property
+    def nats(self) -> float:
+        """What the alternatives of the test explain beyond chance, in nats; 0 for a test without any."""
+        return 0.5 * float(self.facts.get("gain", 0.0) - self.facts.get("chance", 0.0))
+
+    @property
     def statement(self) -> Statement:
         """What a report says of it."""
         return Statement(self.test, {**self.facts, "probability": self.probability})

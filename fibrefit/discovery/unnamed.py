@@ -1,0 +1,116 @@
+"""A law of no name, weighed against the effect that a look has found.
+
+A cause that no catalogue holds still changes the readings, and some effect always fits them better than none: added
+one after the other, such effects account for little and take all the time. Where tests of the innovations see more
+left than the best effect explains, a law composed from free curves is a candidate like any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import partial
+from typing import NamedTuple
+
+from fibrefit.core.time_limit import in_time, time_left
+from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
+from fibrefit.discovery.model.law import ProposedLaw
+from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
+from fibrefit.discovery.search.inputs import Confirmation, weighed_about
+from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.result import Identification
+from fibrefit.laws.ports import PORTS, port_of, said_by
+
+PLACES = ("guide", "fibre")
+"""Ports whose laws change one quantity each; those of sensors change readings of several channels."""
+
+
+class Unnamed(NamedTuple):
+    """A law that leaves nothing but noise, and what it was found with.
+
+    Parameters
+    ----------
+    search : Search
+    parent : Weighed
+        The model without it, in the noise that it leaves.
+    curves : sequence of Reading
+        Free curves on top of the parent, the best first.
+    law : (Weighed, ProposedLaw)
+    """
+
+    search: Search
+    parent: Weighed
+    curves: Sequence[Reading]
+    law: tuple[Weighed, ProposedLaw]
+
+
+def unnamed(
+    look: Comparison, chosen: Weighed | None, seen: Confirmation | None, first: Comparison, before: Identification
+) -> Unnamed | None:
+    """A law that accounts for what the effect chosen in a look does not; None where there is no such.
+
+    Parameters
+    ----------
+    look : Comparison
+    chosen : Weighed or None
+        What is to be added.
+    seen : Confirmation or None
+        Of it.
+    first : Comparison
+        The first look, at effects one by one.
+    before : Identification
+        Of the model the search began with.
+    """
+    if _is_unaccounted(look, chosen, seen):
+        job = partial(_law_about, look.search, look.parent, chosen, before, tuple(PORTS))
+    elif chosen is not None and (ports := _in_one_place(chosen, look.parent)):
+        # Two effects that change the same quantity may stand in for one law of it.
+        job = partial(_law_instead, first, chosen, before, ports)
+    else:
+        return None
+    found, _ = in_time(job, None, PAIRING * time_left())
+    return found
+
+
+def _is_unaccounted(look: Comparison, chosen: Weighed | None, seen: Confirmation | None) -> bool:
+    """Whether tests of the innovations see more nats left than the effect gains."""
+    if chosen is None:
+        left, gain = alarms_of(look.search, look.parent), 0.0
+    elif seen is None:
+        left, gain = alarms_of(look.search, chosen), look.gain(chosen)
+    else:
+        left, gain = alarms_of(seen.search, seen.found), seen.gain
+    return any(alarm.nats > gain for alarm in left)
+
+
+def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
+    """Ports of what is to be added where all effects of its parent change the same quantity there as it does."""
+    new = {(str(port_of(effect)), hook) for effect in chosen.effects[len(parent.effects) :] for hook in said_by(effect)}
+    old = [{(str(port_of(effect)), hook) for hook in said_by(effect)} & new for effect in parent.effects]
+    ports = frozenset(port for port, _ in set().union(*old)) & set(PLACES)
+    return ports if all(old) else frozenset()
+
+
+def _law_instead(first: Comparison, chosen: Weighed, before: Identification, ports: Collection[str]) -> Unnamed | None:
+    """A law in the place of two effects, all seen with readings that are linearised about neither."""
+    there = chosen if first.parent.frame.sensitivities is None else weighed_about(first.search, chosen)
+    return _law_about(first.search, first.parent, there, before, ports)
+
+
+def _law_about(
+    search: Search, parent: Weighed, chosen: Weighed | None, before: Identification, ports: Collection[str]
+) -> Unnamed | None:
+    curves = curves_beyond(search, parent, before, ports)
+    found = proposed(search, parent, curves) if curves else None
+    if found is None:
+        return None
+    law, told = found
+    there = in_same_noise(search, parent, [law, *([] if chosen is None else [chosen])])
+    weighed = next(one for one in there.found if one.names == law.names)
+    others = [there.parent.log, *(one.log for one in there.found if one is not weighed)]
+    if weighed.log - PRICE_OF_LOOKS <= max(others) + NAMED or alarms_of(there.search, weighed):
+        return None
+    return Unnamed(there.search, there.parent, curves, (weighed, told))

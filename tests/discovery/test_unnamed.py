@@ -1,0 +1,125 @@
+"""When a law of no name is weighed against effects, and what it has to do to take their place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from fibrefit.discovery import unnamed as module
+from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
+from fibrefit.discovery.residuals.innovations import Alarm
+from fibrefit.discovery.search.inputs import Confirmation
+from fibrefit.discovery.unnamed import unnamed
+from fibrefit.laws.catalogue import CATALOGUE
+from tests.discovery.test_pairs import Model
+
+TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN = (
+    CATALOGUE[name]
+    for name in (
+        "fibre.toe_region",
+        "fibre.hardening",
+        "guide.stribeck_friction",
+        "guide.load_dependent_friction",
+        "sensor.force_offset",
+        "sensor.position_gain",
+    )
+)
+LAW: Any = type("Law", (), {"name": "fibre.law", "parameters": ("one",)})
+BEFORE: Any = None
+WORTH = 100.0
+"""Nats that a law gains."""
+
+
+def alarm(nats: float) -> Alarm:
+    """A test that sees so much beyond chance."""
+    return Alarm("constancy", 1e-9, 1e-4, {"gain": 2.0 * nats + 9.0, "chance": 9})
+
+
+class Bench:
+    """Looks in which a law gains 100 nats, wherever it is weighed; alarms are as told for each model."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
+        self.left, self.ports = left, list[Any]()
+        monkeypatch.setattr(module, "alarms_of", self.alarms)
+        monkeypatch.setattr(module, "curves_beyond", self.curves)
+        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
+        monkeypatch.setattr(module, "in_same_noise", self.same)
+
+    def alarms(self, search: Any, one: Model) -> list[Alarm]:
+        nats = self.left.get("+".join(one.names) or "base", 0.0)
+        return [alarm(nats)] if nats else []
+
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any) -> list[str]:
+        self.ports.append(set(ports))
+        return ["a curve"]
+
+    @staticmethod
+    def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
+        return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
+
+    def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
+        look = Comparison(cast(Any, None), cast(Any, parent), ())
+        base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), frame=SimpleNamespace(sensitivities=None)))
+        return unnamed(look, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
+
+
+BASE = Model((), 0.0)
+
+
+@pytest.mark.parametrize(("gain", "left", "weighed"), [(17.0, 330.0, True), (17.0, 16.0, False), (17.0, 0.0, False)])
+def test_a_law_is_weighed_where_more_is_left_than_the_effect_gains(
+    monkeypatch: pytest.MonkeyPatch, gain: float, left: float, weighed: bool
+) -> None:
+    bench = Bench(monkeypatch, **{TOE.name: left})
+    found = bench.asked(BASE, Model((TOE,), gain))
+    assert bool(bench.ports) is (found is not None) is weighed
+    if found is not None:
+        assert (found.law[0].names, found.law[1], found.curves) == ((LAW.name,), "told", ["a curve"])
+
+
+def test_a_law_is_weighed_where_no_effect_gains_enough_and_something_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Bench(monkeypatch, base=30.0).asked(BASE, None) is not None
+    assert Bench(monkeypatch).asked(BASE, None) is None
+
+
+def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, there = Bench(monkeypatch, **{TOE.name: 50.0}), Model((TOE,), 40.0)
+    assert bench.asked(BASE, Model((TOE,), 90.0), Confirmation(cast(Any, None), cast(Any, there), cast(Any, BASE)))
+    nearer = Model((TOE,), 60.0)
+    assert not bench.asked(BASE, Model((TOE,), 30.0), Confirmation(cast(Any, None), cast(Any, nearer), cast(Any, BASE)))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "ports"),
+    [
+        (TOE, HARDENING, {"fibre"}),
+        (STRIBECK, LOAD, {"guide"}),
+        (TOE, STRIBECK, None),
+        (OFFSET, GAIN, None),
+    ],
+)
+def test_two_effects_of_one_place_are_held_against_one_law_of_it(
+    monkeypatch: pytest.MonkeyPatch, first: Any, second: Any, ports: set[str] | None
+) -> None:
+    bench = Bench(monkeypatch)
+    found = bench.asked(Model((first,), 60.0), Model((first, second), 80.0))
+    assert bench.ports == ([] if ports is None else [ports])
+    assert (found is not None) is (ports is not None)
+
+
+@pytest.mark.parametrize(("less", "there"), [(PRICE_OF_LOOKS + NAMED + 0.1, True), (PRICE_OF_LOOKS + NAMED, False)])
+def test_a_law_has_to_be_beyond_doubt_better_and_its_forms_are_paid_for(
+    monkeypatch: pytest.MonkeyPatch, less: float, there: bool
+) -> None:
+    bench = Bench(monkeypatch)
+    assert (bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), WORTH - less)) is not None) is there
+
+
+def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, **{LAW.name: 7.0})
+    assert bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), 80.0)) is None
