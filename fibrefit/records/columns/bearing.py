@@ -65,7 +65,7 @@ SLOWED = words(
 )
 #: Of one number so much: "in 0.1 N".
 IN_STEPS = re.compile(
-    r"\b(?:in|units?(?: of)?|einheit(?:en)?|per digit|per step|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
+    r"\b(?:in|units?(?: of| is)?|einheit(?:en)?|per digit|per step|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
     r"(\d+(?:[.,/]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
     re.I,
 )
@@ -101,7 +101,8 @@ OF_OTHERS = words(
     "|young*|modulus"
     "|drift rate|certificate*|cert|number|nummer|no|nr|due|valid|until|expires?|next|last|laborator(?:y|ies)"
     "|interval|year|class"
-    "|standard|iso|din|astm|en|id|kit|report|protocol|date|datum|day|crosshead|stiffness|spring|filter*|cut ?off"
+    "|standard|iso|din|astm|en|id|kit|report|protocol|date|datum|day|crosshead|rig|ramp|incline*|track"
+    "|stiffness|spring|filter*|cut ?off"
     "|pass|sampl*|downsampl*|subsampl*|undersampl*|oversampl*|resampl*|decimat*|abtast*|rate|clock|pendul*"
     "|pid|kp|ki|kd|controller|loop|regler|noise|tolerance|limit*|threshold|warn*|alarm|level|pixel*|px|image"
     "|microphone|mic"
@@ -207,3 +208,11 @@ WRONGLY = words(
     "wrong*|instead of|in place of|should have been|mistake*|erroneous*|incorrect*|falsch*|irrt*|versehentlich"
     "|accidental*"
 )
+#: Halves of something else.
+HALVES = re.compile(
+    r"\b(?:half|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid|wire|point|phase)\w*", re.I
+)
+#: That a sign, whose word stands beside, is another one.
+SWAPPED = re.compile(r"\b(?:vertauscht|gedreht|swapped|exchanged|wrong|falsch|opposite|changed)\b", re.I)
+#: What the unit of a cell below a heading is called.
+UNIT_LABEL = re.compile(r"(?:\W*(?:units?|einheit(?:en)?)\W*)?", re.I)

@@ -19,6 +19,7 @@ from fibrefit.records.columns.bearing import (
     FOREIGN,
     FORMULA,
     FULL_SCALE,
+    HALVES,
     IN_STEPS,
     IN_UNIT,
     LATE,
@@ -34,11 +35,13 @@ from fibrefit.records.columns.bearing import (
     SLOWED,
     STATISTIC,
     SUBJECT,
+    SWAPPED,
     TICKS_OF,
     TO_BE,
     TURN,
     TYPE,
     UNDONE,
+    UNIT_LABEL,
     UNIT_OF,
     WRONGLY,
 )
@@ -122,6 +125,9 @@ def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
         return ""
     if words.group().casefold().startswith("gain") and OF_OTHERS.search(line) and not read.named(line):
         return ""  # of an amplifier or converter that is named elsewhere in the line
+    lengths = [a.value * registry.to_si(a.unit, "m") for a in claim.amounts if a.kind == "length"]
+    if words.group().casefold().startswith(("lever", "hebel", "ratio")) and len(lengths) > 1 and len(set(lengths)) > 1:
+        return "may be a factor of"
     if FULL_SCALE.search(claim.about) and not are_whole(read.column.numbers.values):
         return ""
     dated = words.group().casefold().startswith(("cal", "kal")) and has_day(line) and not CONSTANT.search(claim.about)
@@ -210,6 +216,10 @@ def _other_unit(line: str, one: Told, read: ReadColumn) -> str:
     """Unit that is told of a column by a key, where it is another one than that of its heading."""
     match = UNIT_OF.search(line)
     about, unit = (match[1] or match[3], match[2] or match[4]) if match else ("", "")
+    if one.of and read.unit is not None and not one.place.startswith("heading"):
+        label, _, cell = line.rpartition(":" if ":" in line else "=")
+        own = UNIT_LABEL.fullmatch(label.strip()) and registry.kind_of(cell.strip())
+        return cell.strip() if own and contradicted([read.unit, cell.strip()]) else ""
     if read.unit is None or one.of or not about or not read.named(about):
         return ""
     return unit if registry.kind_of(unit) and contradicted([read.unit, unit]) else ""
@@ -223,10 +233,12 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
         or (read.settled and not read.named(line) and not one.of)
     ):
         return ""
+    line = HALVES.sub(" ", line)
     words = tokens(line)
     typed = words == ["double"] or TYPE.search(line)  # a type of numbers
     found = "" if typed else next((word for word in words if word in WORDED), "")
-    sides = AGAINST.search(line) if read.kind == "force" else None
+    kinds = kinds_named(line)
+    sides = AGAINST.search(line) if read.kind == "force" and ("force" in kinds or not kinds) else None
     wrong = WRONGLY.search(line)
     if wrong and (one.of or read.named(line)):
         return f"({wrong.group()}) may have changed"
@@ -280,12 +292,13 @@ def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
     if values:
         named = match.group().casefold() in ("sign", "vorzeichen") or match.group().casefold().startswith("polari")
         return "may turn the sign of" if any(v < 0 if named else v > 0 for v in values) else ""
+    swapped = SWAPPED.search(line)
     stated = re.search(
         r"(?:^|[\s:=;,\t(])(?:-|yes|on|true|ja|ein|neg\w*|minus|inver\w*|revers\w*|flipped)\W*$", line, re.I
     )
     said = match.group().casefold().endswith(("ed", "iert", "kehrt", "dreht", "inv", "neg"))
     subject = read.named(line) or SUBJECT.search(line)
-    return "may turn the sign of" if stated or (said and subject) else ""
+    return "may turn the sign of" if stated or ((said or swapped) and subject) else ""
 
 
 def _late(claim: Claim, read: ReadColumn) -> str:

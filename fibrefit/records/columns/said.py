@@ -44,15 +44,18 @@ def told_beside(
 
 def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence[RawColumn]) -> list[Told]:
     """Cells of lines that have as many of them as the table: each is said of its column, with the label before all."""
-    found = []
+    found, named = [], {name for c in columns for name in (c.name, c.header) if name}
     for number, line in around if rows.dialect.delimiter != WHITESPACE else ():
         cells = [cell.strip() for cell in rows.dialect.split(line) or []]
         if len(cells) != len(rows.cells) or f"{rows.dialect.delimiter} " in line.strip():
             continue
         if re.search(r"[^\W\d_].*[:=].*\d", cells[0]):
             continue  # a statement of its own: "Fs: 10,000 S/s"
-        label = cells[0] if re.search(r"[^\W\d_]", cells[0]) and cells[0] not in cells[1:] else ""
-        mine = [(c, cells[c.number - 1]) for c in columns if c.number > 1]
+        if named & set(cells):
+            continue  # a row of a list of channels
+        labelled = re.search(r"[^\W\d_]", cells[0]) and cells[0] not in cells[1:] and any(cells[1:])
+        label = cells[0] if labelled else ""
+        mine = [(c, cells[c.number - 1]) for c in columns if c.number > bool(label)]
         found += [Told(f"line {number}", f"{label}: {cell}".strip(": "), c.header) for c, cell in mine if cell]
     return found
 

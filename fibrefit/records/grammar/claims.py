@@ -23,7 +23,9 @@ WORDED = {
         )
     ),
     **dict.fromkeys(("half", "halves", "halved", "halb", "halbe", "halben", "halbiert"), 0.5),
-    **dict.fromkeys(("double", "doubled", "doubles", "twice", "doppelt", "doppelte", "verdoppelt", "both"), 2.0),
+    **dict.fromkeys(
+        ("double", "doubled", "doubles", "twice", "doppelt", "doppelte", "verdoppelt", "both", "pair"), 2.0
+    ),
     **dict.fromkeys(("triple", "tripled", "dreifach"), 3.0),
     **dict.fromkeys(("tenth", "tenths", "zehntel"), 0.1),
     **dict.fromkeys(("hundredth", "hundredths", "hundertstel"), 0.01),

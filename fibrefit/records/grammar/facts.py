@@ -48,7 +48,7 @@ _COUNT_KEYS = (
 #: Of so many samples one is kept: whether the rate that is named is that before or after is not said.
 _THINNED_KEYS = (
     r"decimation|(?:down|sub|under)[ -]?sampl\w*|(?:rate|clock|sample|sampling)?[ ]?(?:divider|divisor|prescaler)"
-    r"|dezimation|untersetzung|decimation factor|keep every|averag(?:ing|es?)|mittelung|moyenne"
+    r"|skip(?:ped|ping)?|dezimation|untersetzung|decimation factor|keep every|averag(?:ing|es?)|mittelung|moyenne"
 )
 #: The same in a sentence; and a rate that several channels share.
 _KEPT = re.compile(

@@ -18,6 +18,7 @@ from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.twelfth import TWELFTH
 from tests.records.exports.rounds.twentieth import TWENTIETH
 from tests.records.exports.rounds.twentyfirst import TWENTYFIRST
+from tests.records.exports.rounds.twentysecond import TWENTYSECOND
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
@@ -35,4 +36,5 @@ ROUNDS: dict[str, list[Export]] = {
     "nineteenth": NINETEENTH,
     "twentieth": TWENTIETH,
     "twenty-first": TWENTYFIRST,
+    "twenty-second": TWENTYSECOND,
 }
