@@ -44,6 +44,7 @@ EXPLAINED = "explained_share"
 AGREED = "starts"
 MISSTATED = "misstated"
 DOUBTFUL = "doubtful_value"
+LACKED = "lacked_law"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -267,6 +268,20 @@ def explained_otherwise(found: Misstated) -> Check:
         identifier=MISSTATED,
         quantity="what the study states",
         facts={"misstated": found},
+    )
+
+
+def explained_by_another_law(found: Misstated) -> Check:
+    """What is said of records that one more law explains, with which a value is another by a factor."""
+    return Check(
+        name="no further law makes another of a value",
+        passed=found.factor <= FACTOR,
+        fatal=True,
+        statistic=found.factor,
+        threshold=FACTOR,
+        identifier=LACKED,
+        quantity="size of the values",
+        facts={"lacked": found},
     )
 
 

@@ -23,7 +23,7 @@ from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
-from fibrefit.fitting.misfit.misstated import misstated
+from fibrefit.fitting.misfit.misstated import lacked, misstated
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
@@ -260,7 +260,9 @@ def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...
     told = told if lag is None else (*told, judge.measured_at_once(lag))
     doubted = not (swapped or best.input_errors) and not all(check.passed for check in (explained, *told))
     fault = misstated(task, best.values) if doubted else None
-    return (*swapped, *told, *(() if fault is None else (judge.explained_otherwise(fault),)))
+    law = None if swapped or best.input_errors or best.sound.gap.passed else lacked(task, best.values)
+    otherwise = () if fault is None else (judge.explained_otherwise(fault),)
+    return (*swapped, *told, *otherwise, *(() if law is None else (judge.explained_by_another_law(law),)))
 
 
 def _left_open(

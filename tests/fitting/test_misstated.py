@@ -13,6 +13,9 @@ from fibrefit.fitting.misfit.misstated import STATED, Misstated
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.fibre.hardening import Hardening
+from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
+from fibrefit.laws.fibre.toe_region import ToeRegion
+from fibrefit.laws.law import Effect
 from fibrefit.report.sentences.fit import STATED_OTHERWISE, fit_sentence
 from tests.fitting import made
 
@@ -58,8 +61,37 @@ def test_a_fault_that_puts_values_off_by_a_factor_is_found_and_fails_the_fit(
     assert ("of no use" in fit_sentence(check)) == check.fatal
 
 
+def lacking(folder: Path, *effects: type[Effect], **values: float) -> Identification:
+    """A fit of the base model to one drop in which more is at work."""
+    one = made.record("drop_10mm.csv", LIFT, seed=4, samples=2000, effects=effects, **values)
+    return identify(made.task(folder, [one], lifts=(LIFT,)), made.STARTS, 0)
+
+
+def test_a_law_with_which_a_value_is_another_by_a_factor_fails_the_fit(tmp_path: Path) -> None:
+    """Damping takes over what a branch of the fibre loses, and leaves little of it."""
+    branch = {"fibre__maxwell_branch__branch_stiffness": 1e4, "fibre__maxwell_branch__relaxation_time": 6e-3}
+    found = lacking(tmp_path, MaxwellBranch, **branch)
+    (check,) = (check for check in found.checks if check.identifier == judge.LACKED)
+    law = check.facts["lacked"]
+    assert (law.effect, law.name) == ("fibre.maxwell_branch", "damping")
+    assert law.size == pytest.approx(1e4, rel=0.05)
+    assert law.without == pytest.approx(made.TRUTH["damping"], rel=0.05)
+    assert law.factor == pytest.approx(found.parameters["damping"].value / made.TRUTH["damping"], rel=0.05)
+    assert found.status == "failed"
+    assert "With fibre.maxwell_branch (" in fit_sentence(check)
+    assert "the fit is of no use" in fit_sentence(check)
+
+
+def test_a_law_that_leaves_the_values_as_they_are_fails_no_fit(tmp_path: Path) -> None:
+    found = lacking(tmp_path, ToeRegion, fibre__toe_region__toe_depth=0.5, fibre__toe_region__toe_length=4e-4)
+    assert judge.LACKED not in {check.identifier for check in found.checks}
+    assert found.status != "failed"
+    assert not all(check.passed for check in found.checks)
+
+
 def test_a_sound_fit_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fibrefit.fitting.identify.misstated", lambda *given: pytest.fail("it was asked"))
+    for question in ("misstated", "lacked"):
+        monkeypatch.setattr(f"fibrefit.fitting.identify.{question}", lambda *given: pytest.fail("it was asked"))
     assert of_one_drop(tmp_path).status == "ok"
 
 

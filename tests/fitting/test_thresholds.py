@@ -127,6 +127,7 @@ CASES = (
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
     Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
     Bracket("FACTOR", judge, lambda x: judge.known_to_a_factor(reaching(1.0 - 1.0 / x)).passed, 1.4, 1.6),
+    Bracket("FACTOR", judge, lambda x: judge.explained_by_another_law(off_by(x)).passed, 1.4, 1.6),
     Bracket("FACTOR", judge, lambda x: not judge.explained_otherwise(off_by(x)).fatal, 1.4, 1.6),
     Bracket(
         "REMAINING", misstated, lambda x: misstated.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)), 0.017, 0.0235

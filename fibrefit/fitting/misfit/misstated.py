@@ -18,13 +18,14 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
+from fibrefit.fitting.thresholds import FACTOR, LOUDEST, REMAINING, SMALL
 from fibrefit.laws.catalogue import CATALOGUE, suits
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import ROUGH, View
+from fibrefit.problem.formulate.formulate import first_size
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
@@ -34,6 +35,12 @@ from fibrefit.problem.thresholds import GAP
 STATED = ("study.clock", "study.inclination", "study.lift", "study.weight_mass", "sensor.position_gain",
           "sensor.force_gain", "sensor.force_delay")  # fmt: skip
 """Laws of one number that a study states, or that it does by silence: that channels are true and of the same time."""
+LACKED = (
+    ("fibre.maxwell_branch",),
+    ("guide.viscous_friction", "guide.load_dependent_friction", "fibre.rate_dependent_damping", "fibre.hardening"),
+)
+"""Laws whose force another value takes over where the model lacks them, in groups that share a program: a fibre with a
+memory has one of its own."""
 
 
 class Misstated(NamedTuple):
@@ -79,8 +86,34 @@ def misstated(task: Task, values: np.ndarray) -> Misstated | None:
     """
     if Capability.FALL not in task.problem.model.rig.capabilities:
         return None
+    return _best_of(task, values, (STATED,))
+
+
+def lacked(task: Task, values: np.ndarray) -> Misstated | None:
+    """The law beside those of the model that explains drops best, if a value is another by a factor with it.
+
+    Parameters
+    ----------
+    task : Task
+        Of exact inputs.
+    values : (n_free,) in SI units
+        The best ones of plain least squares.
+
+    Law
+    ---
+    As `misstated`, from a tenth of the law's typical size.
+    """
+    if Capability.FALL not in task.problem.model.rig.capabilities:
+        return None
+    found = _best_of(task, values, LACKED)
+    return found if found is not None and found.factor > FACTOR else None
+
+
+def _best_of(task: Task, values: np.ndarray, groups: Sequence[Sequence[str]]) -> Misstated | None:
+    """The one law that leaves least, of those that leave but noise."""
     before = _left(task.problem, values)
-    found = [one for one in _explanations(task, values) if is_noise(one.left, before)]
+    tried = (one for group in groups for one in _explanations(task, values, group))
+    found = [one for one in tried if is_noise(one.left, before)]
     return min(found, key=lambda one: one.left).most_changed(task.problem.layout, values) if found else None
 
 
@@ -116,22 +149,25 @@ class _Explained(NamedTuple):
         return Misstated(self.law.name, self.size, parameter.unit, slot.name, slot.unit, *sizes, factor)
 
 
-def _explanations(task: Task, values: np.ndarray) -> Iterator[_Explained]:
+def _explanations(task: Task, values: np.ndarray, names: Sequence[str]) -> Iterator[_Explained]:
     known = task.problem.model.effects
-    laws = [CATALOGUE[name] for name in STATED if suits(CATALOGUE[name], task.problem.model.rig)]
+    laws = [CATALOGUE[name] for name in names if suits(CATALOGUE[name], task.problem.model.rig)]
     laws = [law for law in laws if law not in known]
     if not laws:
         return
     problem = _with(task.problem, laws)
-    start, names = _beside(task.problem.layout, values, problem.layout, laws), problem.layout.free_names
-    kept = np.array([names.index(name) for name in task.problem.layout.free_names])
-    sizes = {law: names.index(f"{law.name}.{law.parameters[0].name}") for law in laws}
-    for law, size in sizes.items():
-        others = np.array([place for other, place in sizes.items() if other is not law], dtype=int)
+    nothing, free = _beside(task.problem.layout, values, problem.layout, laws), problem.layout.free_names
+    kept = np.array([free.index(name) for name in task.problem.layout.free_names])
+    places = {law: [free.index(f"{law.name}.{p.name}") for p in law.parameters] for law in laws}
+    for law, own in places.items():
+        others = np.array([place for other in laws if other is not law for place in places[other]], dtype=int)
+        start = nothing.copy()
+        if law.name not in STATED:
+            start[own] = [first_size(p) for p in law.parameters]
         for way in task.horizons:
             there = _through(problem, way, start, others)
             if there is not None:
-                yield _Explained(law, float(there[size]), _left(problem, there), there[kept])
+                yield _Explained(law, float(there[own[0]]), _left(problem, there), there[kept])
 
 
 def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:

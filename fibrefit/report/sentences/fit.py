@@ -242,6 +242,18 @@ STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
 """What a fault in what a study states comes to, by its law."""
 
 
+def _lacked(check: Check) -> str:
+    found = check.facts["lacked"]
+    name = found.name.rpartition(".")[2].replace("_", " ")
+    law = f"{found.effect} ({format_quantity(found.size, found.unit, 3)})"
+    value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
+    return (
+        f"With {law} the model would leave nothing but noise, and the {name} would be {without} in place of {value}: "
+        f"another by a factor of {found.factor:.2g}. Until the model has it, or what else is missing, the fit is of no "
+        "use: run discover."
+    )
+
+
 def _doubtful(check: Check) -> str:
     found = check.facts["doubtful"]
     name, most = found.name.rpartition(".")[2].replace("_", " "), f"a factor of {check.facts['factor']:g}"
@@ -368,6 +380,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "lag": _lag,
     "misstated": _misstated,
     "doubtful_value": _doubtful,
+    "lacked_law": _lacked,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,
