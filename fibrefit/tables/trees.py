@@ -12,6 +12,8 @@ from fibrefit.tables.frames import Groups
 
 #: Groups that tell where a result comes from; their text stands in the summary too.
 TOLD_ELSEWHERE = ("provenance",)
+INSTANT = "instant"
+"""Samples of a record beside a posterior: ArviZ lays chains and draws together and calls that ``sample``."""
 
 
 def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
@@ -35,6 +37,8 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
         # ArviZ takes every variable of this group for a likelihood.
         said = [name for name, variable in sets["log_likelihood"].items() if "draw" not in variable.dims]
         sets["log_likelihood"] = sets["log_likelihood"].set_coords(said)
+    if "posterior" in sets:
+        sets = {name: one.rename({"sample": INSTANT}) if "sample" in one.dims else one for name, one in sets.items()}
     tree: xr.DataTree = xr.DataTree.from_dict(sets)
     tree.attrs.update(attributes)
     return tree

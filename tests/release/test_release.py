@@ -102,6 +102,7 @@ tree = fibrefit.load_result("posterior").to_datatree()
 print("elpd", arviz_stats.loo(tree).elpd)
 for plot in (arviz_plots.plot_trace_dist, arviz_plots.plot_forest, arviz_plots.plot_ess):
     plot(tree, var_names=["stiffness", "friction"], backend="matplotlib").savefig(f"{plot.__name__}.png")
+arviz_plots.plot_ppc_dist(tree, var_names=["force"], num_samples=10, backend="matplotlib").savefig("plot_ppc_dist.png")
 """
 
 
@@ -112,7 +113,7 @@ def test_arviz_draws_a_posterior_by_the_extra(installed: Path, tmp_path: Path) -
     said([str(installed / "fibrefit"), "sample", "demo", "--out", "posterior", "--figures", "none"], tmp_path)
     assert "elpd" in said([str(installed / "python"), "-c", DRAWN], tmp_path)
     assert all(path.stat().st_size > 5000 for path in tmp_path.glob("*.png"))
-    assert len(list(tmp_path.glob("*.png"))) == 3
+    assert len(list(tmp_path.glob("*.png"))) == 4
 
 
 @pytest.mark.parametrize("installed", BUILT[:1], indirect=True, ids=lambda path: path.suffix)

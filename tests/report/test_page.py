@@ -156,6 +156,16 @@ def test_the_records_are_packed_with_their_noise_states_and_moments() -> None:
     assert {one["name"] for one in data["series"]} >= {"time", "measured force", "final force", "above force", "phase"}
 
 
+def test_what_a_model_does_after_the_end_of_a_record_chooses_no_unit() -> None:
+    there = groups()
+    rates = there["motion"]["stretch_rate"].values.copy()
+    rates[:, 90:] = 1e3
+    for values, unit in ((rates, "mm/s"), (1e4 * rates, "m/s")):
+        there["motion"]["stretch_rate"] = Variable(values, ("record", "sample"), "m/s")
+        view = json.loads(read(page([Result("results/a", FIT, (), there)], "one")).data[0])
+        assert [one["unit"] for one in view["states"] if one["name"] == "stretch rate"] == [unit]
+
+
 def test_the_band_holds_noise_and_errors_of_the_values() -> None:
     from fibrefit.report.page.records import fit_bands, simulated
 

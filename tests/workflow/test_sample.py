@@ -228,6 +228,9 @@ def test_arviz_compares_models_by_it(sampled: Sampled, kept: Path) -> None:
     arviz_stats = pytest.importorskip("arviz_stats")
     tree = fibrefit.load_result(kept).to_datatree()  # type: ignore[union-attr]
     live = sampled.to_datatree()
+    # A dimension of that name is what ArviZ makes of chains and draws, for its pictures of new measurements.
+    assert not any("sample" in group.dims for group in tree.subtree)
+    assert tree["posterior_predictive"]["force"].dims == ("chain", "draw", "record", "instant")
     assert live["log_likelihood"]["readings"].equals(tree["log_likelihood"]["readings"])
     assert tree["posterior"].sizes["draw"] == tree["log_likelihood"].sizes["draw"] >= 200
     with warnings.catch_warnings():

@@ -90,8 +90,8 @@ def records_block(sight: Sight) -> Records | None:
     records = [str(name) for name in observed["record"].values]
     channels = [name for name in sight.models[0].readings if name in observed]
     scales = {channel: _scale(observed[channel].values, observed[channel].unit) for channel in channels}
-    states = _states(sight.groups)
     counts = _counts(sight.groups)
+    states = _states(sight.groups, counts)
     told = []
     for r, record in enumerate(records):
         span = slice(0, counts[r])
@@ -157,10 +157,14 @@ def _of_gap(gap: Gap | None, channel: str) -> float | None:
     return own.noise if own is not None else None
 
 
-def _states(groups: Groups) -> dict[str, _Scale]:
-    motion = groups.get("motion", {})
-    known = {name: motion.get(name.replace(" ", "_")) for name in STATES}
-    return {name: _scale(one.values, one.unit) for name, one in known.items() if one is not None}
+def _states(groups: Groups, counts: Sequence[int]) -> dict[str, _Scale]:
+    motion, found = groups.get("motion", {}), {}
+    for name in STATES:
+        if (one := motion.get(name.replace(" ", "_"))) is not None:
+            # Beyond the end of a record stands what the model would have done after it.
+            told = [row[:count] for row, count in zip(one.values, counts, strict=True)]
+            found[name] = _scale(np.concatenate(told), one.unit)
+    return found
 
 
 def _series(
