@@ -11,7 +11,7 @@ import re
 from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, did_you_mean
-from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, SHOWN, SPELLINGS, WHOLE, WORDS
+from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, SHOWN, SPELLINGS, USUAL, WHOLE, WORDS
 
 if TYPE_CHECKING:
     import pint
@@ -100,8 +100,14 @@ def _in_base_units(text: str) -> tuple[float, str] | None:
     written = expression("1" if text == "-" else text)
     if written is None:
         return None
+    return USUAL.get(written) or _by_registry(written)
+
+
+def _by_registry(written: str) -> tuple[float, str]:
+    """Factor to base units of an expression, and the powers of its dimensions in order of their names."""
     base = _registry().Quantity(1.0, written).to_base_units()
-    return float(base.magnitude), str(base.dimensionality)
+    powers = sorted(base.dimensionality.items())
+    return float(base.magnitude), " ".join(f"{name}^{power:g}" for name, power in powers)
 
 
 def is_si(unit: str) -> bool | None:
@@ -204,8 +210,8 @@ def product_in(first: str, second: str, si: str) -> float | None:
     wanted = _in_base_units(si)
     if wanted is None or None in written:
         return None
-    base = _registry().Quantity(1.0, f"({written[0]})*({written[1]})").to_base_units()
-    return float(f"{base.magnitude / wanted[0]:.15g}") if str(base.dimensionality) == wanted[1] else None
+    factor, dimension = _by_registry(f"({written[0]})*({written[1]})")
+    return float(f"{factor / wanted[0]:.15g}") if dimension == wanted[1] else None
 
 
 def usual(si: str) -> str:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.core import units
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, UsageError
-from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS
+from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, USUAL
 from fibrefit.core.units import (
     expression,
     format_number,
@@ -22,6 +24,8 @@ from fibrefit.core.units import (
     si_unit,
     to_si,
 )
+
+ROOT = Path(__file__).resolve().parents[2]
 
 #: Conversions are decimal factors: two roundings.
 ROUNDING = 4 * sys.float_info.epsilon
@@ -206,3 +210,22 @@ print(*{"pint", "jax", "matplotlib", "pandas", "scipy", "h5py"} & set(sys.module
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("written", USUAL)
+def test_usual_units_are_what_pint_says_of_them(written: str) -> None:
+    assert units._by_registry(written) == USUAL[written]
+
+
+def test_a_study_in_usual_units_is_read_without_pint() -> None:
+    code = """
+import sys
+from pathlib import Path
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records, task_of
+study = load_study("configs/drop_series")
+task_of(study, read_records(study))
+print("pint" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
+    assert done.stdout.strip() == "False"
