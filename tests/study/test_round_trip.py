@@ -23,7 +23,7 @@ positive = st.floats(1e-9, 1e9)
 @SAME_FOLDER
 @given(
     mass=positive,
-    angle=st.floats(-6.28, 6.28),
+    angle=st.floats(0.01, 3.13),
     zero=st.floats(-1e3, 1e3),
     stiffness=positive,
     name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs"], exclude_characters="\0"), min_size=1),
