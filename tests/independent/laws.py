@@ -157,6 +157,19 @@ KNOWN_AS = {
 }
 """Causes that were outside the catalogue when they were chosen, and the effect whose law is theirs by now."""
 
+ACTS_BY = {
+    "open.position_dependent_friction": ("guide", ("position",)),
+    "open.end_stop": ("guide", ("position",)),
+    "open.detent": ("guide", ("position",)),
+    "open.kinked_stiffness": ("fibre", ("stretch", "tension")),
+    "open.load_dependent_damping": ("fibre", ("stretch", "tension")),
+    "open.wearing_friction": ("guide", ("path",)),
+    "open.eddy_drag": ("guide", ("speed",)),
+    "open.drive_speed_stiffness": ("fibre", ("speed",)),
+    "open.slipping_knot": ("fibre", ("time",)),
+}
+"""Port of the law of each cause that is still outside, and the variables it may be told as a function of."""
+
 OUTSIDE: dict[str, Hidden] = {
     "open.position_dependent_friction": Hidden({"roughness": 0.3}, {"roughness_length": (3e-3, 12e-3)}, most=3.0),
     "open.end_stop": Hidden({"stop_stiffness": 100.0}, {"stop_position": (0.052, 0.07)}, rigs=(DRIVE,), most=100.0),

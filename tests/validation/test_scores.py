@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
 
 from fibrefit.laws.catalogue import CATALOGUE
-from tests.independent.laws import KNOWN_AS, OUTSIDE
+from tests.independent.laws import ACTS_BY, KNOWN_AS, OUTSIDE
 from tests.independent.simulate import Base
 from tests.validation import validate_discover, validate_intervals
 from tests.validation.cases import KINDS, cases, interval_cases
@@ -104,6 +104,28 @@ def test_a_file_keeps_first_outcomes(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="another release"):
         append(path, replace(GOOD, verdict="unexplained"), "case")
     assert read(path, Outcome) == [GOOD, NULL]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "verdict", "port", "variable", "right"),
+    [
+        ("open.detent", "unexplained", "guide", "position", True),
+        ("open.detent", "unexplained", "guide", "speed", False),
+        ("open.detent", "unexplained", "", "", False),
+        ("open.kinked_stiffness", "named", "fibre", "stretch", False),
+        ("open.kinked_stiffness", "unexplained", "fibre", "tension", True),
+    ],
+)
+def test_a_law_is_right_at_its_port_and_of_its_variable(
+    hidden: str, verdict: str, port: str, variable: str, right: bool
+) -> None:
+    found = replace(GOOD, kind="outside", hidden=hidden, verdict=verdict, law_port=port, law_variable=variable)
+    assert found.law_right is right
+
+
+def test_every_cause_that_is_outside_has_a_law_or_a_name() -> None:
+    assert set(OUTSIDE) == set(ACTS_BY) | set(KNOWN_AS)
+    assert not set(ACTS_BY) & set(KNOWN_AS)
 
 
 def test_tables_go_between_their_marks(tmp_path: Path) -> None:

@@ -2,7 +2,8 @@
 
 ``python -m tests.validation.validate_discover --release LABEL --kind null --rig fibre_mass --cases 20`` carries out
 twenty further cases of a release, writes each down as soon as it is done, and prints the tables. A case is carried out
-once: only another release draws others. ``--document`` writes the tables into ``docs/discovery.md``.
+once: only another release draws others. ``--document`` writes the tables into ``docs/discovery.md``, of all releases
+that are given.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def told(summary: dict[str, Any], hidden: Sequence[str]) -> dict[str, Any]:
     ranking = rounds[0]["ranking"] if rounds else summary.get("ranking") or []
     order = sorted(ranking, key=lambda row: -row["evidence"])
     true = [row["evidence"] for row in ranking if row["effect"] in hidden]
-    unexplained = summary.get("unexplained") or {}
+    unexplained, law = summary.get("unexplained") or {}, summary.get("proposed_law") or {}
     return {
         "verdict": summary["verdict"],
         "added": " + ".join(summary.get("added", ())),
@@ -107,6 +108,7 @@ def told(summary: dict[str, Any], hidden: Sequence[str]) -> dict[str, Any]:
         "gap_after": _number((summary.get("gap") or {}).get("total")),
         "status": summary.get("status", ""),
         "says": unexplained.get("looks_like") or summary.get("reason", ""),
+        **{f"law_{what}": law.get(what, "") for what in ("port", "variable", "form")},
     }
 
 
@@ -147,7 +149,9 @@ def run(jobs: Sequence[Case], path: Path, processes: int, limit: float) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.validation.validate_discover", description=__doc__)
-    parser.add_argument("--release", required=True, help="label; another one draws other cases")
+    parser.add_argument(
+        "--release", required=True, action="append", help="label; another one draws other cases; several for tables"
+    )
     parser.add_argument("--cases", type=int, default=0, help="number of further cases; 0 prints the tables only")
     parser.add_argument("--kind", action="append", choices=KINDS, help="may be given twice; all if not given")
     parser.add_argument("--rig", action="append", choices=RIGS, help="may be given twice; both if not given")
@@ -160,10 +164,13 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a case may take")
     parser.add_argument("--document", action="store_true", help="write the tables into docs/discovery.md")
     given = parser.parse_args()
+    labels, given.release = given.release, given.release[0]
     path = file_of(given.release, given.tuning)
     if given.cases:
+        if len(labels) > 1:
+            parser.error("cases are carried out of one release at a time")
         run(chosen(given, read(path, Outcome)), path, given.processes, given.limit)
-    lines = tables(read(path, Outcome))
+    lines = tables([outcome for label in labels for outcome in read(file_of(label, given.tuning), Outcome)])
     print("\n".join(lines))
     if given.document:
         if given.tuning:
