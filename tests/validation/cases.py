@@ -227,6 +227,8 @@ def _apart(names: list[str], number: int, rng: np.random.Generator) -> list[str]
         law = [name for name in drawn if name.startswith(("fibre.", "pulley.", "drive."))]
         locked = {"pulley.capstan_friction", "pulley.inertia"} <= set(drawn)
         crowded = len(law) > 1 and alone & set(law)
+        # Point masses are simulated on a symmetric rig without bristles.
+        crowded = crowded or ("fibre.mass" in drawn and "guide.presliding" in drawn)
         if len({class_of(name) for name in drawn}) == number and not locked and not crowded:
             return drawn
 

@@ -25,6 +25,7 @@ from tests.validation.cases import (
     KINDS,
     RIGS,
     STRENGTHS,
+    _apart,
     cases,
     class_of,
     effects_of,
@@ -112,6 +113,20 @@ def test_every_release_draws_seeds_of_its_own() -> None:
     assert again == [case.name for case in itertools.islice(cases("one", "faint", DROP), 20)]
     first, other = (next(interval_cases("one", DROP, noise, 0.0)).seed for noise in ("pink", "slow"))
     assert first != other
+
+
+def test_effects_are_drawn_together_only_where_the_simulator_can_have_both() -> None:
+    rng, names = np.random.default_rng(0), ["fibre.mass", "guide.presliding", "sensor.force_lag", "fibre.hardening"]
+    drawn = {frozenset(_apart(names, 2, rng)) for _ in range(200)}
+    assert drawn == {
+        frozenset(pair)
+        for pair in (
+            ("fibre.mass", "sensor.force_lag"),
+            ("guide.presliding", "sensor.force_lag"),
+            ("guide.presliding", "fibre.hardening"),
+            ("sensor.force_lag", "fibre.hardening"),
+        )
+    }
 
 
 def test_the_tuning_set_is_kept_apart() -> None:
