@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left, time_limit
+from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
 from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
@@ -91,10 +91,16 @@ def looked(search: Search, parent: Weighed, what: str) -> Comparison:
 
 def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
     """Candidates weighed in the noise of the best; in that of the parent where the time ends."""
-    look, _ = in_time(
-        partial(in_same_noise, search, parent, tried.found), Comparison(search, parent, tuple(tried.found))
-    )
-    return replace(look, untried=tried.untried)
+    look, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
+    return replace(look or _as_found(search, parent, tried.found), untried=tried.untried)
+
+
+def _as_found(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
+    """Candidates as they were found; what is beyond doubt has to be so over the parent from where it led, too."""
+    if found and found[0].log > parent.log + BEYOND_DOUBT:
+        with beyond_limits():
+            parent = max(parent, search.scales.without(found[0], parent.effects), key=lambda one: one.log)
+    return Comparison(search, parent, tuple(found))
 
 
 def _worth_following(look: Comparison) -> float:

@@ -1,8 +1,8 @@
 """A law of no name, weighed against the effect that a look has found.
 
 A cause that no catalogue holds still changes the readings, and some effect always fits them better than none: added
-one after the other, such effects account for little and take all the time. Where tests of the innovations see more
-left than the best effect explains, a law composed from free curves is a candidate like any other.
+one after the other, such effects account for little and take all the time. Where tests of the innovations see something
+left beside the best effect, a law composed from free curves is a candidate like any other.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def unnamed(
     before : Identification
         Of the model the search began with.
     """
-    if _is_unaccounted(look, chosen, seen):
-        job = partial(_law_about, look.search, look.parent, chosen, before, tuple(PORTS))
+    if (left := _left(look, chosen, seen)) > 0.0:
+        job = partial(_law_about, look, chosen, before, tuple(PORTS), left)
     elif chosen is not None and (ports := _in_one_place(chosen, look.parent)):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
@@ -75,15 +75,13 @@ def unnamed(
     return found
 
 
-def _is_unaccounted(look: Comparison, chosen: Weighed | None, seen: Confirmation | None) -> bool:
-    """Whether tests of the innovations see more nats left than the effect gains."""
-    if chosen is None:
-        left, gain = alarms_of(look.search, look.parent), 0.0
-    elif seen is None:
-        left, gain = alarms_of(look.search, chosen), look.gain(chosen)
+def _left(look: Comparison, chosen: Weighed | None, seen: Confirmation | None) -> float:
+    """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
+    if seen is not None:
+        alarms = alarms_of(seen.search, seen.found)
     else:
-        left, gain = alarms_of(seen.search, seen.found), seen.gain
-    return any(alarm.nats > gain for alarm in left)
+        alarms = alarms_of(look.search, look.parent if chosen is None else chosen)
+    return max((alarm.nats for alarm in alarms), default=0.0)
 
 
 def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
@@ -97,12 +95,14 @@ def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
 def _law_instead(first: Comparison, chosen: Weighed, before: Identification, ports: Collection[str]) -> Unnamed | None:
     """A law in the place of two effects, all seen with readings that are linearised about neither."""
     there = chosen if first.parent.frame.sensitivities is None else weighed_about(first.search, chosen)
-    return _law_about(first.search, first.parent, there, before, ports)
+    return _law_about(first, there, before, ports, 0.0)
 
 
 def _law_about(
-    search: Search, parent: Weighed, chosen: Weighed | None, before: Identification, ports: Collection[str]
+    look: Comparison, chosen: Weighed | None, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
+    """A law that gains what the effect does and what is left beside it, and leaves nothing itself."""
+    search, parent = look.search, look.parent
     curves = curves_beyond(search, parent, before, ports)
     found = proposed(search, parent, curves) if curves else None
     if found is None:
@@ -110,7 +110,7 @@ def _law_about(
     law, told = found
     there = in_same_noise(search, parent, [law, *([] if chosen is None else [chosen])])
     weighed = next(one for one in there.found if one.names == law.names)
-    others = [there.parent.log, *(one.log for one in there.found if one is not weighed)]
-    if weighed.log - PRICE_OF_LOOKS <= max(others) + NAMED or alarms_of(there.search, weighed):
+    most = max([there.parent.log, *(one.log for one in there.found if one is not weighed)])
+    if weighed.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, weighed):
         return None
     return Unnamed(there.search, there.parent, curves, (weighed, told))

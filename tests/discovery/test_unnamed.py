@@ -44,13 +44,14 @@ class Bench:
     """Looks in which a law gains 100 nats, wherever it is weighed; alarms are as told for each model."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
-        self.left, self.ports = left, list[Any]()
+        self.left, self.ports, self.searches = left, list[Any](), list[Any]()
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "curves_beyond", self.curves)
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
+        self.searches.append(search)
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
@@ -71,13 +72,16 @@ class Bench:
 BASE = Model((), 0.0)
 
 
-@pytest.mark.parametrize(("gain", "left", "weighed"), [(17.0, 330.0, True), (17.0, 16.0, False), (17.0, 0.0, False)])
-def test_a_law_is_weighed_where_more_is_left_than_the_effect_gains(
-    monkeypatch: pytest.MonkeyPatch, gain: float, left: float, weighed: bool
+@pytest.mark.parametrize(
+    ("gain", "left", "weighed", "there"),
+    [(17.0, 60.0, True, True), (17.0, 80.0, True, False), (95.0, 1.0, True, False), (17.0, 0.0, False, False)],
+)
+def test_a_law_has_to_gain_what_the_effect_does_and_what_is_left_beside_it(
+    monkeypatch: pytest.MonkeyPatch, gain: float, left: float, weighed: bool, there: bool
 ) -> None:
     bench = Bench(monkeypatch, **{TOE.name: left})
     found = bench.asked(BASE, Model((TOE,), gain))
-    assert bool(bench.ports) is (found is not None) is weighed
+    assert (bool(bench.ports), found is not None) == (weighed, there)
     if found is not None:
         assert (found.law[0].names, found.law[1], found.curves) == ((LAW.name,), "told", ["a curve"])
 
@@ -88,10 +92,10 @@ def test_a_law_is_weighed_where_no_effect_gains_enough_and_something_is_left(mon
 
 
 def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench, there = Bench(monkeypatch, **{TOE.name: 50.0}), Model((TOE,), 40.0)
-    assert bench.asked(BASE, Model((TOE,), 90.0), Confirmation(cast(Any, None), cast(Any, there), cast(Any, BASE)))
-    nearer = Model((TOE,), 60.0)
-    assert not bench.asked(BASE, Model((TOE,), 30.0), Confirmation(cast(Any, None), cast(Any, nearer), cast(Any, BASE)))
+    bench = Bench(monkeypatch, **{TOE.name: 50.0})
+    there = Confirmation(cast(Any, "there"), cast(Any, Model((TOE,), 40.0)), cast(Any, BASE))
+    assert bench.asked(BASE, Model((TOE,), 30.0), there) is not None
+    assert bench.searches[0] == "there"
 
 
 @pytest.mark.parametrize(

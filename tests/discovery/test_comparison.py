@@ -1,0 +1,49 @@
+"""What is believed of candidates where the time ends before they are weighed in one noise."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
+from fibrefit.discovery import comparison
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.discovery.forward_selection import Limits, _chosen
+from fibrefit.discovery.search.search import Tried
+from tests.discovery.test_pairs import EFFECTS, Model
+
+BASE = Model((), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gain", "parent_from_there", "refitted", "named"),
+    [
+        (BEYOND_DOUBT + 30.0, -5.0, True, True),
+        # It led to where the parent, without it, is as probable: it is no help.
+        (BEYOND_DOUBT + 30.0, BEYOND_DOUBT + 29.0, True, False),
+        (BEYOND_DOUBT - 1.0, -5.0, False, False),
+    ],
+)
+def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
+    monkeypatch: pytest.MonkeyPatch, gain: float, parent_from_there: float, refitted: bool, named: bool
+) -> None:
+    asked = list[Any]()
+
+    def without(one: Model, kept: Any) -> Model:
+        check_time()  # the last step that all hangs on is done whatever the time
+        asked.append(one.names)
+        return Model(kept, parent_from_there)
+
+    def ended(*of: Any) -> None:
+        raise OutOfTimeError
+
+    monkeypatch.setattr(comparison, "in_same_noise", ended)
+    search: Any = SimpleNamespace(scales=SimpleNamespace(without=without))
+    found = Tried(cast(Any, [Model(EFFECTS[:1], gain), Model(EFFECTS[1:2], 3.0)]), ())
+    with time_limit(0.0):
+        look = comparison._in_one_noise(search, cast(Any, BASE), found)
+    assert asked == [(EFFECTS[0].name,)] * refitted
+    assert look.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
+    assert (_chosen(look, Limits()) is not None) is named
