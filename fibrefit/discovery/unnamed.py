@@ -56,7 +56,7 @@ def unnamed(
     ----------
     look : Comparison
     chosen : Weighed or None
-        What is to be added.
+        What is to be added. Where nothing is, pairs come first: a search that ends without them proposes a law anyway.
     seen : Confirmation or None
         Of it.
     first : Comparison
@@ -64,9 +64,11 @@ def unnamed(
     before : Identification
         Of the model the search began with.
     """
+    if chosen is None:
+        return None
     if (left := _left(look, chosen, seen)) > 0.0:
         job = partial(_law_about, look, chosen, before, tuple(PORTS), left)
-    elif chosen is not None and (ports := _in_one_place(chosen, look.parent)):
+    elif ports := _in_one_place(chosen, look.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
@@ -75,12 +77,9 @@ def unnamed(
     return found
 
 
-def _left(look: Comparison, chosen: Weighed | None, seen: Confirmation | None) -> float:
+def _left(look: Comparison, chosen: Weighed, seen: Confirmation | None) -> float:
     """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
-    if seen is not None:
-        alarms = alarms_of(seen.search, seen.found)
-    else:
-        alarms = alarms_of(look.search, look.parent if chosen is None else chosen)
+    alarms = alarms_of(look.search, chosen) if seen is None else alarms_of(seen.search, seen.found)
     return max((alarm.nats for alarm in alarms), default=0.0)
 
 
@@ -99,7 +98,7 @@ def _law_instead(first: Comparison, chosen: Weighed, before: Identification, por
 
 
 def _law_about(
-    look: Comparison, chosen: Weighed | None, before: Identification, ports: Collection[str], left: float
+    look: Comparison, chosen: Weighed, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
     """A law that gains what the effect does and what is left beside it, and leaves nothing itself."""
     search, parent = look.search, look.parent
@@ -108,7 +107,7 @@ def _law_about(
     if found is None:
         return None
     law, told = found
-    there = in_same_noise(search, parent, [law, *([] if chosen is None else [chosen])])
+    there = in_same_noise(search, parent, [law, chosen])
     weighed = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not weighed)])
     if weighed.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, weighed):

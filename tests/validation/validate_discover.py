@@ -56,7 +56,8 @@ def carry_out(case: Case) -> Outcome:
 
 def _facts(case: Case) -> dict[str, Any]:
     """What is known of a case before it is carried out."""
-    words = dict.fromkeys(("hidden", "noncentralities", "added", "alike", "best", "status", "says"), "")
+    laws = ("law_port", "law_variable", "law_form")
+    words = dict.fromkeys(("hidden", "noncentralities", "added", "alike", "best", "status", "says", *laws), "")
     numbers = ("evidence", "evidence_of_truth", "gap_before", "gap_after")
     return {
         "case": case.name,
