@@ -142,9 +142,8 @@ IN_UNIT = re.compile(
 )
 #: Powers of ten, and what pounds, kiloponds, inches and degrees are worth: factors by which a unit is mistaken.
 MISTAKEN = (*(10.0**k for k in (-6, -4, -3, -2, -1, 1, 2, 3, 4, 6)), 9.80665, 4.4482216, 25.4, 2.54, 57.29578)
-"""Factors between units that are mistaken for each other: powers of ten, kilograms-force, pounds, inches, degrees."""
+#: Factors between a clock and a mistaken one: decimations and averages, seconds for minutes or milliseconds.
 MISTAKEN_TIMES = (2.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 50.0, 60.0, 100.0, 1000.0)
-"""Factors between a clock and a mistaken one: decimations and averages, seconds for minutes or milliseconds."""
 #: Beside a channel's name, what a bare number is of: a name, a count, a place of plugs, a form.
 NUMBERED = words(
     "cell|sensor*|transducer*|channel*|ch\\d*|step*|cycle*|samples?|points?|rows?|records?|number|no|nr|id|s/n"
