@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -44,6 +44,9 @@ class Comparison:
         Candidates that the time did not suffice for.
     moved : bool
         Whether the parent was led to where it is far more probable than where it was.
+    shares : mapping of tuple of str to float
+        Of those seen only with readings linearised about another model than the parent is: what they left there of
+        the gap that the parent left there. Their own gap is counted in another noise.
     """
 
     search: Search
@@ -52,6 +55,16 @@ class Comparison:
     compared: frozenset[tuple[str, ...]] = frozenset()
     untried: tuple[type[Effect], ...] = ()
     moved: bool = False
+    shares: Mapping[tuple[str, ...], float] = field(default_factory=dict)
+
+    def gap_of(self, one: Weighed) -> float:
+        """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""
+        before = self.search.gap(self.search.plain(self.parent))
+        # What was not followed is its parent, and leaves the same.
+        if not one.evidence.mode.steps:
+            return before
+        share = self.shares.get(one.names)
+        return self.search.gap(self.search.plain(one)) if share is None else before * share
 
     def gain(self, one: Weighed) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -174,7 +187,11 @@ def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
     weighed = {mine: seen.found} | {one.names: one for one in there}
     others = [one.moved_to(seen.parent.log + look.gain(one)) for one in look.found if one.names not in weighed]
     found = tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log))
-    return replace(look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(weighed))
+    before = look.gap_of(look.parent)
+    shares = {one.names: look.gap_of(one) / before for one in look.found if one.names not in weighed}
+    return replace(
+        look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(weighed), shares=shares
+    )
 
 
 def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:

@@ -115,7 +115,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
         unexplained=_left_over(search, kept, after, None if complete else readings, law and law[1]),
-        looks_like=None if complete or not known else _looks_like(kept, search, after, readings),
+        looks_like=None if complete or not known else _looks_like(kept, search, after, readings, cut),
         before=before,
         after=after,
         held_out=parts.take("left_out", predicted, ()) if added else (),
@@ -261,14 +261,19 @@ def _taken_out(at: Selection, best: Weighed) -> list[Statement]:
     return [Statement("taken_out", {"effects": tuple(gone)})] if gone and best.effects else []
 
 
-def _looks_like(kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading]) -> Statement:
-    """What is left of a fit: an event in time, or the free curve that accounts for most of it."""
+def _looks_like(
+    kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading], cut: bool
+) -> Statement:
+    """What is left of a fit: an event in time, or the free curve that accounts for most of it.
+
+    A search that was `cut` short knows of more than it has tried.
+    """
     whole = max(kept.fit.cost - search.samples, 1.0)
     share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
     if share < TELLS and (event := _event(found)):
         return event
     if not readings:
-        return Statement("unknown", {"lies": where.most_of(found.residual_set)})
+        return Statement("unknown", {"lies": where.most_of(found.residual_set), "cut": cut})
     return Statement("curve_left", curve_facts(readings[0]) | {"share": max(share, 0.0)})
 
 

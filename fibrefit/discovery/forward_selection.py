@@ -284,20 +284,16 @@ def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:
 
 def candidates(look: Comparison) -> tuple[Candidate, ...]:
     """How the candidates of a round did over their parent, the most probable first."""
-    before = look.search.gap(look.search.plain(look.parent))
-    return tuple(candidate(look, one, before) for one in look.found)
+    return tuple(candidate(look, one) for one in look.found)
 
 
-def candidate(look: Comparison, one: Weighed, before: float) -> Candidate:
+def candidate(look: Comparison, one: Weighed) -> Candidate:
     """How a hypothesis did over its parent; parameters with their standard errors.
 
     Parameters
     ----------
     look : Comparison
     one : Weighed
-        Where it was not followed it is its parent, and leaves the same.
-    before : float
-        Gap of the parent.
     """
     added = [effect for effect in one.effects if effect not in look.parent.effects]
     shared, errors = one.shared, one.errors
@@ -316,7 +312,7 @@ def candidate(look: Comparison, one: Weighed, before: float) -> Candidate:
     ]
     return Candidate(
         effect=" + ".join(effect.name for effect in added) or "nothing",
-        gap_after=look.search.gap(look.search.plain(one)) if one.evidence.mode.steps else before,
+        gap_after=look.gap_of(one),
         evidence=look.gain(one),
         parameters=parameters,
         false_alarm=false_alarm(look.gain(one), chances),

@@ -33,10 +33,16 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
 
     Parameters
     ----------
-    unit, doc, typical
-        As in `Parameter`.
+    unit, doc, typical : str, str, float
+        SI unit; one sentence that says what it is; a plausible size, which sets scales and search ranges.
     **more
-        Any other argument of `Parameter`; its name is the field's.
+        ``lower`` and ``upper`` bounds; ``null``, where the effect vanishes (0); ``log`` if searched so; ``source``.
+
+    Examples
+    --------
+    >>> from fibrefit.laws.law import quantity
+    >>> quantity("N", "Friction at rest.", 1.0, lower=0.0).metadata["parameter"].unit
+    'N'
     """
     return eqx.field(metadata={"parameter": Parameter("", unit, doc, typical, **more)})
 

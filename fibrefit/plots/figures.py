@@ -32,6 +32,11 @@ class Figures(dict[str, Figure]):
         ------
         UsageError
             If there is no figure of that name.
+
+        Examples
+        --------
+        >>> list(result.plot().only("overview"))
+        ['overview']
         """
         for name in names:
             if name not in self:

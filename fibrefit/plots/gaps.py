@@ -27,7 +27,7 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
-from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
 
 ROW, BETWEEN = 5.0, 6.0
 """Height of a record, two lines of small text, and room between channels for the end of a number, in mm."""
@@ -118,14 +118,16 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     noise : float
         Gap that noise alone leaves.
     """
-    shown = list(ranking[:MOST_CANDIDATES])
+    told = listed(ranking, MOST_CANDIDATES, added)
+    shown = told.shown
     names = [cut_name(candidate.effect, 2 * LONGEST_NAME) for candidate in shown]
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
-    others = len(ranking) - len(shown)
     best = min(ranking, key=lambda one: one.gap_after)
     said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
-    more = f"; and {others} more with less evidence" if others else ""
+    more = (
+        f"; and {told.others} more {'with less evidence' if told.gain else 'that gain nothing'}" if told.others else ""
+    )
     title(figure, said, f"gaps of the search, where all models are fitted in one noise{more}")
     across, up = figure.get_size_inches() * 25.4
     axes = axes_at(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)
@@ -147,7 +149,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     for row in np.flatnonzero(gaps > reach).tolist():
         axes.text(reach, row, f"{gaps[row]:.3g} ", fontsize=SMALL, color="0.25", ha="right", va="center")
     for row, candidate in enumerate(shown):
-        said = f"{candidate.evidence:,.0f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{THIN SPACE}")
+        said = f"{round(candidate.evidence) or 0:,d}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{THIN SPACE}")
         axes.text(
             beside,
             row,

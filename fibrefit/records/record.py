@@ -114,6 +114,11 @@ class Record(Shown):
         ------
         UsageError
             If fewer than 3 samples are left.
+
+        Examples
+        --------
+        >>> round(record.window(0.1, 0.3).duration, 3)
+        0.2
         """
         low = self.time[0] if start is None else start
         high = self.time[-1] if stop is None else stop
@@ -147,6 +152,11 @@ class Record(Shown):
         ------
         UsageError
             If the record has no such channel.
+
+        Examples
+        --------
+        >>> record.masked("force", record.time > 0.4, "the cable was touched").history[-1]
+        'Masked ... samples of force: the cable was touched.'
         """
         self._check(role)
         fresh = int((self.valid[role] & where).sum())
@@ -176,6 +186,11 @@ class Record(Shown):
         ------
         UsageError
             If the record lacks one of them.
+
+        Examples
+        --------
+        >>> sorted(record.only("force").channels)
+        ['force']
         """
         for role in roles:
             self._check(role)

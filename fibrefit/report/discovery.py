@@ -15,7 +15,14 @@ from fibrefit.report.layout import items, numbered, paragraph, section, shortene
 from fibrefit.report.text import GAP, doubts, earlier_value, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
-from fibrefit.study.summaries.discovery import Before, Candidate, Detectable, DiscoverySummary
+from fibrefit.study.summaries.discovery import (
+    Before,
+    Candidate,
+    Detectable,
+    DiscoverySummary,
+    ListedCandidates,
+    listed,
+)
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
@@ -246,26 +253,36 @@ def _tried(summary: DiscoverySummary) -> list[str]:
     if not summary.rounds:
         return [section("What was tried", _candidates(summary.ranking))]
     if len(summary.rounds) == 1:
-        return [section("What was tried", _candidates(summary.rounds[0].ranking))]
+        return [section("What was tried", _candidates(summary.rounds[0].ranking, summary.rounds[0].added))]
     return [
-        section(f"What was tried in round {number}", _candidates(found.ranking))
+        section(f"What was tried in round {number}", _candidates(found.ranking, found.added))
         for number, found in enumerate(summary.rounds, 1)
     ]
 
 
-def _candidates(ranking: Sequence[Candidate]) -> list[str]:
-    rows = [row for candidate in ranking[:MOST_CANDIDATES] for row in _candidate_rows(candidate)]
+def _candidates(ranking: Sequence[Candidate], added: str | None = None) -> list[str]:
+    told = listed(ranking, MOST_CANDIDATES, added or "")
+    rows = [row for candidate in told.shown for row in _candidate_rows(candidate)]
     lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
-    others = len(ranking) - MOST_CANDIDATES
-    if others > 0:
-        lines.insert(-1, f"and {others} more with less evidence")
+    if told.others:
+        lines.insert(-1, others_told(told))
     return [*lines, paragraph(EVIDENCE)] if lines else []
+
+
+def others_told(told: ListedCandidates) -> str:
+    """What is said of candidates that are not told one by one."""
+    return f"and {told.others} more {'with less evidence' if told.gain else 'that gain nothing'}"
+
+
+def evidence_told(candidate: Candidate) -> str:
+    """Evidence without decimals, and without the sign of what rounds to nothing."""
+    return f"{round(candidate.evidence) or 0:d}"
 
 
 def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
     names = candidate.effect.split(" + ")
     values = [_value(parameter) for name, parameter in candidate.parameters.items() if name.rpartition(".")[0] in names]
-    numbers = (f"{candidate.gap_after:.3f}", f"{candidate.evidence:.0f}")
+    numbers = (f"{candidate.gap_after:.3f}", evidence_told(candidate))
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
     said = values + [""] * (lines - len(values))

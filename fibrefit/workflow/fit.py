@@ -60,7 +60,7 @@ class Fit(Predicts):
 
     @property
     def values(self) -> np.ndarray:
-        """All free values, ``(n_free,)`` in SI units."""
+        """All free values, ``(n_free,)`` in SI units, in the order of `covariance`."""
         return self.identification.values
 
     def summary(self) -> FitSummary:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Saved(ABC):
-    """A result that can be saved."""
+    """A result that was just found, or a simulation: it can be saved."""
 
     @abstractmethod
     def plot(self) -> Figures:
@@ -59,6 +59,11 @@ class Saved(ABC):
         ------
         UsageError
             If the folder exists and may not be replaced.
+
+        Examples
+        --------
+        >>> fibrefit.load_result(result.save("results/kept")).to_dataframe().equals(result.to_dataframe())
+        True
         """
         with ResultDirectory(Path(out), force=force) as directory:
             self.write(directory, stop)

@@ -84,7 +84,15 @@ class Simulation(Shown, Saved):
         Returns
         -------
         headers : list of str
-        columns : (n_time, n_column)
+            With their units.
+        columns : (n_time, n_column) float array
+            In those units.
+
+        Examples
+        --------
+        >>> headers, columns = simulation.table(0)
+        >>> headers, columns.shape[1]
+        (['time [s]', 'force [N]', 'position [mm]'], 3)
         """
         trace = self.task.traces[record]
         headers, columns = ["time [s]"], [trace.times]

@@ -30,9 +30,17 @@ def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Model, "evidence", followed, raising=False)
 
 
+def with_gaps(search: Any, gaps: dict[tuple[str, ...], float] | None = None) -> Any:
+    """A search in which hypotheses leave these gaps, by their names; 1 where nothing is said."""
+    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0)}
+    return SimpleNamespace(**(vars(search) | told))
+
+
 def first_look(moved: bool = False) -> Any:
     look = look_of(FIRST, {}, [])
-    return replace(look, compared=frozenset(one.names for one in look.found), moved=moved)
+    return replace(
+        look, search=with_gaps(look.search), compared=frozenset(one.names for one in look.found), moved=moved
+    )
 
 
 def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> list[str]:
@@ -57,7 +65,7 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
         return replace(other, log=search.parent.log + gains.get(last, {}).get(other.effects[-1], 0.0))
 
     def compared(look: Any, seen: Any) -> Any:
-        search = SimpleNamespace(about=seen.found.effects, parent=seen.parent)
+        search = SimpleNamespace(**(vars(seen.search) | {"about": seen.found.effects, "parent": seen.parent}))
         return own(look, replace(seen, search=search))
 
     own = comparison.compared_about
@@ -105,6 +113,19 @@ def test_the_best_is_the_one_that_is_so_where_readings_are_linearised_about_it(m
     gains = {one.names[0]: found.look.gain(one) for one in found.look.found}
     assert gains == {B.name: pytest.approx(45.0), A.name: pytest.approx(31.0), C.name: pytest.approx(2.0)}
     assert found.look.compared == {(A.name,), (B.name,)}
+
+
+def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """C was seen about the parent alone, where errors of inputs take most of any gap along."""
+    about_parent = {(): 0.9, (A.name,): 0.6, (B.name,): 0.7, (C.name,): 0.81}
+    look = replace(first_look(), search=with_gaps(SimpleNamespace(), about_parent))
+    seen_from_there(monkeypatch, {A: {B: 20.0}})
+    about_a = with_gaps(SimpleNamespace(), {(): 1.3, (A.name,): 1.0, (B.name,): 1.1})
+    seen = Confirmation(about_a, cast(Any, Model((A,), 30.0)), cast(Any, Model((), 0.0)))
+    found = forward_selection.compared_about(look, seen)
+    assert found is not None
+    gaps = {one.names[0]: found.gap_of(one) for one in found.found}
+    assert gaps == pytest.approx({A.name: 1.0, B.name: 1.1, C.name: 1.3 * 0.81 / 0.9})
 
 
 def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from fibrefit.report.discovery import discovery_report, left_undone, verdict_line
+from fibrefit.report.discovery import discovery_report, evidence_told, left_undone, others_told, verdict_line
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.discovery import listed
 from tests.report.test_text import suspect
 from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS
 
@@ -157,12 +158,27 @@ def test_it_says_what_matters() -> None:
         "and 8 more records with smaller gaps",
         "What was tried in round 2",
         "1.000 15094 1.766 +/- 0.015 N s/m",
-        "and 3 more with less evidence",
+        "and 3 more that gain nothing",
         "These records do not tell",
         "31.8000 11.1506 0.0042 kN/m",
         "What to do next",
     ):
         assert part in text, part
+
+
+def test_candidates_that_gain_nothing_are_counted_unless_none_gains() -> None:
+    found = NAMED.rounds[0].ranking[0]
+    gains = [
+        found.model_copy(update={"effect": f"guide.law_{n}", "evidence": gain})
+        for n, gain in enumerate((40.0, 3.0, 0.4, -0.3, -7.0))
+    ]
+    told = listed(gains, 6)
+    assert [one.effect for one in told.shown] == ["guide.law_0", "guide.law_1"]
+    assert others_told(told) == "and 3 more that gain nothing"
+    assert others_told(listed(gains, 1)) == "and 4 more with less evidence"
+    assert [one.effect for one in listed(gains, 6, "guide.law_4").shown][-1] == "guide.law_4"
+    assert listed(gains[2:], 2).shown == tuple(gains[2:4])
+    assert [evidence_told(one) for one in gains[2:]] == ["0", "0", "-7"]
 
 
 def test_nothing_stands_before_where_nothing_was_added() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fibrefit.core.statement import Statement
 from fibrefit.report.sentences import discovery, fit, posterior, prediction
 from fibrefit.study.summaries.check import Check
 
@@ -97,3 +98,9 @@ def test_every_advice_and_every_reason_has_a_sentence() -> None:
     asked = identifiers("fitting", "Advice")
     assert asked == {*fit.ADVICE, "force_alone", "further_record"}
     assert identifiers("fitting", "Why") - {"gls"} == set(fit.NO_GLS)
+
+
+@pytest.mark.parametrize(("cut", "known"), [(True, "was tried"), (False, "is known of")])
+def test_a_search_that_was_cut_short_does_not_speak_of_all_that_is_known(cut: bool, known: str) -> None:
+    said = discovery.discovery_sentence(Statement("unknown", {"lies": Statement("no_place", {}), "cut": cut}))
+    assert said.startswith(f"nothing that {known}; no channel exceeds its noise")

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.report.discovery import EVIDENCE, UNFINISHED, left_undone, verdict_line
+from fibrefit.report.discovery import EVIDENCE, UNFINISHED, evidence_told, left_undone, others_told, verdict_line
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
 from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
+from fibrefit.study.summaries.discovery import LEAST_TOLD, Candidate, DiscoverySummary, listed
 from fibrefit.study.summaries.summaries import Gap
 
 MOST_CANDIDATES = 8
@@ -87,7 +87,7 @@ def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
                 found.sentence,
                 found.gap_before,
                 found.gap_after,
-                _candidates("", found.ranking),
+                _candidates("", found.ranking, found.added),
                 models if set(models) <= set(keys) else (),
             )
         )
@@ -95,20 +95,21 @@ def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
     return Story("How it was found", steps, expected, max(step.before for step in steps))
 
 
-def _candidates(heading: str, ranking: Sequence[Candidate]) -> TableBlock:
+def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = None) -> TableBlock:
+    told = listed(ranking, MOST_CANDIDATES, added or "")
     rows = [
         (
             one.effect,
             f"{one.gap_after:.3f}",
-            f"{one.evidence:.0f}",
+            evidence_told(one),
             "; ".join(
                 _value(name, one) for name in one.parameters if name.rpartition(".")[0] in one.effect.split(" + ")
             ),
         )
-        for one in ranking[:MOST_CANDIDATES]
+        for one in told.shown
     ]
-    others = len(ranking) - len(rows)
-    note = f"{EVIDENCE}{f' And {others} more with less evidence.' if others > 0 else ''}"
+    others = others_told(told)
+    note = f"{EVIDENCE}{f' {others[:1].upper()}{others[1:]}.' if told.others else ''}"
     return TableBlock(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
 
 
@@ -178,8 +179,10 @@ def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) ->
             added = summary.rounds[number - 2].added
             label = f"after round {number - 1}: {added}"
             found.append(CourseModel(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
+    looks = enumerate(summary.rounds, 1)
+    gaining = {(n, one.effect) for n, look in looks for one in look.ranking if one.evidence >= LEAST_TOLD}
     for i, (number, effect) in enumerate(zip(rounds["tried_in"].values, rounds["effect"].values, strict=True)):
-        if summary.rounds[int(number) - 1].added != effect:
+        if summary.rounds[int(number) - 1].added != effect and (int(number), effect) in gaining:
             label = f"round {number} with {effect} instead"
             left = rounds["left_with"].values[i]
             found.append(CourseModel(f"tried{i}", label, "tried", False, _readings(left, groups, gaps)))

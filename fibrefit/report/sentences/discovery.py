@@ -204,6 +204,11 @@ def _noise_left(facts: Facts) -> str:
     return f"What is left is noise{besides}: no test of the innovations objects."
 
 
+def _unknown(facts: Facts) -> str:
+    known, lies = "was tried" if facts["cut"] else "is known of", discovery_sentence(facts["lies"]).removesuffix(".")
+    return f"nothing that {known}; {lies[:1].lower()}{lies[1:]}"
+
+
 def _lost(facts: Facts) -> str:
     before, after = facts["gaps"]
     return (
@@ -236,7 +241,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "curve_left": _curve_left,
     "event": _event,
     "events": _events,
-    "unknown": lambda facts: f"nothing that is known of; {discovery_sentence(facts['lies']).removesuffix('.')}",
+    "unknown": _unknown,
     "noise_left": _noise_left,
     "lost": _lost,
     "taken_out": _taken_out,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -35,6 +36,44 @@ class Candidate(Part):
         description="Probability that the best of all candidates reaches as much although nothing is missing.",
     )
     parameters: dict[str, ParameterSummary]
+
+
+class ListedCandidates(NamedTuple):
+    """Candidates of a round that are told one by one.
+
+    Parameters
+    ----------
+    shown : tuple of Candidate
+    others : int
+        How many are not.
+    gain : bool
+        Whether any of those gains something.
+    """
+
+    shown: tuple[Candidate, ...]
+    others: int
+    gain: bool
+
+
+LEAST_TOLD = 0.5
+"""Nats of evidence, which are told without decimals, that are more than nothing."""
+
+
+def listed(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCandidates:
+    """Candidates that gain something, and what was added; of a round in which none does, those that come nearest.
+
+    Parameters
+    ----------
+    ranking : sequence of Candidate
+        The most probable first.
+    most : int
+        Of them that are told.
+    added : str
+        Which was added, as a person may choose one that gains nothing.
+    """
+    gaining = sum(one.evidence >= LEAST_TOLD for one in ranking)
+    told = [one for one in ranking if one.evidence >= LEAST_TOLD or one.effect == added] or list(ranking)
+    return ListedCandidates(tuple(told[:most]), len(ranking) - len(told[:most]), gaining > most or not gaining)
 
 
 class Round(Part):

@@ -149,6 +149,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     study : Study, str or pathlib.Path
         Or its file, or a folder with one: that of a discovery brings the effects it could not tell apart.
     aim : Aim, optional
+        What it is made for; the error bars of the parameters, or what tells rivals apart where there are some.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 

@@ -124,6 +124,11 @@ class Inspection(Shown):
         ------
         UsageError
             If the folder exists and may not be replaced.
+
+        Examples
+        --------
+        >>> fibrefit.load_result(fibrefit.inspect(record.path).save("results/seen")).to_dataframe()["si"].tolist()
+        ['N', 'm']
         """
         from fibrefit.plots import save_figures
         from fibrefit.store.directory import ResultDirectory

@@ -43,19 +43,59 @@ class AnyResult(Shown, ABC):
 
     @abstractmethod
     def summary(self) -> Any:
-        """Content of ``summary.json``."""
+        """Content of ``summary.json``.
+
+        Returns
+        -------
+        pydantic.BaseModel
+            Its attributes are the keys of the file; ``model_dump()`` makes a dictionary of them.
+
+        Examples
+        --------
+        >>> result.summary().gap.total < 1.05
+        True
+        """
 
     def groups(self) -> Mapping[str, Mapping[str, Any]]:
-        """Arrays of ``result.h5``: group to name to `fibrefit.store.hdf5.Variable`; empty where the summary is all."""
+        """Arrays of ``result.h5`` as they are kept; `residuals`, `covariance` and `to_datatree` say more.
+
+        Returns
+        -------
+        mapping of str to mapping of str to Variable
+            By group and name, with ``values``, ``dims``, ``unit`` and ``doc``; empty where the summary is all.
+
+        Examples
+        --------
+        >>> force = result.groups()["observed_data"]["force"]
+        >>> force.dims, force.values.shape[0], force.unit
+        (('record', 'sample'), 5, 'N')
+        """
         return {}
 
     @property
     def status(self) -> str:
-        """``ok``, ``suspect`` or ``failed``."""
+        """``ok``, ``suspect`` or ``failed``.
+
+        Examples
+        --------
+        >>> result.status
+        'ok'
+        """
         return str(self.summary().status)
 
     def report(self) -> str:
-        """The terminal report, at most 80 columns wide."""
+        """The terminal report.
+
+        Returns
+        -------
+        str
+            Lines of at most 80 columns.
+
+        Examples
+        --------
+        >>> "stiffness" in result.report()
+        True
+        """
         from fibrefit.report.any import report_of
 
         return report_of(self.summary())
@@ -63,10 +103,20 @@ class AnyResult(Shown, ABC):
     def plot(self) -> Figures:
         """Figures by name, drawn from ``summary()`` and ``groups()`` alone: those of a result read again are the same.
 
+        Returns
+        -------
+        Figures
+            A dictionary of matplotlib figures by name, which a notebook shows; ``only(*names)`` picks some.
+
         Raises
         ------
         UsageError
             If a result of this kind, or of this age, cannot be drawn from what it saved.
+
+        Examples
+        --------
+        >>> {"overview", "correlation"} <= set(result.plot())
+        True
         """
         from fibrefit.workflow.outcome.draw import saved_figures
 
@@ -80,7 +130,15 @@ class AnyResult(Shown, ABC):
         pandas.DataFrame
             Columns ``name``, ``record`` (missing where all records share it), ``value``, ``std_error``, ``low``,
             ``high``, ``unit``. Of a posterior they are mean, standard deviation and ends of the interval; of a series
-            the conditions of each record follow.
+            the conditions of each record follow. Of a plan one row a further record: ``like`` which it is, the
+            conditions that differ, ``minutes`` it costs, and by what factors errors and detection limits would fall.
+            Of ``distinguish`` ``effect``, ``parameter``, ``smallest_detectable``, ``unit`` and ``unique``.
+
+        Examples
+        --------
+        >>> table = result.to_dataframe().set_index(["name", "record"])
+        >>> table.loc["stiffness", "unit"].item()
+        'N/m'
         """
         from fibrefit.tables.kinds import result_frame
 
@@ -88,12 +146,24 @@ class AnyResult(Shown, ABC):
 
     @property
     def covariance(self) -> pd.DataFrame:
-        """Covariance of all free values, SI units, labelled; of a posterior that of its draws.
+        """Covariance of all free values; of a posterior that of its draws.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``(n_free, n_free)``, in the products of their SI units, labelled on both sides: what records share by its
+            name, what a record has of its own as ``name[record]``.
 
         Raises
         ------
         UsageError
             If the result is of a kind that has none.
+
+        Examples
+        --------
+        >>> error = float(result.covariance.loc["stiffness", "stiffness"]) ** 0.5
+        >>> bool(abs(error / result.parameters["stiffness"].std_error - 1.0) < 1e-6)
+        True
         """
         from fibrefit.tables.frames import covariance_frame, draw_frame
 
@@ -105,7 +175,23 @@ class AnyResult(Shown, ABC):
 
     @property
     def correlation(self) -> pd.DataFrame:
-        """Correlation of all free values, labelled; raises as `covariance`."""
+        """Correlation of all free values; of a posterior that of its draws.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``(n_free, n_free)``, without unit, labelled as `covariance`; missing where records say nothing of a value.
+
+        Raises
+        ------
+        UsageError
+            If the result is of a kind that has none.
+
+        Examples
+        --------
+        >>> bool(result.correlation.loc["damping", "friction"] < 0.0)
+        True
+        """
         from fibrefit.tables.frames import correlation_of
 
         return correlation_of(self.covariance)
@@ -124,6 +210,12 @@ class AnyResult(Shown, ABC):
         ------
         UsageError
             If the result is of a kind that has none.
+
+        Examples
+        --------
+        >>> spread = result.residuals.groupby("channel", observed=True)["residual"].std()
+        >>> spread.round(1).to_dict()
+        {'force': 1.0, 'position': 1.0}
         """
         from fibrefit.tables.frames import residual_frame
 
@@ -145,6 +237,11 @@ class AnyResult(Shown, ABC):
         ------
         UsageError
             If the result is no posterior.
+
+        Examples
+        --------
+        >>> posterior.draws.index.names, posterior.draws["stiffness"].mean().round(-3).item()
+        (FrozenList(['chain', 'draw']), 11000.0)
         """
         from fibrefit.tables.frames import draw_frame
 
@@ -163,16 +260,21 @@ class AnyResult(Shown, ABC):
             known; ``draws`` and ``result.h5`` hold the others too. Its samples of a record are the dimension
             ``instant``: what ArviZ calls ``sample`` is a chain and draw.
 
+        Raises
+        ------
+        UsageError
+            If the result is of a kind without arrays.
+
         Notes
         -----
         ``arviz_stats.loo(tree)`` and ``arviz_stats.compare({"a": tree, "b": other})`` take it as it is, as does
         ``arviz_plots``; ArviZ before 1.0 takes ``arviz.from_datatree(tree)``. What is left out in turn is a block of
         samples.
 
-        Raises
-        ------
-        UsageError
-            If the result is of a kind without arrays.
+        Examples
+        --------
+        >>> dict(posterior.to_datatree()["posterior"]["stiffness"].sizes)["chain"]
+        4
         """
         try:
             from fibrefit.tables.trees import tree_of

@@ -63,6 +63,12 @@ class Predicted:
         -------
         numpy.ndarray
             ``(n_record, n_channel, n_time)`` in SI units.
+
+        Examples
+        --------
+        >>> prediction = result.predict(fibrefit.example("drop_series") / "holdout")
+        >>> sorted(prediction.parts), prediction.sigma("noise", "model").shape[:2]
+        (['model', 'noise', 'values'], (1, 2))
         """
         weight = self.task.problem.observations.weight
         noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Predicts(FoundResult):
-    """A result whose values can be held against other records."""
+    """A result whose values can be held against other records: of `fit`, `discover` and `sample`."""
 
     def predicting(self) -> Study:
         """The study with the model that the values belong to."""
@@ -35,6 +35,11 @@ class Predicts(FoundResult):
         ------
         StudyError
             If it is of another rig or of other conditions than the values.
+
+        Examples
+        --------
+        >>> result.predict(fibrefit.example("drop_series") / "holdout").verdict
+        'holds'
         """
         from fibrefit.workflow.prediction.predict import predict_study
 

@@ -89,6 +89,11 @@ class Sampled(Findings, Predicts):
         ------
         UsageError
             If there is no value of that name.
+
+        Examples
+        --------
+        >>> list(posterior.plot_corner("stiffness", "damping"))
+        ['corner']
         """
         from fibrefit.plots import corner_figures
 
@@ -111,6 +116,11 @@ class Sampled(Findings, Predicts):
         ------
         UsageError
             If there is no value of that name.
+
+        Examples
+        --------
+        >>> list(posterior.plot_traces("stiffness"))
+        ['traces']
         """
         from fibrefit.plots import trace_figures
 
@@ -133,6 +143,11 @@ class Sampled(Findings, Predicts):
         ------
         UsageError
             If there is no record of that name.
+
+        Examples
+        --------
+        >>> list(posterior.plot_bands("drop_14mm_60deg.csv"))
+        ['record drop_14mm_60deg.csv']
         """
         from fibrefit.plots import band_figures
 
@@ -155,6 +170,11 @@ class Sampled(Findings, Predicts):
         ------
         UsageError
             If there is no value of that name.
+
+        Examples
+        --------
+        >>> list(posterior.plot_prior("stiffness"))
+        ['prior']
         """
         from fibrefit.plots import prior_figures
 
