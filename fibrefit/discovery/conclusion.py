@@ -15,7 +15,7 @@ from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, alone_by_record, carried
 from fibrefit.discovery.engine.effort import lost, time_for_gls
 from fibrefit.discovery.engine.supermodel import FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
@@ -288,6 +288,7 @@ def _event(found: Identification) -> Statement | None:
 
 def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
     task, values = search.task_with(best)
+    _, local = alone_by_record(search.task, search.plain(best))
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
@@ -300,7 +301,7 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     # records that are alike: where they differ, it is at another place than these readings.
     apart = search.gap(search.plain(best)) > FAR or best.evidence.mode.sigma.any()
     near = None if apart else best.frame.sensitivities
-    how = How(whiten=enough, coefficients=coefficients, near=near)
+    how = How(whiten=enough, coefficients=coefficients, near=near, local=local)
     with time_limit(budget.left):
         return identify(
             nearby, FINAL_STARTS if coefficients is None else 1, seed, how,

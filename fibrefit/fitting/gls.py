@@ -39,7 +39,7 @@ LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
 
 
-def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | None:
+def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, local: np.ndarray | None = None) -> GlsEstimate | None:
     """The estimate of the likelihood, from a plain one; None where no mode is reached from there.
 
     Parameters
@@ -48,6 +48,9 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | N
     plain : Optimum
     bars : ErrorBars
         Of the plain estimate.
+    local : (n_record, n_local) in SI units, optional
+        Values of each record from which to begin as well: where records differ, the plain estimate may lie in another
+        minimum.
     """
     layout = plain.problem.layout
     unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
@@ -57,12 +60,13 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars) -> GlsEstimate | N
     if not len(unknowns.columns):
         return None
     if len(unknowns.scattering):
-        place = apart(unknowns, place, seen, task.horizons)
+        further = () if local is None else (place_of(unknowns, local),)
+        place = apart(unknowns, (place, *further), seen, task.horizons)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
-    for further in reversed(range(LOOKS)):
+    for to_come in reversed(range(LOOKS)):
         found = _settled(bars, unknowns, place, seen)
-        if found is None or not known or not further or not _bends(task, found):
+        if found is None or not known or not to_come or not _bends(task, found):
             break
         seen, place = _seen(task, found), found.evidence.mode.place
     return found

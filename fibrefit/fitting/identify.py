@@ -66,6 +66,8 @@ class How(NamedTuple):
         Readings linearised in these errors, near where it begins.
     rivals : bool
         Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
+    local : (n_record, n_local) in SI units, optional
+        Values of each record where a search ended that let records differ, for the likelihood to begin from as well.
     """
 
     robust: bool = False
@@ -74,6 +76,7 @@ class How(NamedTuple):
     coefficients: InputCoefficients | None = None
     near: InputSensitivities | None = None
     rivals: bool = True
+    local: np.ndarray | None = None
 
 
 def identify(
@@ -190,7 +193,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     plain = optimum(task, values, how.coefficients, how.near)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
-    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten)
+    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.local)
     problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)

@@ -98,7 +98,9 @@ class Reported:
         return "ordinary least squares" if self.gls is None else "generalised least squares"
 
 
-def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True) -> Reported:
+def reported(
+    task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True, local: np.ndarray | None = None
+) -> Reported:
     """Go from a plain estimate to that of the likelihood, if there is one to be believed.
 
     Parameters
@@ -111,10 +113,12 @@ def reported(task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten:
         Whether the search found an end at all.
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
+    local : (n_record, n_local) in SI units, optional
+        See `gls_estimate`.
     """
     doubt = _doubt(task, success, whiten or not plain.input_errors)
     checks: tuple[Check, ...] = ()
-    gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars), None)
+    gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars, local), None)
     doubt = doubt if came else Why("no_time")
     if gls is not None:
         found = _of_gls(task, plain, gls)

@@ -83,7 +83,7 @@ def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing |
     unknowns = fit_unknowns(layout, values, errors)
     if not len(unknowns.scattering):
         return None
-    place = apart(unknowns, place_of(unknowns, layout.local(values)), View(task.problem), task.horizons)
+    place = apart(unknowns, [place_of(unknowns, layout.local(values))], View(task.problem), task.horizons)
     return Differing(unknowns, local_of(unknowns, place))
 
 

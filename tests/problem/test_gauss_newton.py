@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from fibrefit.problem.estimate.normal_equations import (
     place_of,
 )
 from fibrefit.problem.estimate.trust_region import SHORTEST_STEP, DampedStep, radius_after, step_within
+from fibrefit.problem.estimate.view import apart
 from tests.problem.toys import NAMES, Linear, begun, bounded, dense, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -317,3 +320,22 @@ def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
     # What does not creep ends where it ended.
     easy = [mode(of, begun(of), linear.gram, nothing, effort=effort) for effort in (Effort(), Effort(patience=2))]
     assert easy[0].objective == pytest.approx(easy[1].objective, abs=SETTLED)
+
+
+def test_of_several_places_it_goes_on_from_the_one_that_leads_lowest() -> None:
+    """A swing whose frequency is a few periods off is a minimum of its own; no horizons are at hand."""
+    of, samples = unknowns(), np.arange(400)
+    truth = of.value(TRUTH)[0]
+
+    def residuals(local: np.ndarray) -> np.ndarray:
+        swing = np.sin(0.02 * local[:, :1] * samples) - np.sin(0.02 * truth * samples)
+        return np.concatenate([30.0 * swing, local[:, 1:] - of.value(TRUTH)[1]], axis=1)
+
+    data = SimpleNamespace(observations=SimpleNamespace(weight={"force": np.ones((4, 404))}))
+    seen: Any = SimpleNamespace(gram=lambda _: gram_of(residuals), problem=data)
+    far, near = begun(of, TRUTH + np.array([0.3, 0.0, 0.0])), begun(of, TRUTH + np.array([0.003, 0.0, 0.0]))
+    nowhere = np.empty((0, 1, 4), dtype=int)
+    ends = [apart(of, places, seen, nowhere) for places in ([far], [far, near], [near, far])]
+    assert np.abs(of.value(ends[0].z)[0] / truth - 1.0) > 0.05
+    for end in ends[1:]:
+        assert of.value(end.z)[0] == pytest.approx(truth, rel=1e-3)

@@ -143,11 +143,17 @@ def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
         Of the model the search began with.
     hypothesis : Hypothesis
     """
+    own, local = alone_by_record(task, hypothesis)
+    layout = own.problem.layout
+    return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+
+
+def alone_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
+    """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
     layout = own.problem.layout
     blank = np.zeros((len(layout.records), len(layout.names)))
-    local = carried(Supermodel(own), blank, hypothesis.frame, hypothesis.fit.local)
-    return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    return own, carried(Supermodel(own), blank, hypothesis.frame, hypothesis.fit.local)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ Where records may differ, the search begins in plain least squares with broad de
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -17,7 +18,7 @@ from fibrefit.core.time_limit import check_time
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import Place, Unknowns, place_of
+from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, place_of
 from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by, whitened_sensitivities
@@ -193,7 +194,7 @@ def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
     return jnp.moveaxis(whitening.whiten_rows(jnp.moveaxis(rows, 1, 0)), 0, 1)
 
 
-def apart(unknowns: Unknowns, place: Place, seen: View, horizons: np.ndarray) -> Place:
+def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.ndarray) -> Place:
     """Where records that may differ are best in plain least squares.
 
     A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
@@ -202,27 +203,33 @@ def apart(unknowns: Unknowns, place: Place, seen: View, horizons: np.ndarray) ->
     Parameters
     ----------
     unknowns : Unknowns
-    place : Place
+    places : sequence of Place
+        Where to begin.
     seen : View
         Without a whitening.
     horizons : (n_way, n_stage, n_record) int
         See `Task`.
     """
     sigma = np.full(len(unknowns.scattering), BROAD)
-    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH)]
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH) for place in places]
+    tried = len(found)
     samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
     for way in horizons:
         if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
             break
-        there = place._replace(eta=np.zeros_like(place.eta))
+        there = places[0]._replace(eta=np.zeros_like(places[0].eta))
         for counts in way:
             shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
             end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
             there = end.place
         found.append(end)
-    if len(found) == 1:
-        return found[0].place
+    if len(found) == tried:
+        return _lowest(found).place
     best = np.argmin([end.normal.costs for end in found], axis=0)
     local = np.stack([found[i].local[r] for r, i in enumerate(best)])
     found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGH))
-    return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
+    return _lowest(found).place
+
+
+def _lowest(ends: Sequence[PosteriorMode]) -> PosteriorMode:
+    return min(ends, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf)
