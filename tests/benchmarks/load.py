@@ -14,12 +14,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import nnls
 
 from tests.benchmarks.limit import Drop, simulate
 from tests.benchmarks.table import Table
@@ -28,7 +29,9 @@ from tests.benchmarks.timing import spoken
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "load.md"
 
 LINEAR = 1.15
-"""Exponent up to which a growth counts as linear: the scatter of such a fit."""
+"""Exponent of what a second run takes, up to which its growth counts as linear: the scatter of such a fit."""
+POWERS = np.linspace(0.1, 3.0, 291)
+"""Exponents that are tried."""
 FLAT = 0.1
 """Share of the first row below which what is added is no growth, and has no exponent."""
 
@@ -61,7 +64,7 @@ class Load(NamedTuple):
     ----------
     title : str
     sizes : tuple of int
-        The first is what the others are compared with: start-up and compiling stand in it.
+        From the smallest to the largest, wide enough that what grows is more than what is there anyhow.
     series : callable
         Number of records and samples a second, of a size.
     words : callable
@@ -103,7 +106,7 @@ LOADS = {
     ),
     "records": Load("records in one `fit`", (5, 10, 20, 50), lambda n: (n, RATE), lambda n: ("fit",)),
     "samples": Load(
-        "samples in one record", (10_000, 30_000, 60_000, 100_000), lambda n: (1, n / LENGTH), lambda n: ("fit",)
+        "samples in one record", (10_000, 20_000, 40_000, 80_000, 160_000), lambda n: (1, n / LENGTH), lambda n: ("fit",)
     ),
     "draws": Load(
         "posterior draws",
@@ -175,20 +178,30 @@ def _run(folder: Path, words: tuple[str, ...]) -> Measured:
     return Measured(seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0)
 
 
-def exponent(sizes: tuple[int, ...], values: list[float]) -> float:
-    """Slope of what is added beyond the smallest size, both logarithmic: 1 is linear, 2 quadratic."""
-    more = np.subtract(sizes[1:], sizes[0])
-    added = np.maximum(np.subtract(values[1:], values[0]), 1e-9)
-    return float(np.polyfit(np.log(more), np.log(added), 1)[0])
+def exponent(sizes: Sequence[int], values: Sequence[float]) -> float:
+    """Power of the size with which a value grows beyond what is there anyhow: 1 is linear, 2 quadratic.
+
+    That of the least squares of ``base + factor * size**power``, base and factor not negative. An empty process with
+    its libraries and programs is the base, and it is fitted too: what a process takes scatters by megabytes, whatever
+    its size, so that ratios of what is added to a smallest size would say what chance made of that one.
+    """
+    powers = np.asarray(sizes, dtype=float)[:, None] ** POWERS / max(sizes) ** POWERS
+    left = [nnls(np.column_stack([np.ones(len(sizes)), column]), np.asarray(values))[1] for column in powers.T]
+    return float(POWERS[int(np.argmin(left))])
 
 
-def growth(sizes: tuple[int, ...], values: list[float]) -> str:
+def growth(sizes: Sequence[int], values: Sequence[float]) -> str:
     """How values grow: their exponent, or that they do not."""
     return "flat" if max(values) - values[0] < FLAT * values[0] else f"{exponent(sizes, values):.2f}"
 
 
-def table(name: str) -> Table:
-    """Times and memory of all sizes, and their exponents."""
+def too_fast(grown: Sequence[str]) -> bool:
+    """Whether time of processors or memory of a second run grows faster than linear; the clock sees other work too."""
+    return any(one != "flat" and float(one) > LINEAR for one in grown[len(Measured._fields) + 1 :])
+
+
+def table(name: str) -> tuple[Table, bool]:
+    """Times and memory of all sizes with their exponents, and whether one of them is more than linear."""
     load = LOADS[name]
     found = []
     for size in load.sizes:
@@ -203,9 +216,9 @@ def table(name: str) -> Table:
     ]
     rows.append(("exponent", *grown))
     words = " ".join(load.words(load.sizes[-1]))
-    note = f"`fibrefit {words}`, from a prompt; exponents are of what is added to the first row."
+    note = f"`fibrefit {words}`, from a prompt; exponents are of what grows with the size, a base allowed for; {LINEAR:g} counts as linear."
     heads = (f"{what}, {when}" for when in ("first", "again") for what in ("time", "processors", "largest memory"))
-    return Table(f"Growth with {load.title}", note, (load.title, *heads), rows)
+    return Table(f"Growth with {load.title}", note, (load.title, *heads), rows), too_fast(grown)
 
 
 def _cells(one: Measured) -> tuple[str, str, str]:
@@ -218,11 +231,16 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
     given = parser.parse_args()
     parts = [f"# Load\n\nMade by `python -m tests.benchmarks.load` on {date.today()} with {os.cpu_count()} cores.\n"]
+    beyond = []
     for name in given.only or LOADS:
-        parts.append(table(name).text())
+        made, faster = table(name)
+        parts.append(made.text())
+        beyond += [made.title] if faster else []
         print(parts[-1], flush=True)
     if given.write:
         PAGE.write_text("\n".join(parts), encoding="utf-8")
+    if beyond:
+        sys.exit(f"More than linear: {', '.join(beyond)}.")
 
 
 if __name__ == "__main__":

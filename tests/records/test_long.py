@@ -1,4 +1,4 @@
-"""Long files go through pandas' parser: what comes out is what the reader of cells makes of them, to the last bit."""
+"""Long files go through NumPy's parser: what comes out is what the reader of cells makes of them, to the last bit."""
 
 from __future__ import annotations
 
